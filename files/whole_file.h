@@ -1,0 +1,24 @@
+// Reading a file whole, and writing one so that it is there whole or not at all.
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include <nlohmann/json.hpp>
+
+namespace selvedge::files {
+
+// Bytes of a regular file. Throws BadInput naming the path where it is missing or unreadable.
+std::string read_whole(const std::filesystem::path& path);
+
+// Writes to a temporary name in the same folder, flushes to disk (fsync), then renames over `path`.
+// Throws std::runtime_error naming path and cause where the disk refuses; `path` is then unchanged.
+void write_whole(const std::filesystem::path& path, const std::string& bytes);
+
+// Parses JSON. Throws BadInput naming path, line and column of the first error.
+nlohmann::json read_json(const std::filesystem::path& path);
+
+// write_whole with two-space indentation and a closing newline.
+void write_json(const std::filesystem::path& path, const nlohmann::json& value);
+
+}  // namespace selvedge::files

@@ -1,0 +1,55 @@
+// A report that stands alone as one HTML file: headings, paragraphs, tables, inline SVG plots and
+// pictures embedded as PNG. Legible in print (white ground, no colour without a second mark).
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace selvedge::report {
+
+// One line of a plot; x and y of equal length. Points with a NaN are gaps.
+struct Series {
+  std::string name;
+  std::vector<double> x, y;
+  bool points_only = false;
+};
+
+struct PlotOptions {
+  std::string x_label, y_label;  // with units
+  bool log_x = false, log_y = false;
+  int width_px = 640, height_px = 300;
+};
+
+// SVG text with axes, ticks, legend. Series differ in colour and dash.
+std::string line_plot(const std::vector<Series>& series, const PlotOptions& options);
+
+// Horizontal bars, one a label; values ≥ 0.
+std::string bar_plot(const std::vector<std::string>& labels, const std::vector<double>& values,
+                     const std::string& x_label);
+
+class HtmlReport {
+ public:
+  explicit HtmlReport(std::string title);
+
+  void heading(const std::string& text);
+  void paragraph(const std::string& text);
+  void table(const std::vector<std::string>& header, const std::vector<std::vector<std::string>>& rows);
+  void svg(const std::string& svg_text, const std::string& caption);
+  // png: the bytes of a PNG file.
+  void picture(const std::string& png, const std::string& caption, int width_px = 0);
+  // Pictures of equal size side by side, one caption each.
+  void picture_row(const std::vector<std::string>& pngs, const std::vector<std::string>& captions);
+
+  // Whole file or nothing (files::write_whole).
+  void write(const std::filesystem::path& path) const;
+
+ private:
+  std::string title_;
+  std::string body_;
+};
+
+// & < > " escaped.
+std::string escape_html(const std::string& text);
+
+}  // namespace selvedge::report
