@@ -5,6 +5,7 @@
 
 #include <stdexcept>
 #include <string>
+#include <string_view>
 #include <utility>
 
 #include <fmt/format.h>
@@ -23,5 +24,8 @@ template <class... Arguments>
                          Arguments&&... arguments) {
   throw BadInput(where + ": " + fmt::format(text, std::forward<Arguments>(arguments)...));
 }
+
+// Found text as an error shows it: in quotes, on one line, cut after 60 bytes.
+std::string in_quotes(std::string_view text);
 
 }  // namespace selvedge

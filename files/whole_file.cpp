@@ -77,6 +77,8 @@ nlohmann::json read_json(const fs::path& path) {
     }
     refuse(fmt::format("{}:{}:{}", path.string(), line, column), "found text that is not JSON, expected {}",
            text.empty() ? "a JSON object, the file is empty" : "valid JSON");
+  } catch (const nlohmann::json::out_of_range&) {
+    refuse(path.string(), "found a number beyond the range of a double, expected finite numbers");
   }
 }
 

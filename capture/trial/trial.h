@@ -11,12 +11,16 @@
 
 #include <Eigen/Core>
 
+#include "capture/trial/grey_png.h"
 #include "geometry/projection.h"
 
 namespace selvedge::trial {
 
 enum class Experiment { static_hang, waving, robot };           // "static", "waving", "robot"
 enum class Held { corners, top_edge, top_edge_clamped };
+// Whether the recording ran to its end; a trial that is cut or still being recorded holds what its files
+// hold up to their last whole line.
+enum class State { complete, cut, recording };
 
 struct Fabric {
   std::string name;
@@ -65,6 +69,7 @@ struct Trial {
   std::filesystem::path folder;
   std::string name;  // the folder's own
   Experiment experiment = Experiment::static_hang;
+  State state = State::complete;
   Held held = Held::corners;
   Eigen::Vector3d clamp_direction = Eigen::Vector3d(0, 0, -1);
   Fabric fabric;
@@ -99,10 +104,10 @@ Campaign read_campaign(const std::filesystem::path& folder);
 
 // 8-bit grey image of frame `index` into Frames, row major, height_px × width_px of trial.camera.
 // Throws BadInput where the file is damaged or its size is not the camera's.
-Eigen::Matrix<unsigned char, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> read_frame(const Trial& trial,
-                                                                                         size_t index);
+GreyImage read_frame(const Trial& trial, size_t index);
 
 const char* to_text(Experiment experiment);
 const char* to_text(Held held);
+const char* to_text(State state);
 
 }  // namespace selvedge::trial
