@@ -1,0 +1,60 @@
+// The grey image that a camera takes of a fabric under projected stripes; off screen, through OSMesa.
+//
+// Per pixel: grey = ambient + reflectance · (lit − ambient) · stripes(row) · |n·l| · visible, where n is the
+// smoothed normal, l the direction to the projector; 0 light where projector and camera are on opposite sides
+// of the fabric. `visible` comes from a shadow map: where the fabric hides the projector from itself.
+// stripes(row) is the square wave convolved with a Gaussian of the projector's blur and the camera pixel's
+// footprint (variance |∇row|²/12), so stripes neither alias nor crawl; outlines have four samples a pixel.
+// Lens distortion is applied to the vertices. Reflectance is 1 unless a picture of the flat fabric is given.
+// One GL context an instance; an instance may be used from any one thread at a time.
+#pragma once
+
+#include <array>
+#include <memory>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "geometry/projection.h"
+#include "render/stripe_pattern.h"
+
+namespace selvedge::render {
+
+struct RenderOptions {
+  double background_grey = 4;      // grey levels
+  double ambient_grey = 16;        // fabric where no projector light falls
+  double lit_grey = 220;           // fabric facing the projector in a bright stripe
+  double projector_blur_px = 1.0;  // projector px, one standard deviation
+  double camera_blur_px = 0.0;     // camera px, one standard deviation
+  double shadow_bias_m = 0.004;    // nearer than this to what the projector sees counts as lit
+};
+
+class StripeRenderer {
+ public:
+  // Throws std::runtime_error where OSMesa gives no core 3.3 context.
+  StripeRenderer(const geometry::Projection& camera, const geometry::Projection& projector,
+                 const RenderOptions& options = {});
+  ~StripeRenderer();
+  StripeRenderer(StripeRenderer&&) noexcept;
+  StripeRenderer& operator=(StripeRenderer&&) noexcept;
+
+  void set_pattern(const StripePattern& pattern);
+
+  // Reflectance over the flat fabric, 255 = 1; texture_uv below runs from 0 to 1 over it, (0, 0) at its
+  // top-left corner. An empty picture: reflectance 1.
+  void set_reflectance(const Image& picture);
+
+  // position: 3×N, m. texture_uv: 2×N or empty.
+  Image render(const Eigen::Matrix3Xd& position, const std::vector<std::array<int, 3>>& triangles,
+               const Eigen::Matrix2Xd& texture_uv = {});
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+// Area-weighted normals of the vertices, 3×N.
+Eigen::Matrix3Xd vertex_normals(const Eigen::Matrix3Xd& position,
+                                const std::vector<std::array<int, 3>>& triangles);
+
+}  // namespace selvedge::render

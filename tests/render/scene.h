@@ -1,0 +1,62 @@
+// A camera and a projector a metre in front of a 0.3 m sheet, as in a bench rig; and sheets to look at.
+#pragma once
+
+#include <array>
+#include <cmath>
+#include <functional>
+#include <vector>
+
+#include <Eigen/Geometry>
+
+#include "geometry/projection.h"
+#include "geometry/triangle_mesh.h"
+
+namespace selvedge::render {
+
+// Optical axis from `from` towards `to`, image rows downwards (world z up).
+inline geometry::Projection look(const Eigen::Vector3d& from, const Eigen::Vector3d& to, double focal_px,
+                                 int width_px, int height_px) {
+  const Eigen::Vector3d forward = (to - from).normalized();
+  const Eigen::Vector3d right = forward.cross(Eigen::Vector3d::UnitZ()).normalized();
+  const Eigen::Vector3d down = forward.cross(right);
+  Eigen::Matrix3d rotation;
+  rotation << right.transpose(), down.transpose(), forward.transpose();
+  Eigen::Matrix3d k;
+  k << focal_px, 0, width_px / 2.0, 0, focal_px, height_px / 2.0, 0, 0, 1;
+  geometry::Projection projection;
+  projection.matrix.leftCols<3>() = k * rotation;
+  projection.matrix.col(3) = -k * rotation * from;
+  projection.width_px = width_px;
+  projection.height_px = height_px;
+  return projection;
+}
+
+inline geometry::Projection bench_camera() { return look({0.05, -1.0, -0.1}, {0, 0, -0.15}, 1000, 640, 480); }
+inline geometry::Projection bench_projector() {
+  return look({-0.1, -0.95, 0.4}, {0, 0, -0.15}, 1450, 1024, 768);
+}
+
+struct Sheet {
+  Eigen::Matrix3Xd position;
+  std::vector<std::array<int, 3>> triangles;
+};
+
+// 0.3 m square in the plane y = 0, its top edge at z = 0, lifted to y = bulge(x, z).
+inline Sheet make_sheet(int n, const std::function<double(double, double)>& bulge) {
+  Sheet sheet;
+  sheet.position.resize(3, n * n);
+  for (int r = 0; r < n; ++r)
+    for (int c = 0; c < n; ++c) {
+      const double x = 0.3 * c / (n - 1) - 0.15, z = -0.3 * r / (n - 1);
+      sheet.position.col(r * n + c) = Eigen::Vector3d(x, bulge(x, z), z);
+    }
+  for (int r = 0; r + 1 < n; ++r)
+    for (int c = 0; c + 1 < n; ++c) {
+      const int i = r * n + c;
+      sheet.triangles.push_back({i, i + 1, i + n});
+      sheet.triangles.push_back({i + 1, i + n + 1, i + n});
+    }
+  return sheet;
+}
+
+}  // namespace selvedge::render
