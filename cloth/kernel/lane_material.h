@@ -1,0 +1,121 @@
+// Materials of all lanes, unpacked to what the force loops read.
+#pragma once
+
+#include <cmath>
+#include <vector>
+
+#include "cloth/kernel/pack.h"
+#include "cloth/kernel/sheet_data.h"
+
+namespace selvedge::cloth::kernel {
+
+template <class R>
+struct LaneMaterial {
+  R stretch_u, stretch_v, coupling, shear, stretch_damping, shear_damping, stiffening;
+  R bend_uu, bend_uv, bend_vv, bend_damping, bend_stiffening;
+  R rest_u, rest_v;
+  R drag_normal, drag_tangent, drag_fade, drag_linear, added_mass;
+  R bend_friction, bend_friction_slope, stretch_friction, stretch_friction_slope;
+  R creep, creep_rate;
+  Vec3<R> gravity, air;
+  bool uses_normals = false;       // vertex normals are needed
+  bool uses_bend_friction = false;
+  bool uses_membrane_memory = false;
+  bool uses_hem = false;
+  bool uses_added_mass = false;
+  bool uses_bend_stiffening = false;
+  std::vector<R> mass;             // N, kg
+  std::vector<R> inverse_mass;     // N, 1/kg
+  std::vector<R> bend_factor;      // N, 1 away from hems
+};
+
+// Share of a vertex that lies within the hem: smooth over half a hem's width so that it does not jump
+// with the mesh.
+inline double hem_share(double rim_distance, double hem_width) {
+  const double x = (hem_width - rim_distance) / (0.5 * hem_width);
+  return x <= -1 ? 0.0 : x >= 1 ? 1.0 : 0.5 * (1 + x);
+}
+
+// Adds each vertex's part of the local weight: a Gaussian of 12 mm, normalised to the weight on this mesh.
+inline void add_local_mass(const SheetData& sheet, const Material& m, std::vector<double>& mass) {
+  if (m.local_mass_kg == 0) return;
+  std::vector<double> weight(mass.size());
+  double sum = 0;
+  for (size_t i = 0; i < mass.size(); ++i) {
+    const double du = sheet.vertex_u[i] - m.local_u_m, dv = sheet.vertex_v[i] - m.local_v_m;
+    weight[i] = sheet.vertex_area[i] * std::exp(-(du * du + dv * dv) / (2 * 0.012 * 0.012));
+    sum += weight[i];
+  }
+  for (size_t i = 0; sum > 0 && i < mass.size(); ++i) mass[i] += m.local_mass_kg * weight[i] / sum;
+}
+
+template <class R>
+void fill_lane(LaneMaterial<R>& out, const SheetData& sheet, const Material& m, const Surroundings& s, int i) {
+  const double ku = m.stretch * std::exp(m.stretch_anisotropy), kv = m.stretch * std::exp(-m.stretch_anisotropy);
+  set_lane(out.stretch_u, i, ku);
+  set_lane(out.stretch_v, i, kv);
+  set_lane(out.coupling, i, m.coupling * std::sqrt(ku * kv));
+  set_lane(out.shear, i, m.shear);
+  set_lane(out.stretch_damping, i, m.stretch_damping);
+  set_lane(out.shear_damping, i, m.shear_damping);
+  set_lane(out.stiffening, i, m.stretch_stiffening);
+  set_lane(out.bend_uu, i, m.bend * std::exp(m.bend_anisotropy));
+  set_lane(out.bend_uv, i, m.bend);
+  set_lane(out.bend_vv, i, m.bend * std::exp(-m.bend_anisotropy));
+  set_lane(out.bend_damping, i, m.bend_damping);
+  set_lane(out.bend_stiffening, i, m.bend_stiffening);
+  set_lane(out.rest_u, i, m.rest_curvature_u);
+  set_lane(out.rest_v, i, m.rest_curvature_v);
+  set_lane(out.drag_normal, i, m.drag_normal);
+  set_lane(out.drag_tangent, i, m.drag_tangent);
+  set_lane(out.drag_fade, i, m.drag_fade);
+  set_lane(out.drag_linear, i, m.drag_linear);
+  set_lane(out.added_mass, i, m.added_mass);
+  set_lane(out.bend_friction, i, m.bend_friction);
+  set_lane(out.bend_friction_slope, i, m.bend_friction / m.bend_friction_curvature);
+  set_lane(out.stretch_friction, i, m.stretch_friction);
+  set_lane(out.stretch_friction_slope, i, m.stretch_friction / m.stretch_friction_strain);
+  set_lane(out.creep, i, m.creep);
+  set_lane(out.creep_rate, i, 1 / m.creep_time_s);
+  set_lane(out.gravity.x, i, s.gravity[0]);
+  set_lane(out.gravity.y, i, s.gravity[1]);
+  set_lane(out.gravity.z, i, s.gravity[2]);
+  set_lane(out.air.x, i, s.air_velocity[0]);
+  set_lane(out.air.y, i, s.air_velocity[1]);
+  set_lane(out.air.z, i, s.air_velocity[2]);
+  out.uses_bend_friction |= m.bend_friction != 0;
+  out.uses_membrane_memory |= m.stretch_friction != 0 || m.creep != 0;
+  out.uses_hem |= m.hem_stiffness != 0;
+  out.uses_added_mass |= m.added_mass != 0;
+  out.uses_bend_stiffening |= m.bend_stiffening != 0;
+  out.uses_normals |= m.bend_friction != 0 || m.rest_curvature_u != 0 || m.rest_curvature_v != 0 || m.added_mass != 0;
+
+  std::vector<double> mass(static_cast<size_t>(sheet.vertex_count));
+  for (size_t v = 0; v < mass.size(); ++v) {
+    const double share = hem_share(sheet.rim_distance[v], m.hem_width_m);
+    mass[v] = sheet.vertex_area[v] * (m.density + m.hem_density * share);
+    set_lane(out.bend_factor[v], i, 1 + m.hem_stiffness * share);
+  }
+  add_local_mass(sheet, m, mass);
+  for (size_t v = 0; v < mass.size(); ++v) {
+    set_lane(out.mass[v], i, mass[v]);
+    set_lane(out.inverse_mass[v], i, 1 / mass[v]);
+  }
+}
+
+// materials, surroundings: one a lane; lanes beyond `count` repeat the last.
+template <class R>
+LaneMaterial<R> unpack(const SheetData& sheet, const Material* materials, const Surroundings* surroundings, int count) {
+  LaneMaterial<R> out{};
+  const auto n = static_cast<size_t>(sheet.vertex_count);
+  out.mass.assign(n, R{});
+  out.inverse_mass.assign(n, R{});
+  out.bend_factor.assign(n, R{});
+  for (int i = 0; i < lanes_of<R>; ++i) {
+    const int from = i < count ? i : count - 1;
+    fill_lane(out, sheet, materials[from], surroundings[from], i);
+  }
+  return out;
+}
+
+}  // namespace selvedge::cloth::kernel

@@ -1,0 +1,57 @@
+// What the force kernels need of a mesh, in plain arrays (no Eigen: kernels are compiled for the widest
+// vectors of the machine, and Eigen's types must not change between translation units).
+#pragma once
+
+#include <vector>
+
+#include "cloth/material.h"
+
+namespace selvedge::cloth::kernel {
+
+// Triangle t: w_u = Σ_a gradient_u[a] x_a, w_v likewise; gradients sum to zero over the corners.
+struct Triangle {
+  int vertex[3];
+  double gradient_u[3];  // 1/m
+  double gradient_v[3];  // 1/m
+  double area;           // m², flat
+};
+
+// Second derivatives at a vertex by a least-squares quadratic through its neighbours:
+// x_uu = Σ_k uu[k] x_{index[k]}, and so on; rows of a compressed matrix.
+struct BendStencils {
+  std::vector<int> start;         // N + 1
+  std::vector<int> index;
+  std::vector<double> uu, uv, vv;  // 1/m²
+};
+
+// The triangles around a vertex, to gather their corner forces in a fixed order.
+struct Incidence {
+  std::vector<int> start;  // N + 1
+  std::vector<int> corner; // 3·triangle + corner
+};
+
+// A vertex moved by the rig: position = left + along (right − left) + below · clamp direction.
+struct HeldVertex {
+  int vertex;
+  double along;    // 0 at the left corner, 1 at the right
+  double below_m;  // distance down the fabric, for a clamped edge
+};
+
+struct SheetData {
+  int vertex_count = 0;
+  std::vector<double> vertex_u, vertex_v;  // m
+  std::vector<double> vertex_area;         // m², a third of each triangle around it
+  std::vector<double> rim_distance;        // m, from the nearest rim
+  std::vector<Triangle> triangles;
+  BendStencils bend;
+  Incidence incidence;
+  double width_m = 0, height_m = 0;
+};
+
+// What acts on the fabric from outside, for one run.
+struct Surroundings {
+  double gravity[3] = {0, 0, -9.81};   // m/s²
+  double air_velocity[3] = {0, 0, 0};  // m/s, steady
+};
+
+}  // namespace selvedge::cloth::kernel

@@ -1,0 +1,218 @@
+#include "cloth/simulate.h"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+#include <Eigen/Dense>
+
+#include "cloth/runge_kutta.h"
+
+namespace selvedge::cloth {
+
+namespace {
+
+kernel::Surroundings surroundings_of(const Experiment& e) {
+  kernel::Surroundings s;
+  for (int a = 0; a < 3; ++a) {
+    s.gravity[a] = e.gravity_m_s2(a);
+    s.air_velocity[a] = e.air_velocity_m_s(a);
+  }
+  return s;
+}
+
+void append(std::vector<double>& to, const Eigen::Matrix3Xd& columns) {
+  to.insert(to.end(), columns.data(), columns.data() + columns.size());
+}
+
+Eigen::Matrix3Xd columns_at(const std::vector<double>& from, size_t offset, Eigen::Index count) {
+  return Eigen::Map<const Eigen::Matrix3Xd>(from.data() + offset, 3, count);
+}
+
+// What all lanes of a group share, and what each brings.
+kernel::RunInput input_of(const Sheet& sheet, const Experiment* lanes, int count,
+                          const std::vector<Eigen::Matrix3Xd>& start) {
+  kernel::RunInput in;
+  in.sheet = &sheet.data;
+  in.lanes = count;
+  in.held = held_vertices(sheet, lanes[0].path.hold);
+  for (int a = 0; a < 3; ++a) in.clamp_direction[a] = lanes[0].path.clamp_direction(a);
+  for (int i = 0; i < count; ++i) {
+    in.materials.push_back(lanes[i].material);
+    in.surroundings.push_back(surroundings_of(lanes[i]));
+    append(in.start_position, start[static_cast<size_t>(i)]);
+  }
+  return in;
+}
+
+std::vector<Rest> relax_group(const Sheet& sheet, const Experiment* lanes, int count, double step_s,
+                              const Options& options) {
+  std::vector<Eigen::Matrix3Xd> start;
+  for (int i = 0; i < count; ++i) start.push_back(lanes[i].start_shape);
+  kernel::RunInput in = input_of(sheet, lanes, count, start);
+  for (int i = 0; i < count; ++i) {
+    const Eigen::Matrix<double, 3, 2> corners = lanes[i].path.at(lanes[i].start_s);
+    in.held_corners.insert(in.held_corners.end(), corners.data(), corners.data() + 6);
+  }
+  kernel::RelaxOptions relax_options;
+  relax_options.step_s = step_s;
+  relax_options.max_steps = static_cast<int>(options.longest_rest_s / step_s);
+  relax_options.speed_m_s = options.rest_speed_m_s;
+  relax_options.change_m = options.rest_change_m;
+  const kernel::RelaxOutput out = kernel::relax(in, relax_options);
+  std::vector<Rest> rests;
+  const auto n = static_cast<Eigen::Index>(sheet.data.vertex_count);
+  for (int i = 0; i < count; ++i)
+    rests.push_back({columns_at(out.position, static_cast<size_t>(i * n * 3), n), out.at_rest[static_cast<size_t>(i)]});
+  return rests;
+}
+
+void run_group(const Sheet& sheet, const Experiment* lanes, int count, double step_s, std::vector<Trajectory>& out,
+               size_t first) {
+  std::vector<Eigen::Matrix3Xd> start;
+  for (int i = 0; i < count; ++i) start.push_back(out[first + static_cast<size_t>(i)].start);
+  kernel::RunInput in = input_of(sheet, lanes, count, start);
+  in.step_s = step_s;
+  const double end = lanes[0].sample_s.empty() ? lanes[0].start_s : lanes[0].sample_s.back();
+  in.steps = std::max(0, static_cast<int>(std::ceil((end - lanes[0].start_s) / step_s - 1e-9)));
+  for (const double t : lanes[0].sample_s) in.sample_s.push_back(t - lanes[0].start_s);
+  in.held_corners.reserve(static_cast<size_t>(count * (in.steps + 1) * 6));
+  for (int i = 0; i < count; ++i)
+    for (int k = 0; k <= in.steps; ++k) {
+      const Eigen::Matrix<double, 3, 2> corners = lanes[i].path.at(lanes[i].start_s + k * step_s);
+      in.held_corners.insert(in.held_corners.end(), corners.data(), corners.data() + 6);
+    }
+  const kernel::RunOutput result = kernel::run(in);
+  const auto n = static_cast<Eigen::Index>(sheet.data.vertex_count);
+  const size_t samples = in.sample_s.size();
+  for (int i = 0; i < count; ++i) {
+    Trajectory& trajectory = out[first + static_cast<size_t>(i)];
+    trajectory.finite = result.finite[static_cast<size_t>(i)];
+    for (size_t k = 0; k < samples; ++k)
+      trajectory.samples.push_back(
+          columns_at(result.samples, (static_cast<size_t>(i) * samples + k) * static_cast<size_t>(3 * n), n));
+  }
+}
+
+void check_lanes(const std::vector<Experiment>& lanes) {
+  for (const Experiment& lane : lanes)
+    if (lane.start_s != lanes[0].start_s || lane.sample_s != lanes[0].sample_s || lane.path.hold != lanes[0].path.hold)
+      throw std::invalid_argument("simulate: lanes must share start_s, sample_s and the way of holding");
+}
+
+// Thin-plate basis r² ln r.
+double thin_plate(double r2) { return r2 > 0 ? 0.5 * r2 * std::log(r2) : 0; }
+
+}  // namespace
+
+double common_step_s(const Sheet& sheet, const std::vector<Experiment>& lanes) {
+  double step = std::numeric_limits<double>::infinity();
+  for (const Experiment& lane : lanes) step = std::min(step, stable_step_s(sheet, lane.material));
+  return step;
+}
+
+std::vector<Rest> relax(const Sheet& sheet, const std::vector<Experiment>& lanes, const Options& options) {
+  check_lanes(lanes);
+  const double step = options.step_s > 0 ? options.step_s : common_step_s(sheet, lanes);
+  std::vector<Rest> rests;
+  for (size_t first = 0; first < lanes.size(); first += kernel::kMaxLanes) {
+    const int count = static_cast<int>(std::min<size_t>(kernel::kMaxLanes, lanes.size() - first));
+    for (Rest& rest : relax_group(sheet, &lanes[first], count, step, options)) rests.push_back(std::move(rest));
+  }
+  return rests;
+}
+
+std::vector<Trajectory> simulate(const Sheet& sheet, const std::vector<Experiment>& lanes, const Options& options) {
+  check_lanes(lanes);
+  const double step = options.step_s > 0 ? options.step_s : common_step_s(sheet, lanes);
+  Options stepped = options;
+  stepped.step_s = step;
+  std::vector<Trajectory> out(lanes.size());
+  std::vector<Rest> rests;
+  if (!lanes.empty() && lanes[0].starts_at_rest) rests = relax(sheet, lanes, stepped);
+  for (size_t i = 0; i < lanes.size(); ++i) {
+    out[i].start = rests.empty() ? lanes[i].start_shape : rests[i].position;
+    out[i].at_rest = rests.empty() || rests[i].at_rest;
+  }
+  if (options.integrator == Options::Integrator::runge_kutta_45) {
+    for (size_t i = 0; i < lanes.size(); ++i) run_runge_kutta(sheet, lanes[i], options.tolerance_m, out[i]);
+    return out;
+  }
+  for (size_t first = 0; first < lanes.size(); first += kernel::kMaxLanes)
+    run_group(sheet, &lanes[first], static_cast<int>(std::min<size_t>(kernel::kMaxLanes, lanes.size() - first)), step,
+              out, first);
+  return out;
+}
+
+std::vector<kernel::HeldVertex> held_vertices(const Sheet& sheet, Hold hold) {
+  const auto& uv = sheet.mesh.rest_uv;
+  if (hold == Hold::corners)
+    return {{geometry::nearest_vertex(sheet.mesh, {0, 0}), 0, 0},
+            {geometry::nearest_vertex(sheet.mesh, {sheet.mesh.width_m, 0}), 1, 0}};
+  // A clamp also fixes the row below the edge: the lowest v that is not the edge's own, within one spacing.
+  double row = 0;
+  if (hold == Hold::top_edge_clamped) {
+    row = sheet.mesh.height_m;
+    for (const auto& p : uv)
+      if (p.y() > 1e-9) row = std::min(row, p.y());
+  }
+  std::vector<kernel::HeldVertex> held;
+  for (size_t i = 0; i < uv.size(); ++i)
+    if (uv[i].y() <= row + 1e-9) held.push_back({static_cast<int>(i), uv[i].x() / sheet.mesh.width_m, uv[i].y()});
+  return held;
+}
+
+Eigen::Matrix3Xd hung_shape(const Sheet& sheet, const Experiment& experiment, double side) {
+  const Eigen::Matrix<double, 3, 2> corners = experiment.path.at(experiment.start_s);
+  const Eigen::Vector3d along = corners.col(1) - corners.col(0);
+  const Eigen::Vector3d down = experiment.gravity_m_s2.normalized();
+  const Eigen::Vector3d out = down.cross(along).normalized() * (side < 0 ? -1 : 1);
+  const double slack = std::max(0.0, sheet.mesh.width_m / along.norm() - 1);
+  const double bulge = experiment.path.hold == Hold::corners
+                           ? std::max(2 * along.norm() / M_PI * std::sqrt(slack), 0.01 * sheet.mesh.width_m)
+                           : 0.0;
+  Eigen::Matrix3Xd shape(3, sheet.data.vertex_count);
+  for (Eigen::Index i = 0; i < shape.cols(); ++i) {
+    const Eigen::Vector2d& uv = sheet.mesh.rest_uv[static_cast<size_t>(i)];
+    const double u = uv.x() / sheet.mesh.width_m;
+    // A trace of v keeps a flat start from balancing on a ridge of its energy.
+    const double swell = bulge * std::sin(M_PI * u) + (side < 0 ? 1.3e-4 : 1e-4) * std::sin(3 * u + uv.y() * 20);
+    shape.col(i) = corners.col(0) + u * along + uv.y() * down + swell * out;
+  }
+  return shape;
+}
+
+Eigen::Matrix3Xd bent_through(const Sheet& sheet, const Eigen::Matrix3Xd& shape, const std::vector<Eigen::Vector2d>& uv,
+                              const Eigen::Matrix3Xd& position) {
+  const auto n = static_cast<Eigen::Index>(uv.size());
+  if (n < 4) return shape;
+  // Scaled coordinates keep the system well conditioned; a trace of smoothing takes the sensor's noise.
+  const double scale = std::max(sheet.mesh.width_m, sheet.mesh.height_m);
+  Eigen::MatrixXd system = Eigen::MatrixXd::Zero(n + 3, n + 3);
+  Eigen::MatrixX3d right = Eigen::MatrixX3d::Zero(n + 3, 3);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const Eigen::Vector2d& p = uv[static_cast<size_t>(i)];
+    for (Eigen::Index j = 0; j < n; ++j)
+      system(i, j) = thin_plate((p - uv[static_cast<size_t>(j)]).squaredNorm() / (scale * scale));
+    system(i, i) += 1e-4;
+    const Eigen::RowVector3d affine(1, p.x() / scale, p.y() / scale);
+    system.block<1, 3>(i, n) = affine;
+    system.block<3, 1>(n, i) = affine.transpose();
+    const geometry::MaterialPoint at = geometry::locate(sheet.mesh, p);
+    Eigen::Vector3d now = Eigen::Vector3d::Zero();
+    for (int k = 0; k < 3; ++k) now += at.weights(k) * shape.col(at.vertices[static_cast<size_t>(k)]);
+    right.row(i) = (position.col(i) - now).transpose();
+  }
+  const Eigen::MatrixX3d weights = system.partialPivLu().solve(right);
+  Eigen::Matrix3Xd moved = shape;
+  for (Eigen::Index v = 0; v < moved.cols(); ++v) {
+    const Eigen::Vector2d& p = sheet.mesh.rest_uv[static_cast<size_t>(v)];
+    Eigen::RowVector3d shift = Eigen::RowVector3d(1, p.x() / scale, p.y() / scale) * weights.bottomRows<3>();
+    for (Eigen::Index i = 0; i < n; ++i)
+      shift += thin_plate((p - uv[static_cast<size_t>(i)]).squaredNorm() / (scale * scale)) * weights.row(i);
+    moved.col(v) += shift.transpose();
+  }
+  return moved;
+}
+
+}  // namespace selvedge::cloth

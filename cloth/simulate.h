@@ -1,0 +1,73 @@
+// Simulating one recorded trial: equilibrium first where the fabric starts at rest, then the motion.
+//
+// An Experiment is plain data. Several experiments on the same sheet with the same times, but other
+// materials, surroundings or paths, run together in SIMD lanes; each gives the bits that it gives alone.
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "cloth/held_path.h"
+#include "cloth/kernel/run.h"
+#include "cloth/sheet.h"
+#include "cloth/state.h"
+
+namespace selvedge::cloth {
+
+struct Experiment {
+  Material material;
+  HeldPath path;
+  Eigen::Vector3d gravity_m_s2 = Eigen::Vector3d(0, 0, -9.81);
+  Eigen::Vector3d air_velocity_m_s = Eigen::Vector3d::Zero();
+  Eigen::Matrix3Xd start_shape;       // 3×N, m: where relaxation, or the motion itself, starts
+  bool starts_at_rest = true;         // relax first
+  double start_s = 0;                 // in the path's time
+  std::vector<double> sample_s;       // ascending; when positions are wanted, in the path's time
+};
+
+struct Options {
+  enum class Integrator { leapfrog, runge_kutta_45 };
+  Integrator integrator = Integrator::leapfrog;
+  double step_s = 0;                  // leapfrog; 0: the stable step of the stiffest lane
+  double tolerance_m = 1e-6;          // runge_kutta_45, error a step
+  double rest_change_m = 2e-6;        // see kernel::RelaxOptions
+  double rest_speed_m_s = 1e-4;
+  double longest_rest_s = 12;         // fabric time after which relaxation gives up
+};
+
+struct Trajectory {
+  std::vector<Eigen::Matrix3Xd> samples;  // 3×N at each sample_s, m
+  Eigen::Matrix3Xd start;                 // equilibrium, or start_shape
+  bool at_rest = true;                    // relaxation came to rest
+  bool finite = true;                     // false: the motion blew up, samples are not to be used
+};
+
+// Largest leapfrog step that is stable for all lanes, s.
+double common_step_s(const Sheet& sheet, const std::vector<Experiment>& lanes);
+
+// Any number of lanes, split into SIMD groups; one thread. Throws std::invalid_argument where the lanes
+// differ in start_s or sample_s.
+std::vector<Trajectory> simulate(const Sheet& sheet, const std::vector<Experiment>& lanes, const Options& options = {});
+
+// Equilibria of the lanes from their start shapes.
+struct Rest {
+  Eigen::Matrix3Xd position;
+  bool at_rest = true;
+};
+std::vector<Rest> relax(const Sheet& sheet, const std::vector<Experiment>& lanes, const Options& options = {});
+
+// The vertices that the rig holds.
+std::vector<kernel::HeldVertex> held_vertices(const Sheet& sheet, Hold hold);
+
+// A shape near equilibrium to start from, without stretch along the fabric's width: the sheet hung between
+// the held corners, bulging to the side of the given sign (+1: along gravity × (right − left), −1: against).
+Eigen::Matrix3Xd hung_shape(const Sheet& sheet, const Experiment& experiment, double side);
+
+// `shape` moved so that it passes through points on the fabric, by radial basis functions over the flat
+// sheet (a thin plate: −r² ln r … plus an affine part) with the held vertices kept.
+Eigen::Matrix3Xd bent_through(const Sheet& sheet, const Eigen::Matrix3Xd& shape, const std::vector<Eigen::Vector2d>& uv,
+                              const Eigen::Matrix3Xd& position);
+
+}  // namespace selvedge::cloth
