@@ -1,14 +1,47 @@
 #include "geometry/triangle_mesh.h"
 
+#include <algorithm>
 #include <limits>
 #include <stdexcept>
-
-#include <Eigen/LU>
+#include <string>
 
 namespace selvedge::geometry {
 
+namespace {
+
+double cross(const Eigen::Vector2d& a, const Eigen::Vector2d& b) { return a.x() * b.y() - a.y() * b.x(); }
+
+Eigen::Vector3d barycentric(const TriangleMesh& mesh, const std::array<int, 3>& triangle, const Eigen::Vector2d& uv) {
+  const Eigen::Vector2d& a = mesh.rest_uv[triangle[0]];
+  const Eigen::Vector2d& b = mesh.rest_uv[triangle[1]];
+  const Eigen::Vector2d& c = mesh.rest_uv[triangle[2]];
+  const double area = cross(b - a, c - a);
+  const double second = cross(uv - a, c - a) / area, third = cross(b - a, uv - a) / area;
+  return {1 - second - third, second, third};
+}
+
+double squared_distance_to_segment(const Eigen::Vector2d& p, const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
+  const Eigen::Vector2d along = b - a;
+  const double t = std::clamp((p - a).dot(along) / along.squaredNorm(), 0.0, 1.0);
+  return (p - a - t * along).squaredNorm();
+}
+
+double squared_distance_to_edges(const TriangleMesh& mesh, const std::array<int, 3>& triangle,
+                                 const Eigen::Vector2d& uv) {
+  double nearest = std::numeric_limits<double>::infinity();
+  for (int i = 0; i < 3; ++i)
+    nearest = std::min(nearest, squared_distance_to_segment(uv, mesh.rest_uv[triangle[i]],
+                                                            mesh.rest_uv[triangle[(i + 1) % 3]]));
+  return nearest;
+}
+
+}  // namespace
+
 TriangleMesh make_grid_mesh(double width_m, double height_m, int columns, int rows) {
-  if (columns < 2 || rows < 2) throw std::invalid_argument("make_grid_mesh: at least 2 columns and 2 rows");
+  if (!(width_m > 0 && height_m > 0) || columns < 2 || rows < 2)
+    throw std::invalid_argument("make_grid_mesh: " + std::to_string(columns) + "x" + std::to_string(rows) +
+                                " vertices over " + std::to_string(width_m) + "x" + std::to_string(height_m) +
+                                " m, expected at least 2x2 and positive sides");
   TriangleMesh mesh;
   mesh.width_m = width_m;
   mesh.height_m = height_m;
@@ -30,33 +63,33 @@ TriangleMesh make_grid_mesh(double width_m, double height_m, int columns, int ro
 }
 
 int nearest_vertex(const TriangleMesh& mesh, const Eigen::Vector2d& uv) {
-  int best = -1;
-  double distance = std::numeric_limits<double>::infinity();
+  int nearest = -1;
+  double smallest = std::numeric_limits<double>::infinity();
   for (size_t i = 0; i < mesh.rest_uv.size(); ++i) {
-    const double d = (mesh.rest_uv[i] - uv).squaredNorm();
-    if (d < distance) {
-      distance = d;
-      best = static_cast<int>(i);
+    const double distance = (mesh.rest_uv[i] - uv).squaredNorm();
+    if (distance < smallest) {
+      smallest = distance;
+      nearest = static_cast<int>(i);
     }
   }
-  return best;
+  return nearest;
 }
 
 MaterialPoint locate(const TriangleMesh& mesh, const Eigen::Vector2d& uv) {
-  MaterialPoint best;
-  double best_lowest = -std::numeric_limits<double>::infinity();
-  for (const auto& t : mesh.triangles) {
-    const Eigen::Vector2d& origin = mesh.rest_uv[static_cast<size_t>(t[0])];
-    Eigen::Matrix2d sides;
-    sides << mesh.rest_uv[static_cast<size_t>(t[1])] - origin, mesh.rest_uv[static_cast<size_t>(t[2])] - origin;
-    const Eigen::Vector2d w = sides.inverse() * (uv - origin);
-    const Eigen::Vector3d weights(1 - w.sum(), w.x(), w.y());
-    if (weights.minCoeff() > best_lowest) {
-      best_lowest = weights.minCoeff();
-      best = {t, weights};
+  if (mesh.triangles.empty()) throw std::invalid_argument("locate: the mesh has no triangles");
+  constexpr double rounding = 1e-12;
+  const std::array<int, 3>* best = nullptr;
+  double smallest = std::numeric_limits<double>::infinity();
+  for (const auto& triangle : mesh.triangles) {
+    const Eigen::Vector3d weights = barycentric(mesh, triangle, uv);
+    if (weights.minCoeff() >= -rounding) return {triangle, weights};
+    const double distance = squared_distance_to_edges(mesh, triangle, uv);
+    if (distance < smallest) {
+      smallest = distance;
+      best = &triangle;
     }
   }
-  return best;
+  return {*best, barycentric(mesh, *best, uv)};
 }
 
 }  // namespace selvedge::geometry

@@ -1,8 +1,8 @@
 // A fabric's triangles in its flat state.
 //
 // rest_uv: N flat positions, m; u from the left edge along the top edge, v down from the top edge.
-// triangles: T triples of vertex indices, counter-clockwise seen with u to the right and v down
-// (the same sense for all).
+// triangles: T triples of vertex indices, all in the same sense: from u towards v, so that the signed area
+// ½ (uv₁ − uv₀) × (uv₂ − uv₀) is positive.
 #pragma once
 
 #include <array>
