@@ -22,6 +22,8 @@ int64_t host_now_us() {
   return int64_t{now.tv_sec} * 1000000 + now.tv_nsec / 1000;
 }
 
+double host_now_s() { return 1e-6 * static_cast<double>(host_now_us()); }
+
 double ClockMap::host_s(int64_t ticks) const {
   return reference_host_s + static_cast<double>(ticks - reference_ticks) / ticks_per_s * (1 + drift_ppm * 1e-6);
 }

@@ -21,6 +21,7 @@
 namespace selvedge::rig {
 
 int64_t host_now_us();
+double host_now_s();  // the same in seconds
 
 // host_s(ticks) = reference_host_s + (ticks − reference_ticks) / ticks_per_s · (1 + drift_ppm·1e-6)
 struct ClockMap {
