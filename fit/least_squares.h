@@ -1,0 +1,43 @@
+// Trust-region least squares over many trials: Levenberg–Marquardt with derivatives by finite differences.
+//
+// Minimises Σ ρ((r/sd)²) with Cauchy's ρ, so that samples that are centimetres off do not steer the fit, plus
+// a weak pull (prior_sd in coordinates) towards the start that keeps undetermined parameters where they are.
+// Parameter sets of one iteration run side by side in SIMD lanes: the differences, then four dampings at once.
+#pragma once
+
+#include "fit/objective.h"
+#include "report/progress.h"
+
+namespace selvedge::fit {
+
+struct LeastSquaresOptions {
+  int max_iterations = 12;
+  double least_decrease = 2e-4;    // of the cost, relative; smaller twice in a row ends the fit
+  double difference = 0.03;        // in coordinates
+  double prior_sd = 2.5;           // in coordinates (logarithmic: a factor of 12)
+  double cauchy = 3;               // in robust standard deviations
+  std::vector<size_t> trials;      // fitted ones; empty: all
+  double fit_until_s = 1e300;      // later residuals of moving trials are held out
+  report::ProgressCallback progress = [](double, const std::string&) {};
+};
+
+struct LeastSquaresResult {
+  Eigen::VectorXd coordinates;
+  double cost_start = 0, cost = 0;
+  Eigen::MatrixXd information;     // JᵀWJ + prior at the end
+  Eigen::MatrixXd covariance;      // of coordinates: sandwich over blocks of trial and 0.2 s
+  std::vector<Eigen::MatrixXd> jacobian;  // mm per coordinate, one a trial
+  Residuals residuals;             // at the end
+  Residuals residuals_start;
+  double scale = 1;                // robust standard deviation of r / sd at the end
+  int evaluations = 0;             // simulations of one parameter set over all trials
+  std::vector<double> history;     // cost after each iteration
+};
+
+LeastSquaresResult minimise(Objective& objective, const std::vector<Parameter>& parameters,
+                            const Eigen::VectorXd& start, const LeastSquaresOptions& options = {});
+
+// Cost of residuals, as minimised (without prior), with the robust scale given.
+double cost_of(const Objective& objective, const Residuals& residuals, const LeastSquaresOptions& options, double scale);
+
+}  // namespace selvedge::fit

@@ -1,0 +1,56 @@
+#include "fit/model.h"
+
+#include <cmath>
+
+namespace selvedge::fit {
+
+namespace {
+
+Parameter material(const std::string& name, const std::string& unit, double start, double lower, double upper,
+                   double cloth::Material::*member) {
+  return {name, unit, start, lower, upper, true, 1,
+          [member](Prediction& p, double value) { p.experiment.material.*member = value; }};
+}
+
+}  // namespace
+
+std::vector<Parameter> base_parameters(Drag drag) {
+  using M = cloth::Material;
+  std::vector<Parameter> all = {
+      material("stretch", "N/m", 120, 10, 5000, &M::stretch),
+      material("shear", "N/m", 50, 3, 5000, &M::shear),
+      material("bend", "N·m", 4e-5, 1e-7, 1e-2, &M::bend),
+      material("stretch_damping", "N·s/m", 0.03, 1e-3, 0.3, &M::stretch_damping),
+      material("shear_damping", "N·s/m", 0.03, 1e-3, 0.3, &M::shear_damping),
+      material("bend_damping", "N·m·s", 3e-7, 1e-9, 1e-5, &M::bend_damping),
+  };
+  if (drag == Drag::nonlinear) {
+    all.push_back(material("drag_normal", "kg/m³", 0.8, 0.02, 20, &M::drag_normal));
+    all.push_back(material("drag_tangent", "kg/(m²·s)", 0.05, 1e-3, 5, &M::drag_tangent));
+    all.push_back(material("drag_fade", "s²/m²", 0.2, 1e-2, 20, &M::drag_fade));
+  } else if (drag == Drag::linear) {
+    all.push_back(material("drag_linear", "kg/(m²·s)", 0.3, 1e-3, 20, &M::drag_linear));
+    all.push_back(material("drag_tangent", "kg/(m²·s)", 0.05, 1e-3, 5, &M::drag_tangent));
+  }
+  // What is not fitted is not there: a base without a drag law has no drag of the default material either.
+  for (Parameter& p : all) {
+    const auto inner = p.apply;
+    p.apply = [inner, drag](Prediction& prediction, double value) {
+      cloth::Material& m = prediction.experiment.material;
+      if (drag != Drag::nonlinear) m.drag_normal = m.drag_fade = 0;
+      if (drag == Drag::none) m.drag_tangent = m.drag_linear = 0;
+      inner(prediction, value);
+    };
+  }
+  return all;
+}
+
+double to_value(const Parameter& parameter, double coordinate) {
+  return parameter.logarithmic ? std::exp(coordinate) : coordinate * parameter.scale;
+}
+
+double to_coordinate(const Parameter& parameter, double value) {
+  return parameter.logarithmic ? std::log(value) : value / parameter.scale;
+}
+
+}  // namespace selvedge::fit

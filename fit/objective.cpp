@@ -1,0 +1,296 @@
+#include "fit/objective.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <mutex>
+
+#include <tbb/parallel_for.h>
+
+#include "fit/stripe_residual.h"
+
+namespace selvedge::fit {
+
+namespace {
+
+using Eigen::Index;
+
+constexpr Index kLanes = cloth::kernel::kMaxLanes;
+
+Index residual_count(const ObservedTrial& trial) {
+  Index count = 0;
+  if (trial.markers) count += 3 * trial.markers->position.cols();
+  if (trial.stripes)
+    for (const StripeFrame& f : trial.stripes->frames)
+      count += static_cast<Index>(f.depth.size() + f.outline.size());
+  return count;
+}
+
+// The two samples around a time and two more, for a cubic; clamped at the ends.
+struct Between {
+  size_t before = 0;
+  double share = 0;
+};
+
+Between between(const std::vector<double>& sample_s, double t) {
+  if (sample_s.size() < 2) return {};
+  const double step = sample_s[1] - sample_s[0];
+  const double at = std::clamp((t - sample_s[0]) / step, 0.0, static_cast<double>(sample_s.size() - 1) - 1e-9);
+  return {static_cast<size_t>(at), at - std::floor(at)};
+}
+
+template <class Pick>
+auto catmull_rom(const Between& b, size_t count, const Pick& pick) {
+  const auto clamped = [&](std::ptrdiff_t i) {
+    return pick(static_cast<size_t>(std::clamp<std::ptrdiff_t>(i, 0, static_cast<std::ptrdiff_t>(count) - 1)));
+  };
+  const auto i = static_cast<std::ptrdiff_t>(b.before);
+  const double x = b.share, x2 = x * x, x3 = x2 * x;
+  using Value = decltype(pick(0));
+  const Value p0 = clamped(i - 1), p1 = clamped(i), p2 = clamped(i + 1), p3 = clamped(i + 2);
+  return Value(0.5 * ((-x + 2 * x2 - x3) * p0 + (2 - 5 * x2 + 3 * x3) * p1 + (x + 4 * x2 - 3 * x3) * p2 + (x3 - x2) * p3));
+}
+
+Eigen::Vector3d point_on(const Eigen::Matrix3Xd& position, const geometry::MaterialPoint& p) {
+  return p.weights(0) * position.col(p.vertices[0]) + p.weights(1) * position.col(p.vertices[1]) +
+         p.weights(2) * position.col(p.vertices[2]);
+}
+
+std::vector<size_t> all_of(size_t count) {
+  std::vector<size_t> all(count);
+  for (size_t i = 0; i < count; ++i) all[i] = i;
+  return all;
+}
+
+// Robust size of the residuals: median of their absolute values.
+double median_absolute(const Eigen::VectorXd& r) {
+  std::vector<double> seen;
+  for (const double x : r)
+    if (std::isfinite(x)) seen.push_back(std::abs(x));
+  if (seen.empty()) return std::numeric_limits<double>::infinity();
+  std::nth_element(seen.begin(), seen.begin() + static_cast<std::ptrdiff_t>(seen.size() / 2), seen.end());
+  return seen[seen.size() / 2];
+}
+
+}  // namespace
+
+Eigen::Matrix3Xd position_at(const cloth::Experiment& e, const cloth::Trajectory& trajectory, double t_s) {
+  return catmull_rom(between(e.sample_s, t_s), trajectory.samples.size(),
+                     [&](size_t i) -> const Eigen::Matrix3Xd { return trajectory.samples[i]; });
+}
+
+Objective::Objective(std::vector<ObservedTrial> trials, const ObjectiveOptions& options,
+                     const std::vector<Parameter>& parameters, const Eigen::VectorXd& usual)
+    : options_(options) {
+  const double width = trials.front().width_m, height = trials.front().height_m;
+  const int rows = std::max(3, static_cast<int>(std::lround((options.columns - 1) * height / width)) + 1);
+  sheet_ = cloth::make_sheet(geometry::make_grid_mesh(width, height, options.columns, rows));
+  for (ObservedTrial& trial : trials) {
+    std::vector<geometry::MaterialPoint> points;
+    if (trial.markers)
+      for (const Eigen::Vector2d& uv : trial.markers->uv) points.push_back(geometry::locate(sheet_.mesh, uv));
+    marker_points_.push_back(std::move(points));
+    scenes_.push_back({std::move(trial), {}});
+  }
+  tbb::parallel_for(size_t{0}, scenes_.size(), [&](size_t i) { choose_branch(scenes_[i], parameters, usual); });
+}
+
+void Objective::choose_branch(Scene& scene, const std::vector<Parameter>& parameters, const Eigen::VectorXd& usual) const {
+  const size_t trial = static_cast<size_t>(&scene - scenes_.data());
+  std::vector<Prediction> tries;
+  std::vector<Eigen::Matrix3Xd> shapes;
+  for (const double side : {1.0, -1.0}) {
+    const Eigen::Matrix3Xd hung = cloth::hung_shape(sheet_, scene.trial.experiment, side);
+    shapes.push_back(hung);
+    if (scene.trial.markers) {
+      const MarkerTrack& m = *scene.trial.markers;
+      const auto times = static_cast<Index>(m.time_s.size());
+      std::vector<Eigen::Vector2d> uv = {{0, 0}, {scene.trial.width_m, 0}};
+      Eigen::Matrix3Xd at(3, static_cast<Index>(m.uv.size()) + 2);
+      at.leftCols(2) = scene.trial.experiment.path.at(scene.trial.experiment.start_s);
+      for (size_t k = 0; k < m.uv.size(); ++k) {
+        const Eigen::Vector3d seen = m.position.col(static_cast<Index>(k) * times);
+        if (!seen.allFinite()) continue;
+        at.col(static_cast<Index>(uv.size())) = seen;
+        uv.push_back(m.uv[k]);
+      }
+      if (uv.size() >= 6)
+        shapes.push_back(cloth::bent_through(sheet_, hung, uv, at.leftCols(static_cast<Index>(uv.size()))));
+    }
+  }
+  scene.start_shape = shapes.front();
+  std::vector<cloth::Experiment> lanes;
+  Prediction common;
+  for (const Eigen::Matrix3Xd& shape : shapes) {
+    Eigen::MatrixXd one = usual;
+    Prediction p = predictions(parameters, one, trial, 0, 1).front();
+    p.experiment.start_shape = shape;
+    common = p;
+    lanes.push_back(p.experiment);
+  }
+  const std::vector<cloth::Rest> rests = cloth::relax(sheet_, lanes, options_.simulation);
+  double least = std::numeric_limits<double>::infinity();
+  for (size_t i = 0; i < rests.size(); ++i) {
+    // The first observed time alone decides: all samples at the equilibrium, residuals of that time.
+    ObservedTrial first = scene.trial;
+    cloth::Trajectory still;
+    still.start = rests[i].position;
+    still.samples = {rests[i].position};
+    first.experiment.sample_s = {first.experiment.start_s};
+    if (first.markers) {
+      const auto times = static_cast<Index>(first.markers->time_s.size());
+      Eigen::Matrix3Xd initial(3, static_cast<Index>(first.markers->uv.size()));
+      for (Index k = 0; k < initial.cols(); ++k) initial.col(k) = first.markers->position.col(k * times);
+      first.markers->position = initial;
+      first.markers->time_s.resize(1);
+    }
+    if (first.stripes) {
+      auto one_frame = std::make_shared<StripeTrack>(*first.stripes);
+      one_frame->frames.resize(1);
+      first.stripes = one_frame;
+    }
+    Prediction at_start = common;
+    at_start.experiment.sample_s = first.experiment.sample_s;
+    // marker_points_ of this trial serve: only the times were cut.
+    const double error = median_absolute(residual_of(first, at_start, still));
+    if (error < least) {
+      least = error;
+      scene.start_shape = rests[i].position;
+    }
+  }
+}
+
+std::vector<Prediction> Objective::predictions(const std::vector<Parameter>& parameters, const Eigen::MatrixXd& coordinates,
+                                               size_t trial, Index first, Index count) const {
+  std::vector<Prediction> out;
+  for (Index set = first; set < first + count; ++set) {
+    Prediction p;
+    p.experiment = scenes_[trial].trial.experiment;
+    p.experiment.start_shape = scenes_[trial].start_shape;
+    for (size_t k = 0; k < parameters.size(); ++k)
+      parameters[k].apply(p, to_value(parameters[k], coordinates(static_cast<Index>(k), set)));
+    out.push_back(std::move(p));
+  }
+  return out;
+}
+
+Eigen::VectorXd Objective::residual_of(const ObservedTrial& trial, const Prediction& prediction,
+                                       const cloth::Trajectory& trajectory) const {
+  Eigen::VectorXd r(residual_count(trial));
+  const cloth::Experiment& e = prediction.experiment;
+  Index at = 0;
+  if (trial.markers) {
+    const auto& points = marker_points_[static_cast<size_t>(
+        std::find_if(scenes_.begin(), scenes_.end(), [&](const Scene& s) { return s.trial.name == trial.name; }) - scenes_.begin())];
+    const MarkerTrack& m = *trial.markers;
+    for (size_t k = 0; k < m.uv.size(); ++k)
+      for (size_t j = 0; j < m.time_s.size(); ++j) {
+        const Between b = between(e.sample_s, m.time_s[j] - prediction.seeing.delay_s);
+        const Eigen::Vector3d x = catmull_rom(b, trajectory.samples.size(), [&](size_t i) -> Eigen::Vector3d {
+          return point_on(trajectory.samples[i], points[k]);
+        });
+        r.segment<3>(at) = 1e3 * (x - m.position.col(static_cast<Index>(k * m.time_s.size() + j)));
+        at += 3;
+      }
+  }
+  if (trial.stripes)
+    for (const StripeFrame& frame : trial.stripes->frames) {
+      const Eigen::Matrix3Xd x = position_at(e, trajectory, frame.time_s - prediction.seeing.delay_s);
+      stripe_residuals(*trial.stripes, frame, sheet_.mesh, x, prediction.seeing, r.data() + at);
+      at += static_cast<Index>(frame.depth.size() + frame.outline.size());
+    }
+  return r;
+}
+
+std::vector<Residuals> Objective::evaluate(const std::vector<Parameter>& parameters, const Eigen::MatrixXd& coordinates,
+                                           const std::vector<size_t>& wanted) const {
+  const std::vector<size_t> trials = wanted.empty() ? all_of(scenes_.size()) : wanted;
+  const Index sets = coordinates.cols(), groups = (sets + kLanes - 1) / kLanes;
+  std::vector<Residuals> out(static_cast<size_t>(sets));
+  for (Residuals& r : out) {
+    r.mm.resize(scenes_.size());
+    r.start.resize(scenes_.size());
+  }
+  std::vector<char> finite(static_cast<size_t>(sets) * scenes_.size(), 1);
+  tbb::parallel_for(size_t{0}, trials.size() * static_cast<size_t>(groups), [&](size_t task) {
+    const size_t trial = trials[task / static_cast<size_t>(groups)];
+    const Index first = static_cast<Index>(task % static_cast<size_t>(groups)) * kLanes;
+    const Index count = std::min<Index>(kLanes, sets - first);
+    const std::vector<Prediction> predicted = predictions(parameters, coordinates, trial, first, count);
+    std::vector<cloth::Experiment> lanes;
+    for (const Prediction& p : predicted) lanes.push_back(p.experiment);
+    std::vector<cloth::Trajectory> runs;
+    if (scenes_[trial].trial.still) {
+      for (cloth::Rest& rest : cloth::relax(sheet_, lanes, options_.simulation))
+        runs.push_back({{rest.position}, rest.position, rest.at_rest, rest.position.allFinite()});
+    } else {
+      runs = cloth::simulate(sheet_, lanes, options_.simulation);
+    }
+    for (Index i = 0; i < count; ++i) {
+      Residuals& r = out[static_cast<size_t>(first + i)];
+      const cloth::Trajectory& run = runs[static_cast<size_t>(i)];
+      r.start[trial] = run.start;
+      if (run.finite) r.mm[trial] = residual_of(scenes_[trial].trial, predicted[static_cast<size_t>(i)], run);
+      else finite[static_cast<size_t>(first + i) * scenes_.size() + trial] = 0;
+    }
+  });
+  for (size_t i = 0; i < finite.size(); ++i)
+    if (!finite[i]) out[i / scenes_.size()].finite = false;
+  return out;
+}
+
+cloth::Trajectory Objective::trajectory(const std::vector<Parameter>& parameters, const Eigen::VectorXd& coordinates,
+                                        size_t trial) const {
+  const std::vector<Prediction> p = predictions(parameters, coordinates, trial, 0, 1);
+  return cloth::simulate(sheet_, {p.front().experiment}, options_.simulation).front();
+}
+
+Eigen::VectorXd Objective::sd_mm(size_t trial) const {
+  const ObservedTrial& t = scenes_[trial].trial;
+  Eigen::VectorXd sd(residual_count(t));
+  Index at = 0;
+  const double floor = options_.model_sd_mm;
+  if (t.markers) {
+    sd.head(3 * t.markers->position.cols()).setConstant(std::hypot(1e3 * t.markers->noise_m, floor));
+    at += 3 * t.markers->position.cols();
+  }
+  if (t.stripes)
+    for (const StripeFrame& f : t.stripes->frames) {
+      for (const DepthPoint& p : f.depth) sd(at++) = std::hypot(p.sd_mm, floor);
+      for (const OutlinePoint& p : f.outline) sd(at++) = std::hypot(p.sd_mm, floor);
+    }
+  return sd;
+}
+
+Eigen::VectorXd Objective::time_s(size_t trial) const {
+  const ObservedTrial& t = scenes_[trial].trial;
+  Eigen::VectorXd time(residual_count(t));
+  Index at = 0;
+  if (t.markers)
+    for (size_t k = 0; k < t.markers->uv.size(); ++k)
+      for (const double s : t.markers->time_s)
+        for (int axis = 0; axis < 3; ++axis) time(at++) = s;
+  if (t.stripes)
+    for (const StripeFrame& f : t.stripes->frames)
+      for (size_t k = 0; k < f.depth.size() + f.outline.size(); ++k) time(at++) = f.time_s;
+  return time;
+}
+
+void Objective::set_start(const std::vector<Eigen::Matrix3Xd>& start) {
+  for (size_t i = 0; i < scenes_.size(); ++i)
+    if (i < start.size() && start[i].cols() == sheet_.data.vertex_count && start[i].allFinite()) scenes_[i].start_shape = start[i];
+}
+
+double rms_mm(const ObservedTrial& trial, const Eigen::VectorXd& residual, const Eigen::VectorXd& time_s, double from_s, double to_s) {
+  double sum = 0;
+  Index count = 0;
+  for (Index i = 0; i < residual.size(); ++i)
+    if (std::isfinite(residual(i)) && time_s(i) >= from_s && time_s(i) <= to_s) {
+      sum += residual(i) * residual(i);
+      ++count;
+    }
+  if (count == 0) return std::numeric_limits<double>::quiet_NaN();
+  return std::sqrt((trial.markers ? 3.0 : 1.0) * sum / static_cast<double>(count));
+}
+
+}  // namespace selvedge::fit

@@ -1,0 +1,82 @@
+// Residuals of recorded trials under a model with given parameters.
+//
+// Residuals are in mm: three a marker and time, one a stripe or outline point. Each has a standard deviation
+// sd_mm, from the sensor's noise and what the mesh leaves undetermined. Parameter sets of one call go through
+// the simulation together in SIMD lanes, and trials over the cores; results do not depend on either.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "fit/model.h"
+#include "fit/observed_trial.h"
+
+namespace selvedge::fit {
+
+// One trial on one mesh, with the shape from which its equilibrium is sought.
+struct Scene {
+  ObservedTrial trial;
+  Eigen::Matrix3Xd start_shape;
+};
+
+struct Residuals {
+  std::vector<Eigen::VectorXd> mm;         // one a trial; NaN where the marker was not seen
+  std::vector<Eigen::Matrix3Xd> start;     // equilibrium of each trial
+  bool finite = true;                      // false: a simulation blew up
+};
+
+struct ObjectiveOptions {
+  int columns = 17;                        // of the mesh along the width
+  double model_sd_mm = 0.5;                // what the mesh alone may be off by, added to sensor noise
+  cloth::Options simulation;
+};
+
+class Objective {
+ public:
+  // Finds each trial's branch of equilibrium: of the shapes tried, the one nearest to the first observation.
+  // usual: parameters at which that is decided.
+  Objective(std::vector<ObservedTrial> trials, const ObjectiveOptions& options, const std::vector<Parameter>& parameters,
+            const Eigen::VectorXd& usual);
+
+  const cloth::Sheet& sheet() const { return sheet_; }
+  const std::vector<Scene>& scenes() const { return scenes_; }
+  const ObjectiveOptions& options() const { return options_; }
+
+  // coordinates: parameters × sets. trials: which to evaluate (empty: all). One Residuals a set.
+  std::vector<Residuals> evaluate(const std::vector<Parameter>& parameters, const Eigen::MatrixXd& coordinates,
+                                  const std::vector<size_t>& trials = {}) const;
+
+  // Standard deviations beside Residuals::mm of a trial.
+  Eigen::VectorXd sd_mm(size_t trial) const;
+  // Time of each residual, s, in the trial's own clock.
+  Eigen::VectorXd time_s(size_t trial) const;
+
+  // Start equilibria for the next evaluations.
+  void set_start(const std::vector<Eigen::Matrix3Xd>& start);
+
+  // Simulated positions of a trial's samples for one set, for pictures and maps.
+  cloth::Trajectory trajectory(const std::vector<Parameter>& parameters, const Eigen::VectorXd& coordinates,
+                               size_t trial) const;
+
+ private:
+  std::vector<Prediction> predictions(const std::vector<Parameter>& parameters, const Eigen::MatrixXd& coordinates,
+                                      size_t trial, Eigen::Index first, Eigen::Index count) const;
+  void choose_branch(Scene& scene, const std::vector<Parameter>& parameters, const Eigen::VectorXd& usual) const;
+  Eigen::VectorXd residual_of(const ObservedTrial& trial, const Prediction& prediction,
+                              const cloth::Trajectory& trajectory) const;
+
+  cloth::Sheet sheet_;
+  ObjectiveOptions options_;
+  std::vector<Scene> scenes_;
+  std::vector<std::vector<geometry::MaterialPoint>> marker_points_;  // a trial, a marker
+};
+
+// Positions of all vertices between the samples of a trajectory (cubic in time).
+Eigen::Matrix3Xd position_at(const cloth::Experiment& experiment, const cloth::Trajectory& trajectory, double t_s);
+
+// Root mean square of the finite residuals of a trial between two times, mm: distance of markers in space
+// (three residuals a marker count as one), or of stripe and outline points.
+double rms_mm(const ObservedTrial& trial, const Eigen::VectorXd& residual, const Eigen::VectorXd& time_s,
+              double from_s = -1e300, double to_s = 1e300);
+
+}  // namespace selvedge::fit
