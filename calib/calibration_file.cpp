@@ -1,0 +1,155 @@
+#include "calib/calibration_file.h"
+
+#include <cmath>
+
+#include "files/bad_input.h"
+#include "files/whole_file.h"
+
+namespace selvedge::calib {
+
+namespace {
+
+using nlohmann::json;
+
+// JSON has no NaN: what cannot be said is null.
+json number_or_null(double value) { return std::isfinite(value) ? json(value) : json(nullptr); }
+
+json by_name(const std::map<int, double>& values) {
+  json object = json::object();
+  for (const auto& [name, value] : values) object[std::to_string(name)] = number_or_null(value);
+  return object;
+}
+
+json event_json(const PoseEvent& event) {
+  return {{"kind", event.knocked ? "device_moved_before_pose" : "pose_does_not_fit"},
+          {"pose", event.pose},
+          {"turned_deg", event.shift.head<3>().norm() * 180 / M_PI}};
+}
+
+json matrix_json(const Eigen::MatrixXd& matrix) {
+  json rows = json::array();
+  for (int i = 0; i < matrix.rows(); ++i) {
+    json row = json::array();
+    for (int j = 0; j < matrix.cols(); ++j) row.push_back(matrix(i, j));
+    rows.push_back(row);
+  }
+  return rows;
+}
+
+json device_json(const DeviceCalibration& device) {
+  const DeviceSolution& d = device.solution;
+  if (!d.solved)
+    return {{"projection", nullptr}, {"distortion", nullptr}, {"rms_px", nullptr},
+            {"leave_one_pose_out_px", nullptr}, {"predicted_sd_px", nullptr}, {"worst_pose", nullptr},
+            {"width_px", d.size.width_px}, {"height_px", d.size.height_px}};
+  json events = json::array();
+  for (const PoseEvent& event : d.events) events.push_back(event_json(event));
+  const geometry::Projection projection = device.projection();
+  return {{"projection", matrix_json(projection.matrix)},
+          {"distortion", projection.distortion},
+          {"rms_px", d.rms_px},
+          {"leave_one_pose_out_px", number_or_null(d.leave_one_pose_out_px)},
+          {"predicted_sd_px", number_or_null(device.deviation.mean_sd_px)},
+          {"worst_pose", d.worst_pose},
+          {"width_px", d.size.width_px},
+          {"height_px", d.size.height_px},
+          {"worst_marker", d.worst_marker},
+          {"predicted_sd_uv_px", {number_or_null(device.deviation.mean_sd_uv_px.x()),
+                                  number_or_null(device.deviation.mean_sd_uv_px.y())}},
+          {"largest_sd_px", number_or_null(device.deviation.largest_sd_px)},
+          {"share_of_volume_in_view", device.deviation.share_in_view},
+          {"pixel_noise_px", d.refined.pixel_sd_px},
+          {"singular_value_ratio", d.singular_ratio},
+          {"pose_rms_px", by_name(d.pose_rms_px)},
+          {"left_out_pose_rms_px", by_name(d.left_out_rms_px)},
+          {"marker_rms_px", by_name(d.marker_rms_px)},
+          {"events", events},
+          {"parameters", {{"order", "fx fy cx cy k1 k2 p1 p2 k3 rx ry rz tx ty tz"},
+                          {"value", std::vector<double>(d.refined.camera.begin(), d.refined.camera.end())},
+                          {"covariance", matrix_json(d.uncertainty.covariance)}}}};
+}
+
+const json& member(const json& object, const std::string& key, const std::string& where) {
+  if (!object.is_object() || !object.contains(key)) refuse(where, "key \"{}\" is missing", key);
+  return object.at(key);
+}
+
+double number(const json& value, const std::string& where) {
+  if (!value.is_number()) refuse(where, "expected a number, found {}", value.dump());
+  return value.get<double>();
+}
+
+geometry::Projection projection_from_json(const json& device, const std::string& where) {
+  geometry::Projection projection;
+  const json& rows = member(device, "projection", where);
+  const std::string key = where + ".projection";
+  if (!rows.is_array() || rows.size() != 3)
+    refuse(key, "expected three rows of four numbers, found {}", rows.dump());
+  for (int i = 0; i < 3; ++i) {
+    if (!rows[i].is_array() || rows[i].size() != 4) refuse(key, "expected three rows of four numbers");
+    for (int j = 0; j < 4; ++j) projection.matrix(i, j) = number(rows[i][j], key);
+  }
+  const Eigen::Vector3d values = geometry::singular_values(projection.matrix);
+  if (values[2] < 1e-9 * values[0]) refuse(key, "expected a matrix of rank 3, found one below");
+  const json& distortion = member(device, "distortion", where);
+  if (!distortion.is_array() || distortion.size() != 5)
+    refuse(where + ".distortion", "expected k1 k2 p1 p2 k3, found {}", distortion.dump());
+  for (int i = 0; i < 5; ++i) projection.distortion[i] = number(distortion[i], where + ".distortion");
+  if (device.contains("width_px")) projection.width_px = static_cast<int>(number(device["width_px"], where));
+  if (device.contains("height_px")) projection.height_px = static_cast<int>(number(device["height_px"], where));
+  return projection;
+}
+
+double number_or_nan(const json& device, const char* key) {
+  return device.contains(key) && device[key].is_number() ? device[key].get<double>() : std::nan("");
+}
+
+}  // namespace
+
+json to_json(const Calibration& calibration) {
+  json rejected = json::array();
+  for (const RejectedSighting& r : calibration.rejected)
+    rejected.push_back({{"pose", r.pose}, {"marker", r.marker}, {"why", r.why}});
+  const DeviceOptions& device = calibration.options.device;
+  return {{"format", "calibration/1"},
+          {"camera", device_json(calibration.camera)},
+          {"projector", calibration.projector ? device_json(*calibration.projector) : json(nullptr)},
+          {"triangulation_sd_mm", number_or_null(calibration.triangulation_sd_mm)},
+          {"rejected", rejected},
+          {"verdict", to_text(calibration.verdict)},
+          {"advice", calibration.advice},
+          {"options", {{"ransac_threshold_px", device.ransac.threshold_px},
+                       {"ransac_seed", device.ransac.seed},
+                       {"gate_sd", device.gate_sd},
+                       {"choose_distortion", device.choose_distortion},
+                       {"good_camera_sd_px", calibration.options.good_camera_sd_px},
+                       {"good_projector_sd_px", calibration.options.good_projector_sd_px},
+                       {"refused_sd_px", calibration.options.refused_sd_px}}},
+          {"inputs", to_json(calibration.inputs)}};
+}
+
+void write_calibration(const Calibration& calibration, const std::filesystem::path& path) {
+  files::write_json(path, to_json(calibration));
+}
+
+StoredCalibration read_calibration(const std::filesystem::path& path) {
+  const json value = files::read_json(path);
+  const std::string where = path.string();
+  const json& format = member(value, "format", where);
+  if (format != "calibration/1") refuse(where, "expected format \"calibration/1\", found {}", format.dump());
+  StoredCalibration stored;
+  const json& camera = member(value, "camera", where);
+  stored.camera = projection_from_json(camera, where + ": camera");
+  stored.camera_rms_px = number_or_nan(camera, "rms_px");
+  stored.camera_sd_px = number_or_nan(camera, "predicted_sd_px");
+  if (const json& projector = member(value, "projector", where); !projector.is_null()) {
+    stored.projector = projection_from_json(projector, where + ": projector");
+    stored.projector_rms_px = number_or_nan(projector, "rms_px");
+    stored.projector_sd_px = number_or_nan(projector, "predicted_sd_px");
+  }
+  stored.verdict = member(value, "verdict", where).get<std::string>();
+  if (value.contains("inputs")) stored.inputs = poses_from_json(value["inputs"], where + ": inputs");
+  return stored;
+}
+
+}  // namespace selvedge::calib
