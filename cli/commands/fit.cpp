@@ -1,0 +1,70 @@
+// ./selvedge fit PATH --out DIR: fits a trial or campaign.
+#include <filesystem>
+#include <memory>
+#include <string>
+
+#include <fmt/format.h>
+
+#include "capture/trial/trial.h"
+#include "cli/command.h"
+#include "files/bad_input.h"
+#include "fit/fit_report.h"
+#include "report/progress.h"
+
+namespace selvedge::cli {
+
+namespace {
+
+struct FitArguments {
+  std::filesystem::path path, out;
+  std::string base = "nonlinear_drag", hold_out = "automatic", integrator = "leapfrog";
+  fit::FitOptions options;
+};
+
+fit::Drag drag_of(const std::string& base) {
+  return base == "linear_drag" ? fit::Drag::linear : base == "no_drag" ? fit::Drag::none : fit::Drag::nonlinear;
+}
+
+void print_outcome(const fit::FitOutcome& out) {
+  fmt::print("{:<16} {:>11} {:<11} {:>23}  {:>9}\n", "parameter", "value", "unit", "90 % interval", "1 % error");
+  for (const fit::FittedParameter& p : out.parameters)
+    fmt::print("{:<16} {:>11.4g} {:<11} {:>11.3g} {:>11.3g}  {:>7.1f} %  {}\n", p.parameter.name, p.value, p.parameter.unit,
+               p.lower_interval, p.upper_interval, p.variability_percent,
+               p.at_bound ? "at its bound" : p.determined ? "" : "hardly determined");
+  fmt::print("\n{:<16} {:>10} {:>10} {:>12} {:>14}\n", "trial, mm", "start", "fitted", "held out", "rigid plate");
+  for (const fit::TrialError& t : out.trials)
+    fmt::print("{:<16} {:>10.2f} {:>10.2f} {:>12.2f} {:>14}\n", t.name, t.start_mm, t.end_mm, t.held_out_mm,
+               t.rigid_plate_mm ? fmt::format("{:.2f}", *t.rigid_plate_mm) : "");
+  fmt::print("\nheld-out error {:.2f} mm", fit::held_out_mm(out));
+  if (const auto plate = fit::rigid_plate_mm(out)) fmt::print(", a rigid plate on the same bar {:.2f} mm", *plate);
+  fmt::print("; {} simulations in {:.0f} s\n", out.evaluations, out.wall_s);
+}
+
+void run_fit(FitArguments& a) {
+  const trial::Campaign campaign = trial::read_campaign(a.path);
+  if (std::filesystem::exists(a.out) && !std::filesystem::is_directory(a.out)) refuse("--out " + a.out.string(), "found a file, expected a folder");
+  a.options.drag = drag_of(a.base);
+  a.options.hold_out = a.hold_out == "trials" ? fit::HoldOut::trials : a.hold_out == "frames" ? fit::HoldOut::frames : fit::HoldOut::automatic;
+  if (a.integrator == "runge_kutta_45") a.options.integrator = cloth::Options::Integrator::runge_kutta_45;
+  a.options.progress = report::terminal_progress("fit " + campaign.folder.filename().string());
+  const fit::FitOutcome out = fit::fit_campaign(campaign, a.options);
+  fit::write_fit(out, campaign, a.out);
+  print_outcome(out);
+  fmt::print("wrote {} and {}\n", (a.out / "fit.json").string(), (a.out / "report.html").string());
+}
+
+}  // namespace
+
+void add_fit(CLI::App& app, int&) {
+  auto* command = app.add_subcommand("fit", "fit a trial or campaign: parameters with intervals, held-out error, report");
+  auto a = std::make_shared<FitArguments>();
+  command->add_option("PATH", a->path, "folder of a trial or campaign")->required();
+  command->add_option("--out", a->out, "folder for fit.json and report.html")->required();
+  command->add_option("--base", a->base, "drag law of the base model")->check(CLI::IsMember({"nonlinear_drag", "linear_drag", "no_drag"}))->capture_default_str();
+  command->add_option("--columns", a->options.columns, "mesh vertices along the width")->check(CLI::Range(9, 65))->capture_default_str();
+  command->add_option("--hold-out", a->hold_out, "what is held out")->check(CLI::IsMember({"automatic", "frames", "trials"}))->capture_default_str();
+  command->add_option("--integrator", a->integrator, "time integrator")->check(CLI::IsMember({"leapfrog", "runge_kutta_45"}))->capture_default_str();
+  command->callback([a] { run_fit(*a); });
+}
+
+}  // namespace selvedge::cli

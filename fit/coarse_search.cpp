@@ -1,0 +1,70 @@
+#include "fit/coarse_search.h"
+
+#include <limits>
+#include <map>
+
+#include <fmt/format.h>
+
+namespace selvedge::fit {
+
+namespace {
+
+// Which parameters decide where the optimiser should start, and the values tried. Shear follows stretch, as
+// it does in the fabrics of both papers; damping hardly moves the optimum.
+const std::map<std::string, std::vector<double>>& values_tried() {
+  static const std::map<std::string, std::vector<double>> values = {
+      {"bend", {2e-6, 1.6e-5, 1.2e-4, 9e-4}},
+      {"stretch", {30, 110, 400, 1500}},
+      {"drag_normal", {0.3, 0.8, 2, 5}},
+      {"drag_linear", {0.1, 0.3, 1, 3}},
+  };
+  return values;
+}
+
+Eigen::MatrixXd all_combinations(const std::vector<Parameter>& parameters) {
+  std::vector<Eigen::VectorXd> sets(1, Eigen::VectorXd(static_cast<Eigen::Index>(parameters.size())));
+  for (size_t k = 0; k < parameters.size(); ++k) sets[0](static_cast<Eigen::Index>(k)) = to_coordinate(parameters[k], parameters[k].start);
+  std::map<std::string, Eigen::Index> index;
+  for (size_t k = 0; k < parameters.size(); ++k) index[parameters[k].name] = static_cast<Eigen::Index>(k);
+  for (const auto& [name, values] : values_tried()) {
+    const auto at = index.find(name);
+    if (at == index.end()) continue;
+    std::vector<Eigen::VectorXd> more;
+    for (const Eigen::VectorXd& set : sets)
+      for (const double value : values) {
+        more.push_back(set);
+        more.back()(at->second) = std::log(value);
+        if (name == "stretch" && index.count("shear")) more.back()(index["shear"]) = std::log(value / 2);
+      }
+    sets = std::move(more);
+  }
+  Eigen::MatrixXd columns(sets[0].size(), static_cast<Eigen::Index>(sets.size()));
+  for (size_t i = 0; i < sets.size(); ++i) columns.col(static_cast<Eigen::Index>(i)) = sets[i];
+  return columns;
+}
+
+}  // namespace
+
+CoarseResult coarse_search(Objective& objective, const std::vector<Parameter>& parameters,
+                           const LeastSquaresOptions& options) {
+  const Eigen::MatrixXd sets = all_combinations(parameters);
+  CoarseResult best{sets.col(0), std::numeric_limits<double>::infinity(), static_cast<int>(sets.cols())};
+  constexpr Eigen::Index kAtOnce = 8;
+  for (Eigen::Index first = 0; first < sets.cols(); first += kAtOnce) {
+    const Eigen::Index count = std::min(kAtOnce, sets.cols() - first);
+    const std::vector<Residuals> evaluated = objective.evaluate(parameters, sets.middleCols(first, count), options.trials);
+    for (Eigen::Index i = 0; i < count; ++i) {
+      if (!evaluated[static_cast<size_t>(i)].finite) continue;
+      const double cost = cost_of(objective, evaluated[static_cast<size_t>(i)], options, 1);
+      if (cost < best.cost) {
+        best.cost = cost;
+        best.coordinates = sets.col(first + i);
+      }
+    }
+    options.progress(static_cast<double>(first + count) / static_cast<double>(sets.cols()),
+                     fmt::format("coarse grid, best cost {:.4g}", best.cost));
+  }
+  return best;
+}
+
+}  // namespace selvedge::fit

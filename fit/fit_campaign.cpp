@@ -1,0 +1,266 @@
+#include "fit/fit_campaign.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <limits>
+
+#include <fmt/format.h>
+
+#include <Eigen/Eigenvalues>
+
+#include "files/bad_input.h"
+#include "fit/coarse_search.h"
+#include "fit/stripe_residual.h"
+
+namespace selvedge::fit {
+
+namespace {
+
+using Eigen::Index;
+using Eigen::VectorXd;
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+std::vector<ObservedTrial> observe_all(const trial::Campaign& campaign, const FitOptions& options) {
+  std::vector<ObservedTrial> trials;
+  for (size_t i = 0; i < campaign.trials.size(); ++i) {
+    ObserveOptions observe;
+    observe.rate_hz = campaign.trials[i].markers ? options.rate_hz : options.image_rate_hz;
+    trials.push_back(observe_trial(campaign.trials[i], observe));
+    const trial::Fabric &a = campaign.trials[i].fabric, &b = campaign.trials[0].fabric;
+    if (a.width_m != b.width_m || a.height_m != b.height_m)
+      refuse((campaign.trials[i].folder / "trial.json").string(), "found a fabric of {} x {} m, expected that of the campaign's other trials, {} x {} m",
+             a.width_m, a.height_m, b.width_m, b.height_m);
+    options.progress(0.05 * static_cast<double>(i + 1) / static_cast<double>(campaign.trials.size()), "reading " + campaign.trials[i].name);
+  }
+  return trials;
+}
+
+VectorXd usual(const std::vector<Parameter>& parameters) {
+  VectorXd x(static_cast<Index>(parameters.size()));
+  for (size_t k = 0; k < parameters.size(); ++k) x(static_cast<Index>(k)) = to_coordinate(parameters[k], parameters[k].start);
+  return x;
+}
+
+std::vector<size_t> moving(const std::vector<ObservedTrial>& trials) {
+  std::vector<size_t> out;
+  for (size_t i = 0; i < trials.size(); ++i)
+    if (!trials[i].still) out.push_back(i);
+  return out;
+}
+
+double longest(const std::vector<ObservedTrial>& trials) {
+  double end = 0;
+  for (const ObservedTrial& t : trials)
+    if (!t.still) {
+      if (t.markers) end = std::max(end, t.markers->time_s.back());
+      if (t.stripes) end = std::max(end, last_time_s(*t.stripes));
+    }
+  return end;
+}
+
+// Progress of one stage as a part of the whole.
+report::ProgressCallback part(const report::ProgressCallback& whole, double from, double to, const std::string& name) {
+  return [=](double done, const std::string& what) { whole(from + (to - from) * done, name + ": " + what); };
+}
+
+// Root mean square of markers' speed error, mm/s: differences of position residuals over neighbouring times.
+std::optional<double> velocity_error(const ObservedTrial& trial, const VectorXd& residual) {
+  if (!trial.markers || trial.still || trial.markers->time_s.size() < 2 || residual.size() == 0) return std::nullopt;
+  const MarkerTrack& m = *trial.markers;
+  double sum = 0;
+  size_t count = 0;
+  for (size_t k = 0; k < m.uv.size(); ++k)
+    for (size_t j = 0; j + 1 < m.time_s.size(); ++j) {
+      const auto at = static_cast<Index>(3 * (k * m.time_s.size() + j));
+      const Eigen::Vector3d v = (residual.segment<3>(at + 3) - residual.segment<3>(at)) / (m.time_s[j + 1] - m.time_s[j]);
+      if (!v.allFinite()) continue;
+      sum += v.squaredNorm();
+      ++count;
+    }
+  if (count == 0) return std::nullopt;
+  return std::sqrt(sum / static_cast<double>(count));
+}
+
+// A plate that hangs straight down from the bar between the two held points, no stretch, no swing.
+std::optional<double> plate_error(const ObservedTrial& trial) {
+  if (!trial.markers || trial.experiment.path.hold == cloth::Hold::corners) return std::nullopt;
+  const MarkerTrack& m = *trial.markers;
+  const Eigen::Vector3d down = trial.experiment.gravity_m_s2.normalized();
+  double sum = 0;
+  size_t count = 0;
+  for (size_t j = 0; j < m.time_s.size(); ++j) {
+    const Eigen::Matrix<double, 3, 2> bar = trial.experiment.path.at(m.time_s[j]);
+    for (size_t k = 0; k < m.uv.size(); ++k) {
+      const Eigen::Vector3d seen = m.position.col(static_cast<Index>(k * m.time_s.size() + j));
+      if (!seen.allFinite()) continue;
+      const Eigen::Vector3d plate = bar.col(0) + m.uv[k].x() / trial.width_m * (bar.col(1) - bar.col(0)) + m.uv[k].y() * down;
+      sum += (seen - plate).squaredNorm();
+      ++count;
+    }
+  }
+  return 1e3 * std::sqrt(sum / static_cast<double>(std::max<size_t>(count, 1)));
+}
+
+struct Stage {
+  Objective* objective;
+  LeastSquaresResult result;
+};
+
+LeastSquaresOptions search_options(const FitOptions& options, double cut_s, const report::ProgressCallback& progress) {
+  LeastSquaresOptions out;
+  out.max_iterations = options.max_iterations;
+  out.fit_until_s = cut_s;
+  out.progress = progress;
+  return out;
+}
+
+void judge_parameters(FitOutcome& out, const std::vector<Parameter>& parameters, const VectorXd& start, const LeastSquaresResult& fit) {
+  for (size_t k = 0; k < parameters.size(); ++k) {
+    const auto at = static_cast<Index>(k);
+    const Parameter& p = parameters[k];
+    FittedParameter f;
+    f.parameter = p;
+    f.value = to_value(p, fit.coordinates(at));
+    f.start = to_value(p, start(at));
+    const double half = 1.645 * std::sqrt(std::max(0.0, fit.covariance(at, at)));
+    // A linear interval of a coordinate that nothing determines would run off the range: bounds end it.
+    f.lower_interval = std::clamp(to_value(p, std::max(fit.coordinates(at) - half, -700.0)), p.lower, p.upper);
+    f.upper_interval = std::clamp(to_value(p, std::min(fit.coordinates(at) + half, 700.0)), p.lower, p.upper);
+    // E(p + δ) ≈ E + ½ δ² H: the change for 1 % of the error.
+    const double delta = std::sqrt(2 * 0.01 * fit.cost / std::max(fit.information(at, at), 1e-300));
+    f.variability_percent = 100 * (p.logarithmic ? delta : delta * p.scale / std::max(std::abs(f.value), 1e-300));
+    f.at_bound = f.value <= p.lower * 1.01 || f.value >= p.upper * 0.99;
+    f.determined = !f.at_bound && f.upper_interval < 1.5 * f.value && f.lower_interval > f.value / 1.5;
+    if (f.at_bound) out.remarks.push_back(fmt::format("{} ends at its bound {:.3g} {}", p.name, f.value, p.unit));
+    out.parameters.push_back(std::move(f));
+  }
+}
+
+// Combinations that the trials cannot tell apart: eigenvectors of the information with little of it.
+void name_weak_combinations(FitOutcome& out, const std::vector<Parameter>& parameters, const LeastSquaresResult& fit) {
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(fit.covariance);
+  for (Index i = solver.eigenvalues().size() - 1; i >= 0; --i) {
+    if (solver.eigenvalues()(i) < 0.25 * 0.25) break;
+    std::string text;
+    for (size_t k = 0; k < parameters.size(); ++k) {
+      const double weight = solver.eigenvectors()(static_cast<Index>(k), i);
+      if (std::abs(weight) > 0.3) text += fmt::format("{}{} ({:+.2f})", text.empty() ? "" : ", ", parameters[k].name, weight);
+    }
+    out.remarks.push_back(fmt::format("these trials hardly determine {}: a change by a factor {:.1f} along it stays unseen", text,
+                                      std::exp(std::min(1.645 * std::sqrt(solver.eigenvalues()(i)), 6.9))));
+  }
+}
+
+// Two folds of whole trials: each half is predicted by what the other half gives.
+void hold_out_trials(FitOutcome& out, const std::vector<Parameter>& parameters, const VectorXd& coordinates, const FitOptions& options) {
+  const size_t count = out.objective->scenes().size();
+  std::vector<size_t> fold[2];
+  size_t moved = 0, rested = 0;
+  for (size_t i = 0; i < count; ++i) fold[(out.objective->scenes()[i].trial.still ? rested++ : moved++) % 2].push_back(i);
+  for (int side = 0; side < 2; ++side) {
+    if (fold[side].empty() || fold[1 - side].empty()) continue;
+    LeastSquaresOptions o = search_options(options, 1e300, part(options.progress, 0.8 + 0.1 * side, 0.9 + 0.1 * side, "held-out fold"));
+    o.trials = fold[side];
+    o.max_iterations = 4;
+    Objective copy = *out.objective;
+    const LeastSquaresResult fitted = minimise(copy, parameters, coordinates, o);
+    const Residuals predicted = copy.evaluate(parameters, fitted.coordinates, fold[1 - side]).front();
+    out.evaluations += fitted.evaluations + 1;
+    for (const size_t trial : fold[1 - side])
+      out.trials[trial].held_out_mm = rms_mm(copy.scenes()[trial].trial, predicted.mm[trial], copy.time_s(trial));
+  }
+}
+
+void list_errors(FitOutcome& out) {
+  for (size_t i = 0; i < out.objective->scenes().size(); ++i) {
+    const ObservedTrial& t = out.objective->scenes()[i].trial;
+    const VectorXd time = out.objective->time_s(i);
+    TrialError e;
+    e.name = t.name;
+    const double until = t.still ? 1e300 : out.cut_s;
+    e.start_mm = rms_mm(t, out.residuals_start.mm[i], time, -1e300, until);
+    e.end_mm = rms_mm(t, out.residuals.mm[i], time, -1e300, until);
+    e.held_out_mm = until < 1e299 ? rms_mm(t, out.residuals.mm[i], time, until + 1e-9) : kNaN;
+    e.velocity_start_mm_s = velocity_error(t, out.residuals_start.mm[i]);
+    e.velocity_end_mm_s = velocity_error(t, out.residuals.mm[i]);
+    e.rigid_plate_mm = plate_error(t);
+    e.frames = t.markers ? t.markers->time_s.size() : t.stripes->frames.size();
+    out.trials.push_back(std::move(e));
+  }
+}
+
+const char* drag_text(Drag drag) {
+  return drag == Drag::nonlinear ? "nonlinear drag" : drag == Drag::linear ? "linear drag" : "no drag";
+}
+
+}  // namespace
+
+FitOutcome fit_campaign(const trial::Campaign& campaign, const FitOptions& options) {
+  const auto begin = std::chrono::steady_clock::now();
+  FitOutcome out;
+  out.campaign = campaign.folder.filename().string();
+  out.model = fmt::format("Baraff-Witkin triangles, {}, {} columns", drag_text(options.drag), options.columns);
+  const std::vector<Parameter> parameters = base_parameters(options.drag);
+  const std::vector<ObservedTrial> trials = observe_all(campaign, options);
+
+  const bool by_trials = options.hold_out == HoldOut::trials || (options.hold_out == HoldOut::automatic && moving(trials).size() >= 4);
+  out.hold_out = by_trials ? "trials" : "frames";
+  out.cut_s = by_trials || moving(trials).empty() ? 1e300 : trials[moving(trials).front()].experiment.start_s + 2.0 / 3 * longest(trials);
+
+  const auto objective_on = [&](int columns) {
+    ObjectiveOptions o;
+    o.columns = columns;
+    o.simulation.integrator = options.integrator;
+    return o;
+  };
+  Objective coarse(trials, objective_on(options.coarse_columns), parameters, usual(parameters));
+  const CoarseResult found = coarse_search(coarse, parameters, search_options(options, out.cut_s, part(options.progress, 0.05, 0.2, "coarse")));
+  Objective middle(trials, objective_on(options.middle_columns), parameters, found.coordinates);
+  const LeastSquaresResult halfway =
+      minimise(middle, parameters, found.coordinates, search_options(options, out.cut_s, part(options.progress, 0.2, 0.45, "middle mesh")));
+  out.objective = std::make_shared<Objective>(trials, objective_on(options.columns), parameters, halfway.coordinates);
+  LeastSquaresOptions last = search_options(options, out.cut_s, part(options.progress, 0.45, 0.8, "final mesh"));
+  last.max_iterations = std::max(3, options.max_iterations / 2);
+  const LeastSquaresResult fit = minimise(*out.objective, parameters, halfway.coordinates, last);
+
+  out.coordinates = fit.coordinates;
+  out.residuals = fit.residuals;
+  out.residuals_start = out.objective->evaluate(parameters, found.coordinates).front();
+  out.history = fit.history;
+  out.evaluations = found.evaluations + halfway.evaluations + fit.evaluations + 1;
+  judge_parameters(out, parameters, found.coordinates, fit);
+  name_weak_combinations(out, parameters, fit);
+  list_errors(out);
+  if (by_trials) hold_out_trials(out, parameters, fit.coordinates, options);
+  out.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  options.progress(1, "done");
+  return out;
+}
+
+namespace {
+
+template <class Get>
+std::optional<double> pooled(const FitOutcome& outcome, const Get& get) {
+  double sum = 0, count = 0;
+  for (const TrialError& t : outcome.trials) {
+    const std::optional<double> value = get(t);
+    if (!value || !std::isfinite(*value)) continue;
+    sum += *value * *value * static_cast<double>(t.frames);
+    count += static_cast<double>(t.frames);
+  }
+  return count > 0 ? std::optional<double>(std::sqrt(sum / count)) : std::nullopt;
+}
+
+}  // namespace
+
+double held_out_mm(const FitOutcome& outcome) {
+  return pooled(outcome, [](const TrialError& t) { return std::optional<double>(t.held_out_mm); }).value_or(kNaN);
+}
+
+std::optional<double> rigid_plate_mm(const FitOutcome& outcome) {
+  return pooled(outcome, [](const TrialError& t) { return t.rigid_plate_mm; });
+}
+
+}  // namespace selvedge::fit

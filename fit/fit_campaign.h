@@ -1,0 +1,74 @@
+// Fitting a campaign: from recorded trials to parameters with their uncertainty.
+//
+//   1. observe    each trial becomes an experiment to simulate and residuals to compare
+//   2. coarse     a grid over the decisive parameters on a coarse mesh gives the start
+//   3. refine     robust least squares on a middle mesh, then on the final one
+//   4. hold out   what was not fitted is predicted: later frames, or whole trials in two folds
+//   5. judge      interval, variability and bounds of each parameter
+#pragma once
+
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "fit/least_squares.h"
+
+namespace selvedge::fit {
+
+enum class HoldOut { automatic, frames, trials };
+
+struct FitOptions {
+  Drag drag = Drag::nonlinear;
+  int columns = 17;             // of the final mesh
+  int middle_columns = 13;
+  int coarse_columns = 9;
+  double rate_hz = 30;          // observations are thinned to this
+  double image_rate_hz = 10;    // frames likewise
+  HoldOut hold_out = HoldOut::automatic;  // trials where at least four move, else the last third of the frames
+  int max_iterations = 10;
+  cloth::Options::Integrator integrator = cloth::Options::Integrator::leapfrog;
+  report::ProgressCallback progress = [](double, const std::string&) {};
+};
+
+struct FittedParameter {
+  Parameter parameter;
+  double value = 0;
+  double start = 0;                // from the coarse grid
+  double lower_interval = 0, upper_interval = 0;  // 90 %
+  double variability_percent = 0;  // change that raises the error by 1 % (Bhat et al. 2003, section 5)
+  bool at_bound = false;
+  bool determined = false;         // 90 % interval within a factor of 1.5, and not at a bound
+};
+
+struct TrialError {
+  std::string name;
+  double start_mm = 0, end_mm = 0;      // root mean square, fitted part
+  double held_out_mm = 0;               // NaN where nothing of this trial was held out
+  std::optional<double> rigid_plate_mm; // the same samples, a plate hanging from the bar
+  std::optional<double> velocity_start_mm_s, velocity_end_mm_s;  // markers alone
+  size_t frames = 0;                    // compared times
+};
+
+struct FitOutcome {
+  std::string campaign, model, hold_out;
+  std::vector<FittedParameter> parameters;
+  Eigen::VectorXd coordinates;
+  std::vector<TrialError> trials;
+  std::vector<double> history;          // cost after each iteration of the last stage
+  int evaluations = 0;
+  double wall_s = 0;
+  double cut_s = 0;                     // frames after it were held out (hold_out frames)
+  Residuals residuals, residuals_start;
+  std::shared_ptr<Objective> objective; // on the final mesh
+  std::vector<std::string> remarks;     // what a reader should know: bounds, combinations not told apart
+};
+
+FitOutcome fit_campaign(const trial::Campaign& campaign, const FitOptions& options = {});
+
+// Held-out error over all trials, root mean square, mm; of the model and of the rigid plate.
+double held_out_mm(const FitOutcome& outcome);
+std::optional<double> rigid_plate_mm(const FitOutcome& outcome);
+
+}  // namespace selvedge::fit

@@ -1,0 +1,124 @@
+#include "fit/fit_report.h"
+
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "files/whole_file.h"
+#include "fit/fit_pictures.h"
+#include "fit/stripe_residual.h"
+#include "report/html.h"
+
+namespace selvedge::fit {
+
+namespace {
+
+using nlohmann::json;
+
+json number(double value) { return std::isfinite(value) ? json(value) : json(nullptr); }
+
+std::string text(double value, const char* format = "{:.2f}") {
+  return std::isfinite(value) ? fmt::format(fmt::runtime(format), value) : "–";
+}
+
+std::string text(const std::optional<double>& value) { return value ? text(*value) : "–"; }
+
+// Root mean square at each compared time of a trial.
+report::Series error_over_time(const FitOutcome& out, size_t trial, const Residuals& residuals, const std::string& name) {
+  const ObservedTrial& t = out.objective->scenes()[trial].trial;
+  const Eigen::VectorXd time = out.objective->time_s(trial);
+  std::vector<double> times;
+  if (t.markers) times = t.markers->time_s;
+  else
+    for (const StripeFrame& f : t.stripes->frames) times.push_back(f.time_s);
+  report::Series series;
+  series.name = name;
+  for (const double s : times) {
+    series.x.push_back(s);
+    series.y.push_back(rms_mm(t, residuals.mm[trial], time, s - 1e-9, s + 1e-9));
+  }
+  return series;
+}
+
+void add_parameters(report::HtmlReport& html, const FitOutcome& out) {
+  html.heading("Parameters");
+  std::vector<std::vector<std::string>> rows;
+  for (const FittedParameter& p : out.parameters)
+    rows.push_back({p.parameter.name, fmt::format("{:.4g}", p.value), p.parameter.unit, fmt::format("{:.3g} … {:.3g}", p.lower_interval, p.upper_interval),
+                    fmt::format("{:.1f}", p.variability_percent), fmt::format("{:.3g}", p.start),
+                    p.at_bound ? "at its bound" : p.determined ? "determined" : "hardly determined"});
+  html.table({"parameter", "value", "unit", "90 % interval", "change for 1 % of error, %", "start", "verdict"}, rows);
+  for (const std::string& remark : out.remarks) html.paragraph(remark + ".");
+}
+
+void add_errors(report::HtmlReport& html, const FitOutcome& out) {
+  html.heading("Error of each trial");
+  std::vector<std::vector<std::string>> rows;
+  for (const TrialError& t : out.trials)
+    rows.push_back({t.name, std::to_string(t.frames), text(t.start_mm), text(t.end_mm), text(t.held_out_mm), text(t.rigid_plate_mm), text(t.velocity_end_mm_s)});
+  html.table({"trial", "compared times", "start, mm", "fitted, mm", "held out, mm", "rigid plate, mm", "velocity error, mm/s"}, rows);
+  html.paragraph(out.hold_out == "trials"
+                     ? "Held out: each half of the trials predicted with parameters fitted to the other half alone."
+                     : "Held out: the last third of the frames, which the fit did not see.");
+  for (size_t i = 0; i < out.trials.size(); ++i) {
+    if (out.objective->scenes()[i].trial.still) continue;
+    report::PlotOptions plot;
+    plot.x_label = "time, s";
+    plot.y_label = "error, mm";
+    plot.height_px = 220;
+    html.svg(report::line_plot({error_over_time(out, i, out.residuals_start, "start"), error_over_time(out, i, out.residuals, "fitted")}, plot),
+             fmt::format("{}: root mean square error over time{}", out.trials[i].name,
+                         out.cut_s < 1e299 ? fmt::format("; held out after {:.2f} s", out.cut_s) : ""));
+  }
+}
+
+void add_progress(report::HtmlReport& html, const FitOutcome& out) {
+  html.heading("Progress of the fit");
+  report::Series series;
+  series.name = "cost";
+  for (size_t i = 0; i < out.history.size(); ++i) {
+    series.x.push_back(static_cast<double>(i));
+    series.y.push_back(out.history[i]);
+  }
+  report::PlotOptions plot;
+  plot.x_label = "iteration on the final mesh";
+  plot.y_label = "cost";
+  plot.log_y = true;
+  html.svg(report::line_plot({series}, plot), fmt::format("{} simulations of the campaign, {:.0f} s", out.evaluations, out.wall_s));
+}
+
+}  // namespace
+
+json to_json(const FitOutcome& out) {
+  json parameters = json::object(), trials = json::object();
+  for (const FittedParameter& p : out.parameters)
+    parameters[p.parameter.name] = {{"value", p.value}, {"unit", p.parameter.unit}, {"variability_percent", p.variability_percent},
+                                    {"interval", {p.lower_interval, p.upper_interval}}, {"at_bound", p.at_bound},
+                                    {"determined", p.determined}, {"start", p.start}};
+  for (const TrialError& t : out.trials) {
+    trials[t.name] = {{"error_start", number(t.start_mm)}, {"error_end", number(t.end_mm)}, {"frames", t.frames}};
+    if (std::isfinite(t.held_out_mm)) trials[t.name]["error_held_out"] = t.held_out_mm;
+    if (t.rigid_plate_mm) trials[t.name]["error_rigid_plate"] = *t.rigid_plate_mm;
+    if (t.velocity_end_mm_s) trials[t.name]["velocity_error_end_mm_s"] = *t.velocity_end_mm_s;
+  }
+  json out_json = {{"format", "fit/1"}, {"model", out.model}, {"campaign", out.campaign}, {"parameters", parameters}, {"trials", trials},
+                   {"units", "mm root mean square"}, {"evaluations", out.evaluations}, {"wall_s", out.wall_s}, {"remarks", out.remarks},
+                   {"held_out", {{"by", out.hold_out}, {"error", number(held_out_mm(out))}}}};
+  if (const auto plate = rigid_plate_mm(out)) out_json["held_out"]["rigid_plate_error"] = *plate;
+  return out_json;
+}
+
+void write_fit(const FitOutcome& out, const trial::Campaign& campaign, const std::filesystem::path& folder) {
+  report::HtmlReport html("Fit of " + out.campaign);
+  html.paragraph(fmt::format("Model: {}. Held-out error {} mm root mean square{}.", out.model, text(held_out_mm(out)),
+                             rigid_plate_mm(out) ? fmt::format("; a rigid plate on the same bar: {} mm", text(rigid_plate_mm(out))) : ""));
+  add_parameters(html, out);
+  add_errors(html, out);
+  add_pictures(html, out, campaign);
+  add_progress(html, out);
+  std::filesystem::create_directories(folder);
+  html.write(folder / "report.html");
+  files::write_json(folder / "fit.json", to_json(out));
+}
+
+}  // namespace selvedge::fit
