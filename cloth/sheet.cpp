@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include <Eigen/Dense>
+#include <Eigen/Sparse>
 
 namespace selvedge::cloth {
 
@@ -76,18 +77,27 @@ void add_stencil(kernel::BendStencils& bend, const std::vector<Eigen::Vector2d>&
   throw std::invalid_argument("make_sheet: too few vertices for second derivatives");
 }
 
-kernel::Incidence make_incidence(const std::vector<kernel::Triangle>& triangles, int vertices) {
-  std::vector<std::vector<int>> around(static_cast<size_t>(vertices));
-  for (size_t t = 0; t < triangles.size(); ++t)
-    for (int a = 0; a < 3; ++a)
-      around[static_cast<size_t>(triangles[t].vertex[a])].push_back(static_cast<int>(3 * t) + a);
-  kernel::Incidence incidence;
-  incidence.start.push_back(0);
-  for (const auto& corners : around) {
-    incidence.corner.insert(incidence.corner.end(), corners.begin(), corners.end());
-    incidence.start.push_back(static_cast<int>(incidence.corner.size()));
-  }
-  return incidence;
+kernel::BendMatrix make_bend_matrix(const kernel::SheetData& s) {
+  using Sparse = Eigen::SparseMatrix<double, Eigen::RowMajor>;
+  const auto second_derivative = [&](const std::vector<double>& weights, double factor) {
+    std::vector<Eigen::Triplet<double>> entries;
+    for (int i = 0; i < s.vertex_count; ++i)
+      for (int k = s.bend.start[static_cast<size_t>(i)]; k < s.bend.start[static_cast<size_t>(i) + 1]; ++k)
+        entries.emplace_back(i, s.bend.index[static_cast<size_t>(k)],
+                             std::sqrt(factor * s.vertex_area[static_cast<size_t>(i)]) * weights[static_cast<size_t>(k)]);
+    Sparse d(s.vertex_count, s.vertex_count);
+    d.setFromTriplets(entries.begin(), entries.end());
+    return d;
+  };
+  const Sparse uu = second_derivative(s.bend.uu, 1), uv = second_derivative(s.bend.uv, 2), vv = second_derivative(s.bend.vv, 1);
+  Sparse q = Sparse(uu.transpose()) * uu + Sparse(uv.transpose()) * uv + Sparse(vv.transpose()) * vv;
+  q.prune([scale = q.coeffs().abs().maxCoeff()](int, int, double value) { return std::abs(value) > 1e-13 * scale; });
+  q.makeCompressed();
+  kernel::BendMatrix matrix;
+  matrix.start.assign(q.outerIndexPtr(), q.outerIndexPtr() + q.rows() + 1);
+  matrix.index.assign(q.innerIndexPtr(), q.innerIndexPtr() + q.nonZeros());
+  matrix.value.assign(q.valuePtr(), q.valuePtr() + q.nonZeros());
+  return matrix;
 }
 
 // Largest eigenvalue of M⁻¹K by power iteration; apply: y = K x for vectors of `size` numbers.
@@ -178,7 +188,7 @@ Sheet make_sheet(const geometry::TriangleMesh& mesh) {
   const double spacing = std::sqrt(2 * area / static_cast<double>(mesh.triangles.size()));
   s.bend.start.push_back(0);
   for (int i = 0; i < s.vertex_count; ++i) add_stencil(s.bend, mesh.rest_uv, i, spacing);
-  s.incidence = make_incidence(s.triangles, s.vertex_count);
+  s.bend_matrix = make_bend_matrix(s);
   return sheet;
 }
 

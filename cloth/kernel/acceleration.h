@@ -1,4 +1,6 @@
-// Accelerations of all vertices of all lanes, from the forces of the fabric and its surroundings.
+// Accelerations of all vertices, from the forces of the fabric and its surroundings.
+//
+// V: vertex vector, Vec3<Lanes4> for lanes of runs or Quad for a single run.
 #pragma once
 
 #include <vector>
@@ -8,60 +10,87 @@
 
 namespace selvedge::cloth::kernel {
 
-// Working memory of one run; positions in m, velocities in m/s, forces in N.
-template <class R>
+// The same materials, as the loops over triangles and those over vertices read them.
+template <class V>
+struct Materials {
+  LaneMaterial<Lanes4> triangle;
+  LaneMaterial<ScalarOf<V>> vertex;
+};
+
+template <class V>
+Materials<V> unpack_materials(const SheetData& sheet, const Material* materials, const Surroundings* surroundings,
+                              int count) {
+  return {unpack<Lanes4>(sheet, materials, surroundings, count),
+          unpack<ScalarOf<V>>(sheet, materials, surroundings, count)};
+}
+
+// Working memory of one run; positions in m, velocities in m/s, accelerations in m/s².
+template <class V>
 struct Workspace {
   explicit Workspace(const SheetData& sheet)
-      : x(count(sheet)), v(count(sheet)), force(count(sheet)), normal(count(sheet)),
-        corner_force(3 * sheet.triangles.size()), membrane(sheet.triangles.size()), bend(count(sheet)) {}
+      : packed(sheet), x(count(sheet)), v(count(sheet)), acceleration(count(sheet)), normal(count(sheet)),
+        scratch(count(sheet)), membrane(sheet.triangles.size()), bend(count(sheet)) {}
 
   static size_t count(const SheetData& sheet) { return static_cast<size_t>(sheet.vertex_count); }
 
-  std::vector<Vec3<R>> x, v, force, normal, corner_force;
-  std::vector<MembraneMemory<R>> membrane;
-  std::vector<BendMemory<R>> bend;
+  PackedTriangles packed;
+  std::vector<V> x, v, acceleration, normal, scratch;
+  std::vector<MembraneMemory<Lanes4>> membrane;
+  std::vector<BendMemory<ScalarOf<V>>> bend;
 };
 
 // Unit normals at the vertices: triangles' area normals summed.
-template <class R>
-void vertex_normals(const SheetData& sheet, const Vec3<R>* x, Vec3<R>* normal) {
-  for (int i = 0; i < sheet.vertex_count; ++i) normal[i] = Vec3<R>{};
+template <class V>
+void vertex_normals(const SheetData& sheet, const V* x, V* normal) {
+  const auto count = static_cast<size_t>(sheet.vertex_count);
+  for (size_t i = 0; i < count; ++i) normal[i] = V{};
   for (const Triangle& t : sheet.triangles) {
-    const Vec3<R> n = cross(x[t.vertex[1]] - x[t.vertex[0]], x[t.vertex[2]] - x[t.vertex[0]]);
+    const V n = cross(x[t.vertex[1]] - x[t.vertex[0]], x[t.vertex[2]] - x[t.vertex[0]]);
     for (const int corner : t.vertex) normal[corner] += n;
   }
-  for (int i = 0; i < sheet.vertex_count; ++i) {
-    const R length = norm(normal[i]) + 1e-300;
-    normal[i] = (1.0 / length) * normal[i];
-  }
+  for (size_t i = 0; i < count; ++i) normal[i] = (1.0 / (norm(normal[i]) + 1e-300)) * normal[i];
 }
 
 // Air carried along the normal makes the mass (m 1 + m_a n nᵀ): Sherman–Morrison gives its inverse.
-template <class R>
-inline void carry_air(const SheetData& sheet, const LaneMaterial<R>& p, const Vec3<R>* normal, Vec3<R>* acceleration) {
-  for (int i = 0; i < sheet.vertex_count; ++i) {
-    const auto at = static_cast<size_t>(i);
-    const R carried = p.added_mass * sheet.vertex_area[at];
-    const Vec3<R>& n = normal[at];
-    // Weight is not carried: buoyancy of still air is in the drag-free pressure field.
-    acceleration[i] -= (carried / (p.mass[at] + carried) * dot(acceleration[i], n)) * n;
+// Weight is not carried: buoyancy of still air is in the drag-free pressure field.
+template <class V>
+void carry_air(const SheetData& sheet, const LaneMaterial<ScalarOf<V>>& p, const V* normal, V* acceleration) {
+  for (size_t i = 0; i < static_cast<size_t>(sheet.vertex_count); ++i) {
+    const ScalarOf<V> carried = p.added_mass * sheet.vertex_area[i];
+    const V& n = normal[i];
+    acceleration[i] -= (carried / (p.mass[i] + carried) * dot(acceleration[i], n)) * n;
   }
 }
 
-// Fills w.force with accelerations, m/s². step_s advances the memories of friction and creep.
-template <class R>
-void accelerations(const SheetData& sheet, const LaneMaterial<R>& p, Workspace<R>& w, double step_s) {
+// Fills w.acceleration. step_s advances the memories of friction and creep.
+template <class V>
+void accelerations(const SheetData& sheet, const Materials<V>& m, Workspace<V>& w, double step_s) {
+  const auto& p = m.vertex;
+  const size_t n = w.x.size();
+  V* a = w.acceleration.data();
   if (p.uses_normals) vertex_normals(sheet, w.x.data(), w.normal.data());
-  membrane_and_drag(sheet, p, w.x.data(), w.v.data(), w.membrane.data(), step_s, w.corner_force.data());
-  for (size_t i = 0; i < w.force.size(); ++i) {
-    Vec3<R> sum{};
-    for (int k = sheet.incidence.start[i]; k < sheet.incidence.start[i + 1]; ++k)
-      sum += w.corner_force[static_cast<size_t>(sheet.incidence.corner[static_cast<size_t>(k)])];
-    w.force[i] = sum;
+  if (p.uses_general_bending) {
+    for (size_t i = 0; i < n; ++i) a[i] = V{};
+    general_bending(sheet, p, w.x.data(), w.v.data(), w.normal.data(), w.bend.data(), step_s, a);
+  } else {
+    for (size_t i = 0; i < n; ++i) w.scratch[i] = p.bend_uv * w.x[i] + p.bend_damping * w.v[i];
+    uniform_bending(sheet, w.scratch.data(), a);
   }
-  bending(sheet, p, w.x.data(), w.v.data(), w.normal.data(), w.bend.data(), step_s, w.force.data());
-  for (size_t i = 0; i < w.force.size(); ++i) w.force[i] = p.inverse_mass[i] * w.force[i] + p.gravity;
-  if (p.uses_added_mass) carry_air(sheet, p, w.normal.data(), w.force.data());
+  membrane_and_drag(sheet, w.packed, m.triangle, w.x.data(), w.v.data(), w.membrane.data(), step_s, a);
+  for (size_t i = 0; i < n; ++i) a[i] = p.inverse_mass[i] * a[i] + p.gravity;
+  if (p.uses_added_mass) carry_air(sheet, p, w.normal.data(), a);
+}
+
+// Accelerations by the material damping of the velocities v alone, at w.x and its normals.
+template <class V>
+void damping_accelerations(const SheetData& sheet, const Materials<V>& m, Workspace<V>& w, const std::vector<V>& v,
+                           std::vector<V>& out) {
+  const auto& p = m.vertex;
+  for (size_t i = 0; i < out.size(); ++i) w.scratch[i] = p.bend_damping * v[i];
+  uniform_bending(sheet, w.scratch.data(), out.data());
+  membrane_damping(sheet, w.packed, m.triangle, w.x.data(), v.data(), out.data());
+  for (size_t i = 0; i < out.size(); ++i) out[i] = p.inverse_mass[i] * out[i];
+  if (p.uses_added_mass) carry_air(sheet, p, w.normal.data(), out.data());
 }
 
 }  // namespace selvedge::cloth::kernel

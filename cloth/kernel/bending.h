@@ -4,7 +4,8 @@
 // neighbours, exact for quadratics on any mesh; the energy per area is
 //   ½ B_uu |x_uu|² + B_uv |x_uv|² + ½ B_vv |x_vv|²,
 // which for an isometric (unstretched) sheet is ½ B κ², whichever way it bends. It is quadratic in the
-// positions, invariant to rotation, and depends on no edge directions. Rest curvature, friction and
+// positions, invariant to rotation, and depends on no edge directions. Where the rigidity is one number for
+// the whole sheet the force is −B Q x with a matrix Q of the mesh alone. Rest curvature, friction and
 // stiffening work on the parts along the vertex normal n.
 #pragma once
 
@@ -18,22 +19,52 @@ struct BendMemory {
   R uu{}, uv{}, vv{};
 };
 
-template <class R>
+template <class V>
 struct SecondDerivatives {
-  Vec3<R> uu, uv, vv;
+  V uu, uv, vv;
 };
 
-template <class R>
-inline SecondDerivatives<R> second_derivatives(const BendStencils& b, int vertex, const Vec3<R>* y) {
-  SecondDerivatives<R> d{};
-  for (int k = b.start[static_cast<size_t>(vertex)]; k < b.start[static_cast<size_t>(vertex) + 1]; ++k) {
+// force = −Q y.
+template <class V>
+void uniform_bending(const SheetData& sheet, const V* y, V* force) {
+  const BendMatrix& q = sheet.bend_matrix;
+  for (size_t i = 0; i < static_cast<size_t>(sheet.vertex_count); ++i) {
+    V even{}, odd{};  // two sums, so that one addition need not wait for the other
+    int k = q.start[i];
+    const int end = q.start[i + 1];
+    for (; k + 1 < end; k += 2) {
+      const auto at = static_cast<size_t>(k);
+      even -= scaled(q.value[at], y[q.index[at]]);
+      odd -= scaled(q.value[at + 1], y[q.index[at + 1]]);
+    }
+    if (k < end) even -= scaled(q.value[static_cast<size_t>(k)], y[q.index[static_cast<size_t>(k)]]);
+    force[i] = even + odd;
+  }
+}
+
+template <class V>
+inline SecondDerivatives<V> second_derivatives(const BendStencils& b, size_t vertex, const V* y) {
+  SecondDerivatives<V> d{};
+  for (int k = b.start[vertex]; k < b.start[vertex + 1]; ++k) {
     const auto at = static_cast<size_t>(k);
-    const Vec3<R>& value = y[b.index[at]];
+    const V& value = y[b.index[at]];
     d.uu += scaled(b.uu[at], value);
     d.uv += scaled(b.uv[at], value);
     d.vv += scaled(b.vv[at], value);
   }
   return d;
+}
+
+// Adds to force the pull of the moments (N per width) at a vertex.
+template <class V>
+inline void add_moments(const SheetData& sheet, size_t vertex, const SecondDerivatives<V>& moment, V* force) {
+  const BendStencils& b = sheet.bend;
+  const double area = sheet.vertex_area[vertex];
+  const V uu = scaled(area, moment.uu), uv = scaled(2 * area, moment.uv), vv = scaled(area, moment.vv);
+  for (int k = b.start[vertex]; k < b.start[vertex + 1]; ++k) {
+    const auto j = static_cast<size_t>(k);
+    force[b.index[j]] -= scaled(b.uu[j], uu) + scaled(b.uv[j], uv) + scaled(b.vv[j], vv);
+  }
 }
 
 // Friction moment along each second derivative: Dahl's law ṁ = k (κ̇ − |κ̇| m / m_max).
@@ -44,43 +75,35 @@ inline void slide(R& moment, R rate, const LaneMaterial<R>& p, double step_s) {
 }
 
 // Adds to force. normal: N unit normals, read only where p.uses_normals.
-template <class R>
-void bending(const SheetData& sheet, const LaneMaterial<R>& p, const Vec3<R>* x, const Vec3<R>* v,
-             const Vec3<R>* normal, BendMemory<R>* memory, double step_s, Vec3<R>* force) {
-  const BendStencils& b = sheet.bend;
-  for (int i = 0; i < sheet.vertex_count; ++i) {
-    const auto at = static_cast<size_t>(i);
-    const SecondDerivatives<R> shape = second_derivatives(b, i, x), rate = second_derivatives(b, i, v);
-    R stiff = p.bend_factor[at];
+template <class V>
+void general_bending(const SheetData& sheet, const LaneMaterial<ScalarOf<V>>& p, const V* x, const V* v, const V* normal,
+                     BendMemory<ScalarOf<V>>* memory, double step_s, V* force) {
+  using R = ScalarOf<V>;
+  for (size_t i = 0; i < static_cast<size_t>(sheet.vertex_count); ++i) {
+    const SecondDerivatives<V> shape = second_derivatives(sheet.bend, i, x), rate = second_derivatives(sheet.bend, i, v);
+    R stiff = p.bend_factor[i];
     if (p.uses_bend_stiffening) {
       const R squared = dot(shape.uu, shape.uu) + 2.0 * dot(shape.uv, shape.uv) + dot(shape.vv, shape.vv);
       stiff *= larger(1.0 + p.bend_stiffening * squared, broadcast<R>(0.05));
     }
-    Vec3<R> m_uu = (p.bend_uu * stiff) * shape.uu + p.bend_damping * rate.uu;
-    Vec3<R> m_uv = (p.bend_uv * stiff) * shape.uv + p.bend_damping * rate.uv;
-    Vec3<R> m_vv = (p.bend_vv * stiff) * shape.vv + p.bend_damping * rate.vv;
+    SecondDerivatives<V> moment{(p.bend_uu * stiff) * shape.uu + p.bend_damping * rate.uu,
+                                (p.bend_uv * stiff) * shape.uv + p.bend_damping * rate.uv,
+                                (p.bend_vv * stiff) * shape.vv + p.bend_damping * rate.vv};
     if (p.uses_normals) {
-      const Vec3<R>& n = normal[at];
-      m_uu -= (p.bend_uu * p.rest_u) * n;
-      m_vv -= (p.bend_vv * p.rest_v) * n;
+      const V& n = normal[i];
+      moment.uu -= (p.bend_uu * p.rest_u) * n;
+      moment.vv -= (p.bend_vv * p.rest_v) * n;
       if (p.uses_bend_friction) {
-        BendMemory<R>& k = memory[at];
+        BendMemory<R>& k = memory[i];
         slide(k.uu, dot(rate.uu, n), p, step_s);
         slide(k.uv, dot(rate.uv, n), p, step_s);
         slide(k.vv, dot(rate.vv, n), p, step_s);
-        m_uu += k.uu * n;
-        m_uv += k.uv * n;
-        m_vv += k.vv * n;
+        moment.uu += k.uu * n;
+        moment.uv += k.uv * n;
+        moment.vv += k.vv * n;
       }
     }
-    const double area = sheet.vertex_area[at];
-    m_uu = scaled(area, m_uu);
-    m_uv = scaled(2 * area, m_uv);
-    m_vv = scaled(area, m_vv);
-    for (int k = b.start[at]; k < b.start[at + 1]; ++k) {
-      const auto j = static_cast<size_t>(k);
-      force[b.index[j]] -= scaled(b.uu[j], m_uu) + scaled(b.uv[j], m_uv) + scaled(b.vv[j], m_vv);
-    }
+    add_moments(sheet, i, moment, force);
   }
 }
 

@@ -1,29 +1,29 @@
 #include "cloth/kernel/force_field.h"
 
-#include <cstring>
-
 #include "cloth/kernel/acceleration.h"
 
 namespace selvedge::cloth::kernel {
 
 struct ForceField::Parts {
   const SheetData& sheet;
-  LaneMaterial<double> material;
-  Workspace<double> work;
+  Materials<Quad> materials;
+  Workspace<Quad> work;
 };
 
 ForceField::ForceField(const SheetData& sheet, const Material& material, const Surroundings& surroundings)
-    : parts_(new Parts{sheet, unpack<double>(sheet, &material, &surroundings, 1), Workspace<double>(sheet)}) {}
+    : parts_(new Parts{sheet, unpack_materials<Quad>(sheet, &material, &surroundings, 1), Workspace<Quad>(sheet)}) {}
 
 ForceField::~ForceField() = default;
 
 void ForceField::accelerations(const double* position, const double* velocity, double memory_step_s,
                                double* acceleration) {
-  const size_t bytes = parts_->work.x.size() * sizeof(Vec3<double>);
-  std::memcpy(parts_->work.x.data(), position, bytes);
-  std::memcpy(parts_->work.v.data(), velocity, bytes);
-  kernel::accelerations(parts_->sheet, parts_->material, parts_->work, memory_step_s);
-  std::memcpy(acceleration, parts_->work.force.data(), bytes);
+  Workspace<Quad>& w = parts_->work;
+  for (size_t i = 0; i < w.x.size(); ++i) {
+    set_run(w.x[i], 0, position[3 * i], position[3 * i + 1], position[3 * i + 2]);
+    set_run(w.v[i], 0, velocity[3 * i], velocity[3 * i + 1], velocity[3 * i + 2]);
+  }
+  kernel::accelerations(parts_->sheet, parts_->materials, w, memory_step_s);
+  for (size_t i = 0; i < w.x.size(); ++i) store_run(w.acceleration[i], 0, acceleration + 3 * i);
 }
 
 }  // namespace selvedge::cloth::kernel

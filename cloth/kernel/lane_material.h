@@ -9,19 +9,28 @@
 
 namespace selvedge::cloth::kernel {
 
+// True where bending is B Q x with one rigidity B for the whole sheet.
+inline bool bends_uniformly(const Material& m) {
+  return m.bend_anisotropy == 0 && m.bend_stiffening == 0 && m.rest_curvature_u == 0 && m.rest_curvature_v == 0 &&
+         m.bend_friction == 0 && m.hem_stiffness == 0;
+}
+
 template <class R>
 struct LaneMaterial {
+  using VertexVector = VertexVectorOf<R>;
   R stretch_u, stretch_v, coupling, shear, stretch_damping, shear_damping, stiffening;
   R bend_uu, bend_uv, bend_vv, bend_damping, bend_stiffening;
   R rest_u, rest_v;
   R drag_normal, drag_tangent, drag_fade, drag_linear, added_mass;
   R bend_friction, bend_friction_slope, stretch_friction, stretch_friction_slope;
   R creep, creep_rate;
-  Vec3<R> gravity, air;
+  VertexVector gravity;
+  Vec3<R> air;
   bool uses_normals = false;       // vertex normals are needed
   bool uses_bend_friction = false;
   bool uses_membrane_memory = false;
-  bool uses_hem = false;
+  bool uses_stretch_extras = false;  // stiffening or coupling
+  bool uses_general_bending = false;
   bool uses_added_mass = false;
   bool uses_bend_stiffening = false;
   std::vector<R> mass;             // N, kg
@@ -77,15 +86,14 @@ void fill_lane(LaneMaterial<R>& out, const SheetData& sheet, const Material& m, 
   set_lane(out.stretch_friction_slope, i, m.stretch_friction / m.stretch_friction_strain);
   set_lane(out.creep, i, m.creep);
   set_lane(out.creep_rate, i, 1 / m.creep_time_s);
-  set_lane(out.gravity.x, i, s.gravity[0]);
-  set_lane(out.gravity.y, i, s.gravity[1]);
-  set_lane(out.gravity.z, i, s.gravity[2]);
+  set_run(out.gravity, i, s.gravity[0], s.gravity[1], s.gravity[2]);
   set_lane(out.air.x, i, s.air_velocity[0]);
   set_lane(out.air.y, i, s.air_velocity[1]);
   set_lane(out.air.z, i, s.air_velocity[2]);
   out.uses_bend_friction |= m.bend_friction != 0;
   out.uses_membrane_memory |= m.stretch_friction != 0 || m.creep != 0;
-  out.uses_hem |= m.hem_stiffness != 0;
+  out.uses_stretch_extras |= m.stretch_stiffening != 0 || m.coupling != 0;
+  out.uses_general_bending |= !bends_uniformly(m);
   out.uses_added_mass |= m.added_mass != 0;
   out.uses_bend_stiffening |= m.bend_stiffening != 0;
   out.uses_normals |= m.bend_friction != 0 || m.rest_curvature_u != 0 || m.rest_curvature_v != 0 || m.added_mass != 0;

@@ -1,11 +1,17 @@
 // A number, or several numbers in SIMD lanes that go through the same arithmetic.
 //
-// Kernels are templates over the number type R: double for one run, Lanes4 for four runs of one experiment
-// with four parameter sets. Every lane goes through the operations of a single run in the same order, so
-// its bits are the same (fused multiply-add is switched off for the whole project).
+// Four runs of one experiment with four parameter sets go through Lanes4, vertex vectors being Vec3<Lanes4>.
+// A single run keeps each vertex in a Quad (x, y, z, 0) and takes its triangles four at a time. Either way a
+// run goes through the same operations in the same order, so its bits are the same (fused multiply-add is
+// switched off for the whole project).
 #pragma once
 
 #include <cmath>
+#include <type_traits>
+
+#ifdef __AVX__
+#include <immintrin.h>
+#endif
 
 namespace selvedge::cloth::kernel {
 
@@ -17,7 +23,11 @@ inline constexpr int lanes_of = sizeof(R) / sizeof(double);
 
 inline double square_root(double x) { return std::sqrt(x); }
 inline Lanes4 square_root(Lanes4 x) {
+#ifdef __AVX__
+  return _mm256_sqrt_pd(x);  // correctly rounded, as std::sqrt is
+#else
   return Lanes4{std::sqrt(x[0]), std::sqrt(x[1]), std::sqrt(x[2]), std::sqrt(x[3])};
+#endif
 }
 
 // The same value in every lane.
@@ -51,9 +61,9 @@ struct Vec3 {
   Vec3& operator-=(const Vec3& a) { x -= a.x; y -= a.y; z -= a.z; return *this; }
 };
 
-// A lane-wide vector scaled by one plain number.
-template <class R>
-inline Vec3<R> scaled(double s, const Vec3<R>& a) {
+// Scaled by one plain number, or by one a lane.
+template <class G, class R>
+inline Vec3<R> scaled(const G& s, const Vec3<R>& a) {
   return {s * a.x, s * a.y, s * a.z};
 }
 template <class R>
@@ -67,6 +77,80 @@ inline Vec3<R> cross(const Vec3<R>& a, const Vec3<R>& b) {
 template <class R>
 inline R norm(const Vec3<R>& a) {
   return square_root(dot(a, a));
+}
+
+// One vertex of a single run; the fourth entry stays zero.
+struct Quad {
+  Lanes4 q;
+  friend Quad operator+(const Quad& a, const Quad& b) { return {a.q + b.q}; }
+  friend Quad operator-(const Quad& a, const Quad& b) { return {a.q - b.q}; }
+  friend Quad operator*(double s, const Quad& a) { return {s * a.q}; }
+  Quad& operator+=(const Quad& a) { q += a.q; return *this; }
+  Quad& operator-=(const Quad& a) { q -= a.q; return *this; }
+};
+inline Quad scaled(double s, const Quad& a) { return {s * a.q}; }
+inline double dot(const Quad& a, const Quad& b) {
+  const Lanes4 p = a.q * b.q;
+  return p[0] + p[1] + p[2];
+}
+inline Quad cross(const Quad& a, const Quad& b) {
+  return {Lanes4{a.q[1] * b.q[2] - a.q[2] * b.q[1], a.q[2] * b.q[0] - a.q[0] * b.q[2],
+                 a.q[0] * b.q[1] - a.q[1] * b.q[0], 0}};
+}
+inline double norm(const Quad& a) { return std::sqrt(dot(a, a)); }
+
+// What goes with a vertex vector V: its scalar, and how many runs it holds.
+template <class V>
+struct Kind;
+template <>
+struct Kind<Vec3<Lanes4>> {
+  using Scalar = Lanes4;
+  static constexpr int runs = 4;
+};
+template <>
+struct Kind<Quad> {
+  using Scalar = double;
+  static constexpr int runs = 1;
+};
+template <class V>
+using ScalarOf = typename Kind<V>::Scalar;
+template <class R>
+using VertexVectorOf = std::conditional_t<std::is_same_v<R, double>, Quad, Vec3<Lanes4>>;
+
+inline void set_run(Vec3<Lanes4>& v, int run, double x, double y, double z) {
+  v.x[run] = x;
+  v.y[run] = y;
+  v.z[run] = z;
+}
+inline void set_run(Quad& v, int, double x, double y, double z) { v.q = Lanes4{x, y, z, 0}; }
+inline void store_run(const Vec3<Lanes4>& v, int run, double* to) {
+  to[0] = v.x[run];
+  to[1] = v.y[run];
+  to[2] = v.z[run];
+}
+inline void store_run(const Quad& v, int, double* to) {
+  to[0] = v.q[0];
+  to[1] = v.q[1];
+  to[2] = v.q[2];
+}
+
+// Four Quads as the lanes of one Vec3, and back.
+inline Vec3<Lanes4> lanes_of_quads(const Quad& a, const Quad& b, const Quad& c, const Quad& d) {
+  using Order = long long __attribute__((vector_size(32)));
+  const Lanes4 ab_low = __builtin_shuffle(a.q, b.q, Order{0, 4, 2, 6}), ab_high = __builtin_shuffle(a.q, b.q, Order{1, 5, 3, 7});
+  const Lanes4 cd_low = __builtin_shuffle(c.q, d.q, Order{0, 4, 2, 6}), cd_high = __builtin_shuffle(c.q, d.q, Order{1, 5, 3, 7});
+  return {__builtin_shuffle(ab_low, cd_low, Order{0, 1, 4, 5}), __builtin_shuffle(ab_high, cd_high, Order{0, 1, 4, 5}),
+          __builtin_shuffle(ab_low, cd_low, Order{2, 3, 6, 7})};
+}
+inline void quads_of_lanes(const Vec3<Lanes4>& v, Quad out[4]) {
+  using Order = long long __attribute__((vector_size(32)));
+  const Lanes4 zero{};
+  const Lanes4 xy_even = __builtin_shuffle(v.x, v.y, Order{0, 4, 2, 6}), xy_odd = __builtin_shuffle(v.x, v.y, Order{1, 5, 3, 7});
+  const Lanes4 z_even = __builtin_shuffle(v.z, zero, Order{0, 4, 2, 6}), z_odd = __builtin_shuffle(v.z, zero, Order{1, 5, 3, 7});
+  out[0].q = __builtin_shuffle(xy_even, z_even, Order{0, 1, 4, 5});
+  out[1].q = __builtin_shuffle(xy_odd, z_odd, Order{0, 1, 4, 5});
+  out[2].q = __builtin_shuffle(xy_even, z_even, Order{2, 3, 6, 7});
+  out[3].q = __builtin_shuffle(xy_odd, z_odd, Order{2, 3, 6, 7});
 }
 
 }  // namespace selvedge::cloth::kernel

@@ -1,8 +1,10 @@
 // Runs of one experiment in SIMD lanes: leapfrog in time, and relaxation to rest.
 //
-// Leapfrog (Störmer–Verlet) is symplectic: it neither damps nor feeds the sheet. Velocity-dependent forces
-// see the velocity of half a step before, an error of first order in a step that is 1e-4 s.
+// Leapfrog (Störmer–Verlet) is symplectic: it neither damps nor feeds the sheet.
 //   v_{n+½} = v_{n−½} + h a(x_n, v_{n−½}),  x_{n+1} = x_n + h v_{n+½}.
+// Drag sees the velocity of half a step before. So does the material's damping where it is weak; where its
+// fast modes would make the step unstable, the first line is taken in stages (step_plan.h), each of which
+// costs the damping forces alone.
 // Arrays are lane-major: entry (lane, vertex, axis) of a state at (lane·N + vertex)·3 + axis.
 #pragma once
 
@@ -13,6 +15,14 @@
 namespace selvedge::cloth::kernel {
 
 inline constexpr int kMaxLanes = 4;
+
+// Stages of one step under damping: v_{n+½} = v_{n−½} + δ_last with δ_0 = 0,
+// δ_j = mu_j δ_{j−1} + nu_j δ_{j−2} + gain_j h (a(x_n, v_{n−½}) − M⁻¹D δ_{j−1}).
+struct DampingStages {
+  static constexpr int kMost = 6;
+  int count = 1;
+  double mu[kMost] = {0}, nu[kMost] = {0}, gain[kMost] = {1};
+};
 
 struct RunInput {
   const SheetData* sheet = nullptr;
@@ -25,6 +35,7 @@ struct RunInput {
   double clamp_direction[3] = {0, 0, -1};
   double step_s = 0;
   int steps = 0;
+  DampingStages stages;
   // The held corners at every step: entry (lane, step 0…steps, corner 0 left 1 right, axis).
   std::vector<double> held_corners;
   std::vector<double> sample_s;                 // ascending times from the start at which positions are kept
@@ -37,7 +48,7 @@ struct RunOutput {
   std::vector<bool> finite;            // per lane: no overflow on the way
 };
 
-// lanes = 1 runs in plain doubles, more in vector lanes; a lane's bits do not depend on its companions.
+// A lane's bits do not depend on its companions where all or none of them bend uniformly (lane_material.h).
 RunOutput run(const RunInput& input);
 
 struct RelaxOptions {

@@ -1,4 +1,4 @@
-// The loops behind run.h, over the number type R.
+// The loops behind run.h, over the vertex vector V (pack.h).
 #pragma once
 
 #include <algorithm>
@@ -9,81 +9,105 @@
 
 namespace selvedge::cloth::kernel {
 
-template <class R>
-Vec3<R> load(const double* lane_major, size_t stride, int lanes, size_t offset) {
-  Vec3<R> out{};
-  for (int i = 0; i < lanes_of<R>; ++i) {
+template <class V>
+V load(const double* lane_major, size_t stride, int lanes, size_t offset) {
+  V out{};
+  for (int i = 0; i < Kind<V>::runs; ++i) {
     const double* from = lane_major + static_cast<size_t>(std::min(i, lanes - 1)) * stride + offset;
-    set_lane(out.x, i, from[0]);
-    set_lane(out.y, i, from[1]);
-    set_lane(out.z, i, from[2]);
+    set_run(out, i, from[0], from[1], from[2]);
   }
   return out;
 }
 
-template <class R>
-void store(const Vec3<R>& value, int i, double* to) {
-  to[0] = lane(value.x, i);
-  to[1] = lane(value.y, i);
-  to[2] = lane(value.z, i);
-}
-
-template <class R>
-void load_state(const RunInput& in, Workspace<R>& w) {
+template <class V>
+void load_state(const RunInput& in, Workspace<V>& w) {
   const size_t n = w.x.size(), stride = 3 * n;
   for (size_t v = 0; v < n; ++v) {
-    w.x[v] = load<R>(in.start_position.data(), stride, in.lanes, 3 * v);
-    w.v[v] = in.start_velocity.empty() ? Vec3<R>{} : load<R>(in.start_velocity.data(), stride, in.lanes, 3 * v);
+    w.x[v] = load<V>(in.start_position.data(), stride, in.lanes, 3 * v);
+    w.v[v] = in.start_velocity.empty() ? V{} : load<V>(in.start_velocity.data(), stride, in.lanes, 3 * v);
   }
 }
 
 // Where a held vertex is at a step.
-template <class R>
-Vec3<R> held_position(const RunInput& in, const HeldVertex& h, int step) {
+template <class V>
+V held_position(const RunInput& in, const HeldVertex& h, int step) {
   const size_t per_lane = static_cast<size_t>(in.steps + 1) * 6;
-  const Vec3<R> left = load<R>(in.held_corners.data(), per_lane, in.lanes, static_cast<size_t>(step) * 6);
-  const Vec3<R> right = load<R>(in.held_corners.data(), per_lane, in.lanes, static_cast<size_t>(step) * 6 + 3);
-  const Vec3<R> below{broadcast<R>(h.below_m * in.clamp_direction[0]), broadcast<R>(h.below_m * in.clamp_direction[1]),
-                      broadcast<R>(h.below_m * in.clamp_direction[2])};
-  return left + scaled(h.along, right - left) + below;
+  const V left = load<V>(in.held_corners.data(), per_lane, in.lanes, static_cast<size_t>(step) * 6);
+  const V right = load<V>(in.held_corners.data(), per_lane, in.lanes, static_cast<size_t>(step) * 6 + 3);
+  double below[3];
+  for (int a = 0; a < 3; ++a) below[a] = h.below_m * in.clamp_direction[a];
+  return left + scaled(h.along, right - left) + load<V>(below, 0, 1, 0);
 }
 
-template <class R>
-void leap(const RunInput& in, const LaneMaterial<R>& p, Workspace<R>& w, int step) {
+template <class V>
+void zero_held(const RunInput& in, std::vector<V>& values) {
+  for (const HeldVertex& held : in.held) values[static_cast<size_t>(held.vertex)] = V{};
+}
+
+// The changes of velocity of one step, left in change[0].
+template <class V>
+void staged_change(const RunInput& in, const Materials<V>& m, Workspace<V>& w, std::vector<V> (&change)[3]) {
+  const size_t n = w.x.size();
+  const DampingStages& s = in.stages;
+  auto &now = change[0], &before = change[1], &next = change[2];
+  for (size_t i = 0; i < n; ++i) now[i] = scaled(s.gain[0] * in.step_s, w.acceleration[i]);
+  for (int j = 1; j < s.count; ++j) {
+    damping_accelerations(*in.sheet, m, w, now, next);
+    zero_held(in, next);
+    const double mu = s.mu[j], nu = j > 1 ? s.nu[j] : 0, gain = s.gain[j] * in.step_s;
+    for (size_t i = 0; i < n; ++i)
+      next[i] = scaled(mu, now[i]) + scaled(nu, before[i]) + scaled(gain, w.acceleration[i] + next[i]);
+    std::swap(before, now);
+    std::swap(now, next);
+  }
+}
+
+template <class V>
+void leap(const RunInput& in, const Materials<V>& m, Workspace<V>& w, std::vector<V> (&change)[3], int step) {
   const double h = in.step_s;
-  accelerations(*in.sheet, p, w, h);
-  for (size_t v = 0; v < w.x.size(); ++v) {
-    w.v[v] += scaled(h, w.force[v]);
-    w.x[v] += scaled(h, w.v[v]);
+  const size_t n = w.x.size();
+  accelerations(*in.sheet, m, w, h);
+  if (in.stages.count == 1) {
+    for (size_t i = 0; i < n; ++i) {
+      w.v[i] += scaled(h, w.acceleration[i]);
+      w.x[i] += scaled(h, w.v[i]);
+    }
+  } else {
+    zero_held(in, w.acceleration);
+    staged_change(in, m, w, change);
+    for (size_t i = 0; i < n; ++i) {
+      w.v[i] += change[0][i];
+      w.x[i] += scaled(h, w.v[i]);
+    }
   }
   for (const HeldVertex& held : in.held) {
-    const auto v = static_cast<size_t>(held.vertex);
-    const Vec3<R> before = held_position<R>(in, held, step);
-    w.x[v] = held_position<R>(in, held, step + 1);
-    w.v[v] = scaled(1 / h, w.x[v] - before);
+    const auto i = static_cast<size_t>(held.vertex);
+    const V before = held_position<V>(in, held, step);
+    w.x[i] = held_position<V>(in, held, step + 1);
+    w.v[i] = scaled(1 / h, w.x[i] - before);
   }
 }
 
 // Positions between two steps, linear in time.
-template <class R>
-void keep_sample(const Workspace<R>& w, const std::vector<Vec3<R>>& before, double share, size_t sample,
+template <class V>
+void keep_sample(const Workspace<V>& w, const std::vector<V>& before, double share, size_t sample,
                  size_t samples, int lanes, std::vector<double>& out) {
   const size_t n = w.x.size();
   for (size_t v = 0; v < n; ++v) {
-    const Vec3<R> value = before[v] + scaled(share, w.x[v] - before[v]);
-    for (int i = 0; i < lanes; ++i) store(value, i, &out[((static_cast<size_t>(i) * samples + sample) * n + v) * 3]);
+    const V value = before[v] + scaled(share, w.x[v] - before[v]);
+    for (int i = 0; i < lanes; ++i) store_run(value, i, &out[((static_cast<size_t>(i) * samples + sample) * n + v) * 3]);
   }
 }
 
-template <class R>
+template <class V>
 RunOutput run_lanes(const RunInput& in) {
-  const auto p = unpack<R>(*in.sheet, in.materials.data(), in.surroundings.data(), in.lanes);
-  Workspace<R> w(*in.sheet);
+  const auto m = unpack_materials<V>(*in.sheet, in.materials.data(), in.surroundings.data(), in.lanes);
+  Workspace<V> w(*in.sheet);
   load_state(in, w);
   const size_t n = w.x.size(), samples = in.sample_s.size();
   RunOutput out;
   out.samples.resize(static_cast<size_t>(in.lanes) * samples * n * 3);
-  std::vector<Vec3<R>> before = w.x;
+  std::vector<V> before = w.x, change[3] = {w.x, w.x, w.x};
   size_t next = 0;
   while (next < samples && in.sample_s[next] <= 0) keep_sample(w, w.x, 0, next++, samples, in.lanes, out.samples);
 
@@ -91,7 +115,7 @@ RunOutput run_lanes(const RunInput& in) {
     const double start = step * in.step_s, end = start + in.step_s;
     const bool sampled = next < samples && in.sample_s[next] <= end;
     if (sampled) before = w.x;
-    leap(in, p, w, step);
+    leap(in, m, w, change, step);
     while (next < samples && in.sample_s[next] <= end)
       keep_sample(w, before, (in.sample_s[next] - start) / in.step_s, next, samples, in.lanes, out.samples), ++next;
   }
@@ -103,8 +127,8 @@ RunOutput run_lanes(const RunInput& in) {
   for (int i = 0; i < in.lanes; ++i)
     for (size_t v = 0; v < n; ++v) {
       const size_t at = (static_cast<size_t>(i) * n + v) * 3;
-      store(w.x[v], i, &out.final_position[at]);
-      store(w.v[v], i, &out.final_velocity[at]);
+      store_run(w.x[v], i, &out.final_position[at]);
+      store_run(w.v[v], i, &out.final_velocity[at]);
       if (!std::isfinite(out.final_position[at])) out.finite[static_cast<size_t>(i)] = false;
     }
   return out;
@@ -116,8 +140,9 @@ struct Motion {
   R fastest{};        // m²/s², squared speed
 };
 
-template <class R>
-Motion<R> motion_of_all(const LaneMaterial<R>& p, const Workspace<R>& w) {
+template <class V>
+Motion<ScalarOf<V>> motion_of_all(const LaneMaterial<ScalarOf<V>>& p, const Workspace<V>& w) {
+  using R = ScalarOf<V>;
   Motion<R> m;
   for (size_t v = 0; v < w.v.size(); ++v) {
     const R squared = dot(w.v[v], w.v[v]);
@@ -134,16 +159,16 @@ struct LaneRest {
   std::vector<double> at_peak;   // position at the last peak
 };
 
-template <class R>
+template <class V>
 RelaxOutput relax_lanes(const RunInput& in, const RelaxOptions& options) {
-  auto p = unpack<R>(*in.sheet, in.materials.data(), in.surroundings.data(), in.lanes);
-  Workspace<R> w(*in.sheet);
+  const auto m = unpack_materials<V>(*in.sheet, in.materials.data(), in.surroundings.data(), in.lanes);
+  Workspace<V> w(*in.sheet);
   RunInput still = in;
   still.steps = 0;  // held_corners hold one entry a lane
   still.step_s = options.step_s;
   load_state(still, w);
   const size_t n = w.x.size();
-  for (const HeldVertex& held : in.held) w.x[static_cast<size_t>(held.vertex)] = held_position<R>(still, held, 0);
+  for (const HeldVertex& held : in.held) w.x[static_cast<size_t>(held.vertex)] = held_position<V>(still, held, 0);
 
   RelaxOutput out;
   out.position.resize(static_cast<size_t>(in.lanes) * n * 3);
@@ -151,18 +176,18 @@ RelaxOutput relax_lanes(const RunInput& in, const RelaxOptions& options) {
   out.steps.assign(static_cast<size_t>(in.lanes), options.max_steps);
   std::vector<LaneRest> rest(static_cast<size_t>(in.lanes));
   const auto keep = [&](int i, std::vector<double>& to, size_t offset) {
-    for (size_t v = 0; v < n; ++v) store(w.x[v], i, &to[offset + 3 * v]);
+    for (size_t v = 0; v < n; ++v) store_run(w.x[v], i, &to[offset + 3 * v]);
   };
   const int look_every = std::max(1, static_cast<int>(std::lround(options.check_s / options.step_s)));
   int open = in.lanes;
   for (int step = 0; step < options.max_steps && open > 0; ++step) {
-    accelerations(*in.sheet, p, w, 0);
-    for (size_t v = 0; v < n; ++v) w.v[v] += scaled(options.step_s, w.force[v]);
-    for (const HeldVertex& held : in.held) w.v[static_cast<size_t>(held.vertex)] = Vec3<R>{};
+    accelerations(*in.sheet, m, w, 0);
+    for (size_t v = 0; v < n; ++v) w.v[v] += scaled(options.step_s, w.acceleration[v]);
+    zero_held(in, w.v);
     for (size_t v = 0; v < n; ++v) w.x[v] += scaled(options.step_s, w.v[v]);
     if ((step + 1) % look_every != 0) continue;
 
-    const Motion<R> now = motion_of_all(p, w);
+    const auto now = motion_of_all(m.vertex, w);
     for (int i = 0; i < in.lanes; ++i) {
       LaneRest& r = rest[static_cast<size_t>(i)];
       const double energy = lane(now.energy, i);
@@ -180,11 +205,7 @@ RelaxOutput relax_lanes(const RunInput& in, const RelaxOptions& options) {
       }
       r.at_peak = std::move(here);
       r.energy = 0;
-      for (size_t v = 0; v < n; ++v) {
-        set_lane(w.v[v].x, i, 0.0);
-        set_lane(w.v[v].y, i, 0.0);
-        set_lane(w.v[v].z, i, 0.0);
-      }
+      for (size_t v = 0; v < n; ++v) set_run(w.v[v], i, 0, 0, 0);
       if (moved < options.change_m && std::sqrt(lane(now.fastest, i)) < options.speed_m_s) {
         r.done = true;
         --open;

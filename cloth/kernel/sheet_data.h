@@ -24,10 +24,11 @@ struct BendStencils {
   std::vector<double> uu, uv, vv;  // 1/m²
 };
 
-// The triangles around a vertex, to gather their corner forces in a fixed order.
-struct Incidence {
+// Bending of unit rigidity: energy ½ Σ x_i·Q_ij x_j; symmetric, compressed rows.
+struct BendMatrix {
   std::vector<int> start;  // N + 1
-  std::vector<int> corner; // 3·triangle + corner
+  std::vector<int> index;
+  std::vector<double> value;  // 1/m²
 };
 
 // A vertex moved by the rig: position = left + along (right − left) + below · clamp direction.
@@ -44,7 +45,7 @@ struct SheetData {
   std::vector<double> rim_distance;        // m, from the nearest rim
   std::vector<Triangle> triangles;
   BendStencils bend;
-  Incidence incidence;
+  BendMatrix bend_matrix;
   double width_m = 0, height_m = 0;
 };
 
