@@ -18,9 +18,9 @@ namespace selvedge::render {
   X(ColorMask) X(CompileShader) X(CreateProgram) X(CreateShader) X(DeleteShader) X(Disable) X(DrawBuffer)   \
   X(DrawElements) X(Enable) X(EnableVertexAttribArray) X(Finish) X(FramebufferRenderbuffer)                 \
   X(FramebufferTexture2D) X(GenBuffers) X(GenFramebuffers) X(GenRenderbuffers) X(GenTextures)               \
-  X(GenVertexArrays) X(GetError) X(GetProgramInfoLog) X(GetProgramiv) X(GetShaderInfoLog) X(GetShaderiv)    \
+  X(GenVertexArrays) X(GenerateMipmap) X(GetError) X(GetProgramInfoLog) X(GetProgramiv) X(GetShaderInfoLog) X(GetShaderiv)    \
   X(GetUniformLocation) X(LinkProgram) X(PixelStorei) X(ReadBuffer) X(ReadPixels)                           \
-  X(RenderbufferStorageMultisample) X(ShaderSource) X(TexImage2D) X(TexParameteri) X(Uniform1f) X(Uniform1i) \
+  X(RenderbufferStorageMultisample) X(ShaderSource) X(TexImage1D) X(TexImage2D) X(TexParameteri) X(Uniform1f) X(Uniform1i) \
   X(Uniform2f) X(Uniform3f) X(Uniform4f) X(UseProgram) X(VertexAttribPointer) X(Viewport)
 
 struct Gl {

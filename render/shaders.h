@@ -50,8 +50,7 @@ in vec3 position;
 in vec3 normal;
 in vec2 uv;
 out vec4 colour;
-uniform vec4 stripes;            // 1 for rows, period, duty, first bright
-uniform float projector_blur;    // projector px
+uniform float horizontal;        // 1: brightness goes by projector row
 uniform vec2 projector_size;
 uniform vec2 shadow_depth_scale;
 uniform float shadow_bias;       // in w of the projector
@@ -60,41 +59,24 @@ uniform vec3 eye;
 uniform vec3 lamp;
 uniform sampler2DShadow shadow_map;
 uniform sampler2D reflectance;
-
-// Gaussian cumulative, absolute error below 2e-4.
-float phi(float x) { return 0.5 + 0.5 * tanh(0.7978846 * x * (1.0 + 0.044715 * x * x)); }
-
-float stripe_light(float r, float sigma) {
-  float period = stripes.y, on = stripes.z * period;
-  if (period <= 0.0) return stripes.z > 0.0 ? 1.0 : 0.0;
-  if (sigma > 0.5 * period) return stripes.z;
-  float phase = mod(r - stripes.w, period);
-  float light = 0.0;
-  for (int k = -1; k <= 1; ++k) {
-    float from = phase - float(k) * period;
-    light += phi(clamp(from / sigma, -8.0, 8.0)) - phi(clamp((from - on) / sigma, -8.0, 8.0));
-  }
-  return light;
-}
+uniform sampler1D profile;       // brightness across the projector, blurred
 
 void main() {
   vec2 lit_by = light_h.xy / light_h.z;
-  float r = stripes.x > 0.5 ? lit_by.y : lit_by.x;
-  vec2 slope = vec2(dFdx(r), dFdy(r));
-  float sigma = sqrt(projector_blur * projector_blur + dot(slope, slope) / 12.0 + 1e-6);
+  vec2 at = (lit_by + 0.5) / projector_size;
+  float shown = texture(profile, horizontal > 0.5 ? at.y : at.x).r;
 
   vec3 n = normalize(normal), to_lamp = normalize(lamp - position);
   float facing = dot(n, to_lamp);
   float light = facing * dot(n, eye - position) > 0.0 ? abs(facing) : 0.0;
 
-  vec2 at = (lit_by + 0.5) / projector_size;
   bool in_beam = light_h.z > 0.0 && all(greaterThanEqual(at, vec2(0.0))) && all(lessThanEqual(at, vec2(1.0)));
   float w = light_h.z - shadow_bias;
   float z = 0.5 + 0.5 * (shadow_depth_scale.x + shadow_depth_scale.y / w);
   light *= in_beam ? texture(shadow_map, vec3(at, z)) : 0.0;
 
   float paint = texture(reflectance, uv).r;
-  colour = vec4(vec3(grey.x * paint + paint * (grey.y - grey.x) * light * stripe_light(r, sigma)), 1.0);
+  colour = vec4(vec3(grey.x * paint + paint * (grey.y - grey.x) * light * shown), 1.0);
 }
 )";
 

@@ -17,6 +17,7 @@ namespace {
 
 constexpr int kFloatsPerVertex = 14;  // camera 3, projector 3, position 3, normal 3, uv 2
 constexpr int kSamples = 4;
+constexpr int kTexelsPerMirror = 8;
 
 geometry::Projection facing_forward(geometry::Projection projection) {
   if (projection.matrix.leftCols<3>().determinant() < 0) projection.matrix *= -1;
@@ -36,14 +37,14 @@ DepthScale depth_scale(double nearest, double farthest) {
 struct StripeRenderer::Impl {
   geometry::Projection camera, projector;
   RenderOptions options;
-  StripePattern pattern;
+  bool horizontal = true;
   FastProjection to_camera, to_projector;
   Eigen::Vector3d eye, lamp;
   OSMesaContext context = nullptr;
   std::vector<unsigned char> surface;  // OSMesa wants a buffer of its own; all drawing goes to textures
   Gl gl;
   GLuint camera_program = 0, depth_program = 0, vertex_array = 0, vertex_buffer = 0, index_buffer = 0;
-  GLuint camera_target = 0, camera_resolved = 0, shadow_target = 0, shadow_map = 0, reflectance = 0;
+  GLuint camera_target = 0, camera_resolved = 0, shadow_target = 0, shadow_map = 0, reflectance = 0, profile = 0;
   std::vector<float> vertices;
 
   Impl(const geometry::Projection& camera_in, const geometry::Projection& projector_in,
@@ -60,6 +61,7 @@ struct StripeRenderer::Impl {
     create_targets();
     const unsigned char white = 255;
     upload_reflectance(&white, 1, 1);
+    upload_profile(std::vector<float>(projector.height_px, 1.0f));
   }
   ~Impl() { OSMesaDestroyContext(context); }
 
@@ -78,6 +80,7 @@ struct StripeRenderer::Impl {
   GLuint link(const char* vertex_source, const char* fragment_source);
   GLuint compile(GLenum kind, const char* source);
   void upload_reflectance(const unsigned char* pixels, int width, int height);
+  void upload_profile(const std::vector<float>& brightness);
   void upload_mesh(const Eigen::Matrix3Xd& position, const std::vector<std::array<int, 3>>& triangles,
                    const Eigen::Matrix2Xd& texture_uv);
   DepthScale scale_of(int first_float) const;
@@ -201,6 +204,21 @@ void StripeRenderer::Impl::upload_reflectance(const unsigned char* pixels, int w
   gl.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
 }
 
+void StripeRenderer::Impl::upload_profile(const std::vector<float>& brightness) {
+  cv::Mat line(1, int(brightness.size()) * kTexelsPerMirror, CV_32F);
+  for (int i = 0; i < line.cols; ++i) line.at<float>(i) = brightness[i / kTexelsPerMirror];
+  if (options.projector_blur_px > 0)
+    cv::GaussianBlur(line, line, {}, options.projector_blur_px * kTexelsPerMirror, 1e-6, cv::BORDER_REPLICATE);
+  if (profile == 0) gl.GenTextures(1, &profile);
+  gl.BindTexture(GL_TEXTURE_1D, profile);
+  gl.PixelStorei(GL_UNPACK_ALIGNMENT, 1);
+  gl.TexImage1D(GL_TEXTURE_1D, 0, GL_R32F, line.cols, 0, GL_RED, GL_FLOAT, line.data);
+  gl.TexParameteri(GL_TEXTURE_1D, GL_TEXTURE_MIN_FILTER, GL_LINEAR_MIPMAP_LINEAR);
+  gl.TexParameteri(GL_TEXTURE_1D, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
+  gl.TexParameteri(GL_TEXTURE_1D, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
+  gl.GenerateMipmap(GL_TEXTURE_1D);
+}
+
 void StripeRenderer::Impl::upload_mesh(const Eigen::Matrix3Xd& position,
                                        const std::vector<std::array<int, 3>>& triangles,
                                        const Eigen::Matrix2Xd& texture_uv) {
@@ -247,9 +265,7 @@ void StripeRenderer::Impl::draw_camera(int index_count, DepthScale camera_scale,
   gl.UseProgram(p);
   gl.Uniform2f(uniform(p, "size"), camera.width_px, camera.height_px);
   gl.Uniform2f(uniform(p, "depth_scale"), camera_scale.a, camera_scale.b);
-  gl.Uniform4f(uniform(p, "stripes"), pattern.horizontal, float(pattern.period_px), float(pattern.duty),
-               float(pattern.first_bright_px));
-  gl.Uniform1f(uniform(p, "projector_blur"), float(options.projector_blur_px));
+  gl.Uniform1f(uniform(p, "horizontal"), horizontal ? 1 : 0);
   gl.Uniform2f(uniform(p, "projector_size"), projector.width_px, projector.height_px);
   gl.Uniform2f(uniform(p, "shadow_depth_scale"), shadow_scale.a, shadow_scale.b);
   gl.Uniform1f(uniform(p, "shadow_bias"),
@@ -259,6 +275,9 @@ void StripeRenderer::Impl::draw_camera(int index_count, DepthScale camera_scale,
   gl.Uniform3f(uniform(p, "lamp"), float(lamp.x()), float(lamp.y()), float(lamp.z()));
   gl.Uniform1i(uniform(p, "shadow_map"), 0);
   gl.Uniform1i(uniform(p, "reflectance"), 1);
+  gl.Uniform1i(uniform(p, "profile"), 2);
+  gl.ActiveTexture(GL_TEXTURE0 + 2);
+  gl.BindTexture(GL_TEXTURE_1D, profile);
   gl.ActiveTexture(GL_TEXTURE0 + 1);
   gl.BindTexture(GL_TEXTURE_2D, reflectance);
   gl.ActiveTexture(GL_TEXTURE0);
@@ -288,7 +307,22 @@ StripeRenderer::~StripeRenderer() = default;
 StripeRenderer::StripeRenderer(StripeRenderer&&) noexcept = default;
 StripeRenderer& StripeRenderer::operator=(StripeRenderer&&) noexcept = default;
 
-void StripeRenderer::set_pattern(const StripePattern& pattern) { impl_->pattern = pattern; }
+void StripeRenderer::set_pattern(const StripePattern& pattern) {
+  const int mirrors = pattern.horizontal ? impl_->projector.height_px : impl_->projector.width_px;
+  std::vector<float> shown(mirrors);
+  for (int i = 0; i < mirrors; ++i) shown[i] = float(brightness(pattern, i));
+  set_profile(pattern.horizontal, shown);
+}
+
+void StripeRenderer::set_profile(bool horizontal, const std::vector<float>& brightness) {
+  const int mirrors = horizontal ? impl_->projector.height_px : impl_->projector.width_px;
+  if (int(brightness.size()) != mirrors)
+    throw std::invalid_argument("set_profile: " + std::to_string(brightness.size()) + " values for " +
+                                std::to_string(mirrors) + " mirrors");
+  Impl::Current current(*impl_);
+  impl_->horizontal = horizontal;
+  impl_->upload_profile(brightness);
+}
 
 void StripeRenderer::set_reflectance(const Image& picture) {
   Impl::Current current(*impl_);

@@ -3,8 +3,8 @@
 // Per pixel: grey = ambient + reflectance · (lit − ambient) · stripes(row) · |n·l| · visible, where n is the
 // smoothed normal, l the direction to the projector; 0 light where projector and camera are on opposite sides
 // of the fabric. `visible` comes from a shadow map: where the fabric hides the projector from itself.
-// stripes(row) is the square wave convolved with a Gaussian of the projector's blur and the camera pixel's
-// footprint (variance |∇row|²/12), so stripes neither alias nor crawl; outlines have four samples a pixel.
+// stripes(row) is the mirrors' brightness convolved with a Gaussian, the projector's blur, and averaged over the
+// camera pixel's footprint (a mip map), so stripes neither alias nor crawl; outlines have four samples a pixel.
 // Lens distortion is applied to the vertices. Reflectance is 1 unless a picture of the flat fabric is given.
 // One GL context an instance; an instance may be used from any one thread at a time.
 #pragma once
@@ -38,7 +38,12 @@ class StripeRenderer {
   StripeRenderer(StripeRenderer&&) noexcept;
   StripeRenderer& operator=(StripeRenderer&&) noexcept;
 
+  // Until a pattern is set, the projector shows white.
   void set_pattern(const StripePattern& pattern);
+
+  // Any picture that is constant along rows (horizontal) or columns: brightness of each row's or column's
+  // mirrors, 0 to 1, as many as the projector has.
+  void set_profile(bool horizontal, const std::vector<float>& brightness);
 
   // Reflectance over the flat fabric, 255 = 1; texture_uv below runs from 0 to 1 over it, (0, 0) at its
   // top-left corner. An empty picture: reflectance 1.

@@ -37,7 +37,7 @@ TEST(StripeRenderer, StripesLieWhereTheRowMapPutsThem) {
         ASSERT_EQ(image(y, x), 4) << x << " " << y;
       }
       if (!inner) continue;
-      const double phase = std::fmod(row[i] - 3 + 1600, 16.0);
+      const double phase = std::fmod(row[i] - 2.5 + 1600, 16.0);
       if (phase > 2.5 && phase < 5.5) ++bright, wrong += image(y, x) < 100;
       if (phase > 10.5 && phase < 13.5) ++dark, wrong += image(y, x) < 15 || image(y, x) > 17;
     }
@@ -64,9 +64,9 @@ TEST(StripeRenderer, VerticalStripesFollowColumnsAndUniformLightIsSmooth) {
       EXPECT_LT(grey, 18);
     }
   }
-  renderer.set_pattern({.period_px = 0, .duty = 1});
+  renderer.set_pattern({.duty = 1});
   const Image bright = renderer.render(sheet.position, sheet.triangles);
-  renderer.set_pattern({.period_px = 0, .duty = 0});
+  renderer.set_pattern({.duty = 0});
   const Image dark = renderer.render(sheet.position, sheet.triangles);
   EXPECT_GT(bright(240, 320), 180);
   EXPECT_EQ(dark(240, 320), 16);
@@ -85,7 +85,7 @@ TEST(StripeRenderer, AFlapInFrontThrowsAShadow) {
   both.triangles.push_back({count, count + 1, count + 2});
   both.triangles.push_back({count + 1, count + 3, count + 2});
   StripeRenderer renderer(camera, projector);
-  renderer.set_pattern({.period_px = 0, .duty = 1});
+  renderer.set_pattern({.duty = 1});
   const Image image = renderer.render(both.position, both.triangles);
   // The lamp's ray through the flap's middle meets the back sheet here.
   const Eigen::Vector3d lamp = geometry::centre(projector), flap(0, -0.2, 0);
@@ -103,7 +103,7 @@ TEST(StripeRenderer, ReflectancePictureIsSeenUpright) {
   Image picture = Image::Constant(64, 64, 255);
   picture.topLeftCorner(16, 16).setZero();
   StripeRenderer renderer(camera, projector);
-  renderer.set_pattern({.period_px = 0, .duty = 1});
+  renderer.set_pattern({.duty = 1});
   renderer.set_reflectance(picture);
   const Image image = renderer.render(sheet.position, sheet.triangles, uv);
   const auto grey = [&](double x, double z) {
