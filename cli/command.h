@@ -1,9 +1,8 @@
 // How the command line is put together: one function a command, in commands/NAME.cpp, that adds its
-// subcommand and what to run. Every function throws BadInput for what a user can mend (exit 2).
+// subcommand and what to run. A new command is its file, its line here, and its name in commands.cpp.
+// Every function throws BadInput for what a user can mend (exit 2).
 #pragma once
 
-#include <functional>
-#include <string>
 #include <vector>
 
 #include <CLI/CLI.hpp>
@@ -11,14 +10,13 @@
 namespace selvedge::cli {
 
 // exit_status: what main returns when the command ran without an exception.
-void add_check(CLI::App& app, int& exit_status);
-void add_fit(CLI::App& app, int& exit_status);
-void add_prove(CLI::App& app, int& exit_status);
+using AddCommand = void (*)(CLI::App& app, int& exit_status);
+
 void add_bench(CLI::App& app, int& exit_status);
-void add_calibrate(CLI::App& app, int& exit_status);
-void add_demo(CLI::App& app, int& exit_status);
-void add_rig(CLI::App& app, int& exit_status);
-void add_daemon(CLI::App& app, int& exit_status);
-void add_simulate_devices(CLI::App& app, int& exit_status);
+void add_check(CLI::App& app, int& exit_status);
+void add_prove(CLI::App& app, int& exit_status);
+
+// In the order in which --help lists them.
+const std::vector<AddCommand>& commands();
 
 }  // namespace selvedge::cli

@@ -1,0 +1,14 @@
+#include "cli/command.h"
+
+namespace selvedge::cli {
+
+const std::vector<AddCommand>& commands() {
+  static const std::vector<AddCommand> list = {
+      add_check,
+      add_prove,
+      add_bench,
+  };
+  return list;
+}
+
+}  // namespace selvedge::cli
