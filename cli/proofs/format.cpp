@@ -89,7 +89,7 @@ std::vector<Figure> prove_format(const FigureOptions& options) {
   const std::string source = "exchange format, version 1";
   ScratchFolder scratch;
   RoundTrip round_trip;
-  const int repeats = options.quick ? 2 : 20;
+  const int repeats = options.quick ? 1 : 6;
   for (int i = 0; i < repeats; ++i) {
     const ExampleTrial example = example_trial(options.seed + static_cast<unsigned>(i));
     const fs::path folder = scratch.path() / "sound" / std::to_string(i);
