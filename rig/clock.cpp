@@ -10,7 +10,8 @@ namespace selvedge::rig {
 namespace {
 
 constexpr int kLateBinsOfAJump = 8;       // a stall is over sooner than this many bins
-constexpr double kEnvelopeFactor = 4;
+constexpr double kEnvelopeFactor = 7;
+constexpr double kHostResolution_s = 1e-6;
 constexpr int kFewestBrackets = 4;
 constexpr double kLongestUnbinned_s = 1;  // device time may step back this far (reordered packets)
 
@@ -142,7 +143,7 @@ std::optional<ClockMap> PassiveClock::from_arrivals() const {
 
   // The earliest of n delays of mean lateness m is itself m/n late; a line's end is worse off than its middle.
   // The factor comes from simulated delays (tests/rig/test_clock.cpp holds the coverage).
-  double uncertainty_s = kEnvelopeFactor * lateness_s / count;
+  double uncertainty_s = kEnvelopeFactor * lateness_s / count + 0.5 * kHostResolution_s;
   if (drift != free_drift) uncertainty_s += limit * (earliest_.back().device_s - earliest_.front().device_s);
   return to_map(intercept_s, drift, std::hypot(uncertainty_s, options_.minimum_delay_sd_s));
 }

@@ -1,0 +1,227 @@
+#include "rig/camera/frame_ring.h"
+
+#include <algorithm>
+#include <atomic>
+#include <cerrno>
+#include <climits>
+#include <cstring>
+
+#include <fcntl.h>
+#include <linux/futex.h>
+#include <sys/file.h>
+#include <sys/mman.h>
+#include <sys/stat.h>
+#include <sys/syscall.h>
+#include <time.h>
+#include <unistd.h>
+
+#include "files/bad_input.h"
+#include "rig/clock.h"
+
+namespace selvedge::camera {
+
+namespace {
+
+constexpr uint64_t kMagic = 0x53454c5652494e31;  // "SELVRIN1"
+constexpr size_t kHeaderBytes = 4096, kSlotHeadBytes = 256;
+
+struct Slot {
+  std::atomic<int64_t> number;  // of the frame it holds, 0 while it is written
+  RingHead head;
+};
+static_assert(sizeof(Slot) <= kSlotHeadBytes);
+static_assert(std::atomic<int64_t>::is_always_lock_free && std::atomic<uint32_t>::is_always_lock_free);
+
+}  // namespace
+
+struct Memory {
+  std::atomic<uint64_t> magic;  // set last, so that a reader never sees half a header
+  int32_t width_px, height_px, slots;
+  std::atomic<uint32_t> wake;   // futex: low half of newest
+  std::atomic<int64_t> newest;  // number of the last frame written, 0 before the first
+
+  size_t slot_bytes() const {
+    const size_t pixels = static_cast<size_t>(width_px) * static_cast<size_t>(height_px);
+    return kSlotHeadBytes + (pixels + 63) / 64 * 64;
+  }
+  char* slot_address(int64_t number) const {
+    char* first = reinterpret_cast<char*>(const_cast<Memory*>(this)) + kHeaderBytes;
+    return first + static_cast<size_t>(number % slots) * slot_bytes();
+  }
+  Slot& slot(int64_t number) const { return *reinterpret_cast<Slot*>(slot_address(number)); }
+  uint8_t* pixels(int64_t number) const { return reinterpret_cast<uint8_t*>(slot_address(number) + kSlotHeadBytes); }
+};
+static_assert(sizeof(Memory) <= kHeaderBytes);
+
+namespace {
+
+size_t ring_bytes(const Memory& shape) {
+  return kHeaderBytes + static_cast<size_t>(shape.slots) * shape.slot_bytes();
+}
+
+void* map(int descriptor, size_t bytes, int protection) {
+  void* address = ::mmap(nullptr, bytes, protection, MAP_SHARED, descriptor, 0);
+  return address == MAP_FAILED ? nullptr : address;
+}
+
+bool same_shape(int descriptor, const Memory& wanted) {
+  struct stat status{};
+  if (::fstat(descriptor, &status) != 0 || static_cast<size_t>(status.st_size) != ring_bytes(wanted)) return false;
+  auto* memory = static_cast<Memory*>(map(descriptor, kHeaderBytes, PROT_READ));
+  if (!memory) return false;
+  const bool same = memory->magic == kMagic && memory->width_px == wanted.width_px &&
+                    memory->height_px == wanted.height_px && memory->slots == wanted.slots;
+  ::munmap(memory, kHeaderBytes);
+  return same;
+}
+
+void futex_wait(const std::atomic<uint32_t>& word, uint32_t seen, double timeout_s) {
+  timespec timeout{};
+  timeout.tv_sec = static_cast<time_t>(timeout_s);
+  timeout.tv_nsec = static_cast<long>((timeout_s - static_cast<double>(timeout.tv_sec)) * 1e9);
+  ::syscall(SYS_futex, &word, FUTEX_WAIT, seen, &timeout, nullptr, 0);
+}
+
+}  // namespace
+
+std::string ring_name(int bus_port, const std::string& device) {
+  return fmt::format("/selvedge-{}-{}", bus_port, device);
+}
+
+FrameRingWriter::FrameRingWriter(const std::string& name, int width_px, int height_px, int slots) {
+  Memory shape{};
+  shape.width_px = width_px;
+  shape.height_px = height_px;
+  shape.slots = slots;
+  bytes_ = ring_bytes(shape);
+  const std::string where = "frame ring " + name;
+
+  descriptor_ = ::shm_open(name.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600);
+  if (descriptor_ < 0) refuse(where, "cannot be opened: {}", std::strerror(errno));
+  if (::flock(descriptor_, LOCK_EX | LOCK_NB) != 0) {
+    ::close(descriptor_);
+    refuse(where, "another process writes to it; is the daemon running already?");
+  }
+  bool fresh = false;
+  if (!same_shape(descriptor_, shape)) {
+    // Not resized in place: readers of the old ring would fault.
+    ::shm_unlink(name.c_str());
+    ::close(descriptor_);
+    descriptor_ = ::shm_open(name.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0600);
+    // posix_fallocate: short memory shows here, not as SIGBUS while a trial runs.
+    const int error = descriptor_ < 0 ? errno
+                      : ::flock(descriptor_, LOCK_EX | LOCK_NB) != 0
+                          ? errno
+                          : ::posix_fallocate(descriptor_, 0, static_cast<off_t>(bytes_));
+    if (error != 0) {
+      if (descriptor_ >= 0) ::close(descriptor_);
+      ::shm_unlink(name.c_str());
+      refuse(where, "cannot get {} MiB of shared memory: {}; fewer ring_frames need less", bytes_ >> 20,
+             std::strerror(error));
+    }
+    fresh = true;
+  }
+  memory_ = static_cast<Memory*>(map(descriptor_, bytes_, PROT_READ | PROT_WRITE));
+  if (!memory_) {
+    ::close(descriptor_);
+    refuse(where, "cannot be mapped: {}", std::strerror(errno));
+  }
+  if (!fresh) return;
+  memory_->width_px = width_px;
+  memory_->height_px = height_px;
+  memory_->slots = slots;
+  memory_->magic = kMagic;
+}
+
+FrameRingWriter::~FrameRingWriter() {
+  ::munmap(memory_, bytes_);
+  ::close(descriptor_);
+}
+
+void FrameRingWriter::remove(const std::string& name) { ::shm_unlink(name.c_str()); }
+
+int64_t FrameRingWriter::write(const RingHead& head, const uint8_t* pixels) {
+  const int64_t number = memory_->newest.load(std::memory_order_relaxed) + 1;
+  Slot& slot = memory_->slot(number);
+  slot.number.store(0, std::memory_order_relaxed);
+  std::atomic_thread_fence(std::memory_order_release);
+  slot.head = head;
+  std::memcpy(memory_->pixels(number), pixels,
+              static_cast<size_t>(memory_->width_px) * static_cast<size_t>(memory_->height_px));
+  slot.number.store(number, std::memory_order_release);
+  memory_->newest.store(number, std::memory_order_release);
+  memory_->wake.store(static_cast<uint32_t>(number), std::memory_order_release);
+  ::syscall(SYS_futex, &memory_->wake, FUTEX_WAKE, INT_MAX, nullptr, nullptr, 0);
+  return number;
+}
+
+FrameRingReader::FrameRingReader(const std::string& name) : name_(name) {
+  const std::string where = "frame ring " + name;
+  descriptor_ = ::shm_open(name.c_str(), O_RDONLY | O_CLOEXEC, 0);
+  if (descriptor_ < 0) refuse(where, "cannot be opened: {}; does the camera daemon run?", std::strerror(errno));
+  struct stat status{};
+  ::fstat(descriptor_, &status);
+  bytes_ = static_cast<size_t>(status.st_size);
+  if (bytes_ > kHeaderBytes) memory_ = static_cast<const Memory*>(map(descriptor_, bytes_, PROT_READ));
+  if (!memory_ || memory_->magic != kMagic || ring_bytes(*memory_) != bytes_) {
+    if (memory_) ::munmap(const_cast<Memory*>(memory_), bytes_);
+    ::close(descriptor_);
+    refuse(where, "found {} bytes that are no frame ring", bytes_);
+  }
+  next_number_ = memory_->newest + 1;
+}
+
+FrameRingReader::~FrameRingReader() {
+  ::munmap(const_cast<Memory*>(memory_), bytes_);
+  ::close(descriptor_);
+}
+
+int FrameRingReader::width_px() const { return memory_->width_px; }
+int FrameRingReader::height_px() const { return memory_->height_px; }
+
+bool FrameRingReader::next(RingFrame& frame, double timeout_s) {
+  const int64_t deadline_us = rig::host_now_us() + static_cast<int64_t>(timeout_s * 1e6);
+  for (;;) {
+    const uint32_t seen = memory_->wake.load(std::memory_order_acquire);
+    const int64_t newest = memory_->newest.load(std::memory_order_acquire);
+    if (newest < next_number_) {
+      const int64_t left_us = deadline_us - rig::host_now_us();
+      if (left_us <= 0) return false;
+      futex_wait(memory_->wake, seen, static_cast<double>(left_us) * 1e-6);
+      continue;
+    }
+    // The slot that is written next is the oldest one, so it does not count as there.
+    const int64_t oldest = std::max<int64_t>(1, newest - memory_->slots + 2);
+    if (next_number_ < oldest) {
+      missed_ += oldest - next_number_;
+      next_number_ = oldest;
+    }
+    const Slot& slot = memory_->slot(next_number_);
+    if (slot.number.load(std::memory_order_acquire) == next_number_) {
+      frame.ring_number = next_number_;
+      frame.head = slot.head;
+      const uint8_t* pixels = memory_->pixels(next_number_);
+      frame.pixels.assign(pixels, pixels + static_cast<size_t>(width_px()) * static_cast<size_t>(height_px()));
+      std::atomic_thread_fence(std::memory_order_acquire);
+      if (slot.number.load(std::memory_order_relaxed) == next_number_) {
+        ++next_number_;
+        return true;
+      }
+    }
+    // Overwritten while it was looked at.
+    ++missed_;
+    ++next_number_;
+  }
+}
+
+bool FrameRingReader::replaced() const {
+  const int current = ::shm_open(name_.c_str(), O_RDONLY | O_CLOEXEC, 0);
+  if (current < 0) return true;
+  struct stat mine{}, theirs{};
+  ::fstat(descriptor_, &mine);
+  ::fstat(current, &theirs);
+  ::close(current);
+  return mine.st_ino != theirs.st_ino;
+}
+
+}  // namespace selvedge::camera
