@@ -46,4 +46,10 @@ struct Material {
   double local_v_m = 0.25;
 };
 
+// True where bending is a matrix of the mesh times one rigidity B for the whole sheet.
+inline bool bends_uniformly(const Material& m) {
+  return m.bend_anisotropy == 0 && m.bend_stiffening == 0 && m.rest_curvature_u == 0 && m.rest_curvature_v == 0 &&
+         m.bend_friction == 0 && m.hem_stiffness == 0;
+}
+
 }  // namespace selvedge::cloth

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <numeric>
 #include <stdexcept>
 
@@ -100,70 +99,6 @@ kernel::BendMatrix make_bend_matrix(const kernel::SheetData& s) {
   return matrix;
 }
 
-// Largest eigenvalue of M⁻¹K by power iteration; apply: y = K x for vectors of `size` numbers.
-double largest_eigenvalue(size_t size, const std::vector<double>& inverse_mass, size_t per_vertex,
-                          const std::function<void(const Eigen::VectorXd&, Eigen::VectorXd&)>& apply) {
-  Eigen::VectorXd x(static_cast<Eigen::Index>(size)), y(static_cast<Eigen::Index>(size));
-  for (size_t i = 0; i < size; ++i)  // a rough start that holds every mode
-    x(static_cast<Eigen::Index>(i)) = std::sin(12.9898 * static_cast<double>(i + 1)) + (i % 2 ? 0.5 : -0.5);
-  double value = 0;
-  for (int k = 0; k < 40; ++k) {
-    x.normalize();
-    apply(x, y);
-    for (size_t i = 0; i < size; ++i) y(static_cast<Eigen::Index>(i)) *= inverse_mass[i / per_vertex];
-    value = y.norm();
-    x = y;
-  }
-  return 1.05 * value;  // forty iterations come within a few percent from below
-}
-
-double membrane_eigenvalue(const kernel::SheetData& s, const std::vector<double>& inverse_mass, double ku, double kv,
-                           double c, double shear) {
-  return largest_eigenvalue(2 * inverse_mass.size(), inverse_mass, 2, [&](const auto& x, auto& y) {
-    y.setZero();
-    for (const kernel::Triangle& t : s.triangles) {
-      double eu = 0, ev = 0, g = 0;
-      for (int a = 0; a < 3; ++a) {
-        const double dx = x(2 * t.vertex[a]), dy = x(2 * t.vertex[a] + 1);
-        eu += t.gradient_u[a] * dx;
-        ev += t.gradient_v[a] * dy;
-        g += t.gradient_v[a] * dx + t.gradient_u[a] * dy;
-      }
-      const double su = t.area * (ku * eu + c * ev), sv = t.area * (kv * ev + c * eu), tau = t.area * shear * g;
-      for (int a = 0; a < 3; ++a) {
-        y(2 * t.vertex[a]) += t.gradient_u[a] * su + t.gradient_v[a] * tau;
-        y(2 * t.vertex[a] + 1) += t.gradient_v[a] * sv + t.gradient_u[a] * tau;
-      }
-    }
-  });
-}
-
-double bend_eigenvalue(const kernel::SheetData& s, const std::vector<double>& inverse_mass) {
-  return largest_eigenvalue(inverse_mass.size(), inverse_mass, 1, [&](const auto& x, auto& y) {
-    y.setZero();
-    for (size_t i = 0; i < inverse_mass.size(); ++i) {
-      double uu = 0, uv = 0, vv = 0;
-      for (int k = s.bend.start[i]; k < s.bend.start[i + 1]; ++k) {
-        const auto j = static_cast<size_t>(k);
-        const double value = x(s.bend.index[j]);
-        uu += s.bend.uu[j] * value;
-        uv += s.bend.uv[j] * value;
-        vv += s.bend.vv[j] * value;
-      }
-      for (int k = s.bend.start[i]; k < s.bend.start[i + 1]; ++k) {
-        const auto j = static_cast<size_t>(k);
-        y(s.bend.index[j]) += s.vertex_area[i] * (s.bend.uu[j] * uu + 2 * s.bend.uv[j] * uv + s.bend.vv[j] * vv);
-      }
-    }
-  });
-}
-
-// Leapfrog with lagged damping: ½ω²h² + ½λh·… stays stable for h below this; ω² stiffness, λ damping rate.
-double step_for(double omega2, double lambda) {
-  const double omega = std::sqrt(omega2), ratio = lambda / (2 * omega);
-  return 2 / omega * (std::sqrt(1 + ratio * ratio) - ratio);
-}
-
 }  // namespace
 
 Sheet make_sheet(const geometry::TriangleMesh& mesh) {
@@ -190,24 +125,6 @@ Sheet make_sheet(const geometry::TriangleMesh& mesh) {
   for (int i = 0; i < s.vertex_count; ++i) add_stencil(s.bend, mesh.rest_uv, i, spacing);
   s.bend_matrix = make_bend_matrix(s);
   return sheet;
-}
-
-double stable_step_s(const Sheet& sheet, const Material& m) {
-  const kernel::SheetData& s = sheet.data;
-  std::vector<double> inverse_mass;
-  for (const double area : s.vertex_area) inverse_mass.push_back(1 / (m.density * area));
-  const double ku = m.stretch * std::exp(m.stretch_anisotropy), kv = m.stretch * std::exp(-m.stretch_anisotropy);
-  // Stiffening, friction and creep add to the tangent: strains stay below a tenth, and slopes add up.
-  const double extra = (1 + 0.2 * std::max(0.0, m.stretch_stiffening)) * (1 + m.creep);
-  const double friction = m.stretch_friction / m.stretch_friction_strain;
-  const double stiff = membrane_eigenvalue(s, inverse_mass, ku * extra + friction, kv * extra + friction,
-                                           m.coupling * std::sqrt(ku * kv), m.shear * extra + friction);
-  const double damped = membrane_eigenvalue(s, inverse_mass, m.stretch_damping, m.stretch_damping, 0, m.shear_damping);
-  const double bend_unit = bend_eigenvalue(s, inverse_mass);
-  const double bend = m.bend * std::exp(std::abs(m.bend_anisotropy)) * (1 + m.hem_stiffness) *
-                          (1 + 1e3 * std::max(0.0, m.bend_stiffening)) +
-                      m.bend_friction / m.bend_friction_curvature;
-  return 0.85 * std::min(step_for(stiff, damped), step_for(bend_unit * bend, bend_unit * m.bend_damping));
 }
 
 }  // namespace selvedge::cloth

@@ -2,11 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <stdexcept>
+#include <tuple>
 
 #include <Eigen/Dense>
 
 #include "cloth/runge_kutta.h"
+#include "cloth/step_plan.h"
 
 namespace selvedge::cloth {
 
@@ -30,68 +33,130 @@ Eigen::Matrix3Xd columns_at(const std::vector<double>& from, size_t offset, Eige
 }
 
 // What all lanes of a group share, and what each brings.
-kernel::RunInput input_of(const Sheet& sheet, const Experiment* lanes, int count,
-                          const std::vector<Eigen::Matrix3Xd>& start) {
+kernel::RunInput input_of(const Sheet& sheet, const std::vector<const Experiment*>& lanes,
+                          const std::vector<const Eigen::Matrix3Xd*>& start) {
   kernel::RunInput in;
   in.sheet = &sheet.data;
-  in.lanes = count;
-  in.held = held_vertices(sheet, lanes[0].path.hold);
-  for (int a = 0; a < 3; ++a) in.clamp_direction[a] = lanes[0].path.clamp_direction(a);
-  for (int i = 0; i < count; ++i) {
-    in.materials.push_back(lanes[i].material);
-    in.surroundings.push_back(surroundings_of(lanes[i]));
-    append(in.start_position, start[static_cast<size_t>(i)]);
+  in.lanes = static_cast<int>(lanes.size());
+  in.held = held_vertices(sheet, lanes[0]->path.hold);
+  for (int a = 0; a < 3; ++a) in.clamp_direction[a] = lanes[0]->path.clamp_direction(a);
+  for (size_t i = 0; i < lanes.size(); ++i) {
+    in.materials.push_back(lanes[i]->material);
+    in.surroundings.push_back(surroundings_of(*lanes[i]));
+    append(in.start_position, *start[i]);
   }
   return in;
 }
 
-std::vector<Rest> relax_group(const Sheet& sheet, const Experiment* lanes, int count, double step_s,
-                              const Options& options) {
-  std::vector<Eigen::Matrix3Xd> start;
-  for (int i = 0; i < count; ++i) start.push_back(lanes[i].start_shape);
-  kernel::RunInput in = input_of(sheet, lanes, count, start);
-  for (int i = 0; i < count; ++i) {
-    const Eigen::Matrix<double, 3, 2> corners = lanes[i].path.at(lanes[i].start_s);
+// Lanes that may share a SIMD group without changing each other's bits, in groups of at most kMaxLanes.
+std::vector<std::vector<size_t>> grouped(const std::vector<Experiment>& lanes,
+                                         const std::vector<kernel::DampingStages>& stages) {
+  std::map<std::tuple<bool, int, double>, std::vector<size_t>> alike;
+  for (size_t i = 0; i < lanes.size(); ++i)
+    alike[{bends_uniformly(lanes[i].material), stages[i].count, stages[i].gain[0]}].push_back(i);
+  std::vector<std::vector<size_t>> groups;
+  for (const auto& [key, members] : alike)
+    for (size_t first = 0; first < members.size(); first += kernel::kMaxLanes)
+      groups.emplace_back(members.begin() + static_cast<std::ptrdiff_t>(first),
+                          members.begin() + static_cast<std::ptrdiff_t>(std::min(first + kernel::kMaxLanes, members.size())));
+  return groups;
+}
+
+// Relaxation is free to choose masses and damping: masses such that kRelaxStep_s is each lane's longest step
+// (and a lane's way does not depend on its companions), damping a tenth of critical for the fastest mode so
+// that ripples do not pass for peaks of the sheet's own motion.
+constexpr double kRelaxStep_s = 1e-4;
+
+Experiment made_to_relax(const Sheet& sheet, const Experiment& lane) {
+  const Spectrum s = spectrum_of(sheet, lane.material);
+  const double omega = std::sqrt(std::max(s.membrane_omega2, s.bend_omega2)), lambda = std::max(s.membrane_lambda, s.bend_lambda);
+  const double ratio = 0.1, step = 0.85 * 2 / omega * (std::sqrt(1 + ratio * ratio) - ratio);
+  const double speed_up = step / kRelaxStep_s, mass = 1 / (speed_up * speed_up);
+  const double damping = lambda > 0 ? 2 * ratio * omega * speed_up * mass / lambda : 0;
+  Experiment e = lane;
+  Material& m = e.material;
+  m.density *= mass;
+  m.hem_density *= mass;
+  m.local_mass_kg *= mass;
+  m.added_mass = 0;
+  m.stretch_damping *= damping;
+  m.shear_damping *= damping;
+  m.bend_damping *= damping;
+  e.gravity_m_s2 /= mass;
+  return e;
+}
+
+void relax_group(const Sheet& sheet, const std::vector<Experiment>& lanes, const std::vector<size_t>& members,
+                 const Options& options, std::vector<Rest>& out) {
+  std::vector<Experiment> free;
+  std::vector<const Experiment*> group;
+  std::vector<const Eigen::Matrix3Xd*> start;
+  for (const size_t i : members) free.push_back(made_to_relax(sheet, lanes[i]));
+  for (const Experiment& e : free) {
+    group.push_back(&e);
+    start.push_back(&e.start_shape);
+  }
+  kernel::RunInput in = input_of(sheet, group, start);
+  for (const Experiment& e : free) {
+    const Eigen::Matrix<double, 3, 2> corners = e.path.at(e.start_s);
     in.held_corners.insert(in.held_corners.end(), corners.data(), corners.data() + 6);
   }
   kernel::RelaxOptions relax_options;
-  relax_options.step_s = step_s;
-  relax_options.max_steps = static_cast<int>(options.longest_rest_s / step_s);
+  relax_options.step_s = kRelaxStep_s;
+  relax_options.max_steps = static_cast<int>(options.longest_rest_s / kRelaxStep_s);
   relax_options.speed_m_s = options.rest_speed_m_s;
   relax_options.change_m = options.rest_change_m;
-  const kernel::RelaxOutput out = kernel::relax(in, relax_options);
-  std::vector<Rest> rests;
+  const kernel::RelaxOutput result = kernel::relax(in, relax_options);
   const auto n = static_cast<Eigen::Index>(sheet.data.vertex_count);
-  for (int i = 0; i < count; ++i)
-    rests.push_back({columns_at(out.position, static_cast<size_t>(i * n * 3), n), out.at_rest[static_cast<size_t>(i)]});
-  return rests;
+  for (size_t i = 0; i < members.size(); ++i)
+    out[members[i]] = {columns_at(result.position, i * static_cast<size_t>(n * 3), n), result.at_rest[i]};
 }
 
-void run_group(const Sheet& sheet, const Experiment* lanes, int count, double step_s, std::vector<Trajectory>& out,
-               size_t first) {
-  std::vector<Eigen::Matrix3Xd> start;
-  for (int i = 0; i < count; ++i) start.push_back(out[first + static_cast<size_t>(i)].start);
-  kernel::RunInput in = input_of(sheet, lanes, count, start);
+void run_group(const Sheet& sheet, const std::vector<Experiment>& lanes, const std::vector<size_t>& members, double step_s,
+               const kernel::DampingStages& stages, std::vector<Trajectory>& out) {
+  std::vector<const Experiment*> group;
+  std::vector<const Eigen::Matrix3Xd*> start;
+  for (const size_t i : members) {
+    group.push_back(&lanes[i]);
+    start.push_back(&out[i].start);
+  }
+  kernel::RunInput in = input_of(sheet, group, start);
   in.step_s = step_s;
-  const double end = lanes[0].sample_s.empty() ? lanes[0].start_s : lanes[0].sample_s.back();
-  in.steps = std::max(0, static_cast<int>(std::ceil((end - lanes[0].start_s) / step_s - 1e-9)));
-  for (const double t : lanes[0].sample_s) in.sample_s.push_back(t - lanes[0].start_s);
-  in.held_corners.reserve(static_cast<size_t>(count * (in.steps + 1) * 6));
-  for (int i = 0; i < count; ++i)
+  in.stages = stages;
+  const double start_s = group[0]->start_s, end_s = group[0]->sample_s.empty() ? start_s : group[0]->sample_s.back();
+  in.steps = std::max(0, static_cast<int>(std::ceil((end_s - start_s) / step_s - 1e-9)));
+  for (const double t : group[0]->sample_s) in.sample_s.push_back(t - start_s);
+  in.held_corners.reserve(members.size() * static_cast<size_t>(in.steps + 1) * 6);
+  for (const Experiment* e : group)
     for (int k = 0; k <= in.steps; ++k) {
-      const Eigen::Matrix<double, 3, 2> corners = lanes[i].path.at(lanes[i].start_s + k * step_s);
+      const Eigen::Matrix<double, 3, 2> corners = e->path.at(start_s + k * step_s);
       in.held_corners.insert(in.held_corners.end(), corners.data(), corners.data() + 6);
     }
   const kernel::RunOutput result = kernel::run(in);
   const auto n = static_cast<Eigen::Index>(sheet.data.vertex_count);
   const size_t samples = in.sample_s.size();
-  for (int i = 0; i < count; ++i) {
-    Trajectory& trajectory = out[first + static_cast<size_t>(i)];
-    trajectory.finite = result.finite[static_cast<size_t>(i)];
+  for (size_t i = 0; i < members.size(); ++i) {
+    Trajectory& trajectory = out[members[i]];
+    trajectory.finite = result.finite[i];
+    trajectory.samples.clear();
     for (size_t k = 0; k < samples; ++k)
-      trajectory.samples.push_back(
-          columns_at(result.samples, (static_cast<size_t>(i) * samples + k) * static_cast<size_t>(3 * n), n));
+      trajectory.samples.push_back(columns_at(result.samples, (i * samples + k) * static_cast<size_t>(3 * n), n));
   }
+}
+
+// Leapfrog for all lanes from their starts in `out`.
+void run_leapfrog(const Sheet& sheet, const std::vector<Experiment>& lanes, double step_s, std::vector<Trajectory>& out) {
+  std::vector<Spectrum> spectra;
+  std::vector<kernel::DampingStages> stages;
+  for (const Experiment& lane : lanes) {
+    spectra.push_back(spectrum_of(sheet, lane.material));
+    stages.push_back(stages_for(spectra.back(), step_s));
+  }
+  for (const std::vector<size_t>& members : grouped(lanes, stages))
+    run_group(sheet, lanes, members, step_s, stages[members[0]], out);
+  for (size_t i = 0; i < lanes.size(); ++i)
+    for (double h = step_s / 2; !out[i].finite && h > step_s / 10; h /= 2)
+      run_group(sheet, lanes, {i}, h, stages_for(spectra[i], h), out);
 }
 
 void check_lanes(const std::vector<Experiment>& lanes) {
@@ -105,6 +170,10 @@ double thin_plate(double r2) { return r2 > 0 ? 0.5 * r2 * std::log(r2) : 0; }
 
 }  // namespace
 
+double stable_step_s(const Sheet& sheet, const Material& material) {
+  return plan_step(spectrum_of(sheet, material)).step_s;
+}
+
 double common_step_s(const Sheet& sheet, const std::vector<Experiment>& lanes) {
   double step = std::numeric_limits<double>::infinity();
   for (const Experiment& lane : lanes) step = std::min(step, stable_step_s(sheet, lane.material));
@@ -113,34 +182,25 @@ double common_step_s(const Sheet& sheet, const std::vector<Experiment>& lanes) {
 
 std::vector<Rest> relax(const Sheet& sheet, const std::vector<Experiment>& lanes, const Options& options) {
   check_lanes(lanes);
-  const double step = options.step_s > 0 ? options.step_s : common_step_s(sheet, lanes);
-  std::vector<Rest> rests;
-  for (size_t first = 0; first < lanes.size(); first += kernel::kMaxLanes) {
-    const int count = static_cast<int>(std::min<size_t>(kernel::kMaxLanes, lanes.size() - first));
-    for (Rest& rest : relax_group(sheet, &lanes[first], count, step, options)) rests.push_back(std::move(rest));
-  }
+  std::vector<Rest> rests(lanes.size());
+  for (const std::vector<size_t>& members : grouped(lanes, std::vector<kernel::DampingStages>(lanes.size())))
+    relax_group(sheet, lanes, members, options, rests);
   return rests;
 }
 
 std::vector<Trajectory> simulate(const Sheet& sheet, const std::vector<Experiment>& lanes, const Options& options) {
   check_lanes(lanes);
-  const double step = options.step_s > 0 ? options.step_s : common_step_s(sheet, lanes);
-  Options stepped = options;
-  stepped.step_s = step;
   std::vector<Trajectory> out(lanes.size());
   std::vector<Rest> rests;
-  if (!lanes.empty() && lanes[0].starts_at_rest) rests = relax(sheet, lanes, stepped);
+  if (!lanes.empty() && lanes[0].starts_at_rest) rests = relax(sheet, lanes, options);
   for (size_t i = 0; i < lanes.size(); ++i) {
     out[i].start = rests.empty() ? lanes[i].start_shape : rests[i].position;
     out[i].at_rest = rests.empty() || rests[i].at_rest;
   }
-  if (options.integrator == Options::Integrator::runge_kutta_45) {
+  if (options.integrator == Options::Integrator::runge_kutta_45)
     for (size_t i = 0; i < lanes.size(); ++i) run_runge_kutta(sheet, lanes[i], options.tolerance_m, out[i]);
-    return out;
-  }
-  for (size_t first = 0; first < lanes.size(); first += kernel::kMaxLanes)
-    run_group(sheet, &lanes[first], static_cast<int>(std::min<size_t>(kernel::kMaxLanes, lanes.size() - first)), step,
-              out, first);
+  else
+    run_leapfrog(sheet, lanes, options.step_s > 0 ? options.step_s : common_step_s(sheet, lanes), out);
   return out;
 }
 

@@ -44,10 +44,14 @@ struct Trajectory {
   bool finite = true;                     // false: the motion blew up, samples are not to be used
 };
 
-// Largest leapfrog step that is stable for all lanes, s.
+// The leapfrog step that simulates a second with the least work (step_plan.h), s.
+double stable_step_s(const Sheet& sheet, const Material& material);
+
+// The shortest such step of all lanes, s.
 double common_step_s(const Sheet& sheet, const std::vector<Experiment>& lanes);
 
-// Any number of lanes, split into SIMD groups; one thread. Throws std::invalid_argument where the lanes
+// Any number of lanes, split into SIMD groups of lanes that take their steps alike; one thread. A lane that
+// blows up is run again with half the step, up to three times. Throws std::invalid_argument where the lanes
 // differ in start_s or sample_s.
 std::vector<Trajectory> simulate(const Sheet& sheet, const std::vector<Experiment>& lanes, const Options& options = {});
 

@@ -9,12 +9,6 @@
 
 namespace selvedge::cloth::kernel {
 
-// True where bending is B Q x with one rigidity B for the whole sheet.
-inline bool bends_uniformly(const Material& m) {
-  return m.bend_anisotropy == 0 && m.bend_stiffening == 0 && m.rest_curvature_u == 0 && m.rest_curvature_v == 0 &&
-         m.bend_friction == 0 && m.hem_stiffness == 0;
-}
-
 template <class R>
 struct LaneMaterial {
   using VertexVector = VertexVectorOf<R>;
