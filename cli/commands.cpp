@@ -5,7 +5,6 @@ namespace selvedge::cli {
 const std::vector<AddCommand>& commands() {
   static const std::vector<AddCommand> list = {
       add_check,
-      add_fit,
       add_prove,
       add_bench,
   };

@@ -1,0 +1,100 @@
+// Mitsubishi MELFA real-time external control over UDP: one packet of 196 bytes each way a cycle.
+//
+// The robot's program has run `Mxt`. The first packets only watch (command 0); set-points are absolute joint
+// angles (command 1), and once there was one, one follows every cycle. The reply brings the filtered joints in
+// dat1 and the encoders in dat2.
+// Source: tork-a/melfa_robot (Apache-2.0), strdef.h.
+#include <cmath>
+#include <thread>
+
+#include "rig/arm/arm.h"
+#include "rig/arm/backends/mxt_packet.h"
+#include "rig/clock.h"
+#include "rig/wire/bytes.h"
+#include "rig/wire/socket.h"
+
+namespace selvedge::arm {
+
+namespace {
+
+constexpr int kPort = 10000;
+constexpr double kPeriod_s = 0.0071;
+constexpr double kSilence_s = 0.5;
+
+class Mxt final : public Arm {
+ public:
+  explicit Mxt(const ArmOptions& options)
+      : options_(options), socket_(wire::connect_udp(options.host, options.port == 0 ? kPort : options.port)) {
+    const double end_s = rig::host_now_s() + options.connect_timeout_s;
+    while (!cycle(std::nullopt, 0.1))
+      if (rig::host_now_s() > end_s)
+        throw wire::Disconnected(fmt::format("mxt: {} does not answer within {} s", options.host, options.connect_timeout_s));
+  }
+  ~Mxt() override {
+    try {
+      socket_.send(mxt::encode({.command = mxt::end, .count = ++count_}));
+    } catch (const wire::Disconnected&) {
+      // Nobody there to say goodbye to.
+    }
+  }
+
+  std::optional<ArmSample> cycle(const std::optional<Eigen::VectorXd>& set_point_rad, double timeout_s) override {
+    keep_beat();
+    mxt::Request request;
+    request.count = ++count_;
+    if (set_point_rad) {
+      request.command = mxt::move;
+      for (long joint = 0; joint < set_point_rad->size(); ++joint)
+        request.joint_rad[joint] = static_cast<float>((*set_point_rad)[joint]);
+    }
+    const double sent_s = rig::host_now_s();
+    socket_.send(mxt::encode(request));
+    const double end_s = sent_s + timeout_s;
+    while (socket_.readable(std::max(0.0, end_s - rig::host_now_s()))) {
+      std::array<std::uint8_t, 2048> bytes;
+      const size_t got = socket_.receive(bytes);
+      const auto reply = mxt::decode(std::span(bytes).first(got), options_.joints);
+      if (reply.count != count_) continue;  // late, of an earlier cycle
+      answered_s_ = rig::host_now_s();
+      return to_sample(reply, 0.5 * (sent_s + answered_s_));
+    }
+    if (answered_s_ > 0 && rig::host_now_s() - answered_s_ > kSilence_s)
+      throw wire::Disconnected("mxt: the controller stopped answering (alarm, or its program ended)");
+    return std::nullopt;
+  }
+
+  double period_s() const override { return kPeriod_s; }
+
+ private:
+  void keep_beat() {
+    const double now_s = rig::host_now_s();
+    next_s_ = std::max(next_s_ + kPeriod_s, now_s - kPeriod_s);
+    if (next_s_ > now_s) std::this_thread::sleep_for(std::chrono::duration<double>(next_s_ - now_s));
+  }
+
+  ArmSample to_sample(const mxt::Reply& reply, double time_s) {
+    ArmSample sample;
+    sample.time_s = time_s;
+    sample.q_rad = reply.encoder_rad;
+    sample.qd_rad_s = Eigen::VectorXd::Zero(reply.encoder_rad.size());
+    if (last_) sample.qd_rad_s = (sample.q_rad - last_->q_rad) / std::max(1e-4, time_s - last_->time_s);
+    sample.ready = true;
+    last_ = sample;
+    return sample;
+  }
+
+  ArmOptions options_;
+  wire::Socket socket_;
+  std::uint32_t count_ = 0;
+  double next_s_ = 0, answered_s_ = 0;
+  std::optional<ArmSample> last_;
+};
+
+}  // namespace
+
+std::unique_ptr<Arm> connect_mxt(const ArmOptions& options) {
+  if (options.joints < 1 || options.joints > 8) throw std::invalid_argument("mxt: 1 to 8 joints");
+  return std::make_unique<Mxt>(options);
+}
+
+}  // namespace selvedge::arm

@@ -1,0 +1,135 @@
+// Universal Robots: state over RTDE, motion through the script of the maker's external control.
+//
+// The script runs on the robot and connects to script_port here; each cycle it reads one set-point and calls
+// servoj with it. Where the packets stop for longer than the time-out that each of them carries, the script
+// ends and the robot stops: a dead daemon stops the arm.
+#include <array>
+#include <cmath>
+
+#include "rig/arm/arm.h"
+#include "rig/arm/backends/rtde_packages.h"
+#include "rig/clock.h"
+#include "rig/wire/socket.h"
+
+namespace selvedge::arm {
+
+namespace {
+
+constexpr int kPort = 30004;
+constexpr std::int32_t kRunning = 7, kSafetyNormal = 1;
+
+class Rtde final : public Arm {
+ public:
+  explicit Rtde(const ArmOptions& options)
+      : options_(options),
+        listener_(wire::listen_tcp(options.script_address, options.script_port)),
+        state_(wire::connect_tcp(options.host, options.port == 0 ? kPort : options.port, options.connect_timeout_s)),
+        clock_({.ticks_per_s = 1e6}) {
+    negotiate();
+  }
+
+  std::optional<ArmSample> cycle(const std::optional<Eigen::VectorXd>& set_point_rad, double timeout_s) override {
+    accept_script();
+    send_set_point(set_point_rad);
+    const double end_s = rig::host_now_s() + timeout_s;
+    // Where we are late, the newest state counts.
+    std::optional<rtde::State> newest;
+    while (const auto package = next_package(newest ? 0 : end_s - rig::host_now_s()))
+      if (package->type == rtde::data) newest = rtde::decode_state(package->payload, recipe_);
+    if (!newest) return std::nullopt;
+    return to_sample(*newest);
+  }
+
+  double period_s() const override { return 1 / options_.rate_hz; }
+
+ private:
+  void negotiate() {
+    wire::BigWriter protocol, outputs, none;
+    protocol.number<std::uint16_t>(2);
+    if (ask(rtde::negotiate, protocol).payload != std::vector<std::uint8_t>{1})
+      throw wire::WireError("rtde: the controller does not speak protocol version 2");
+    outputs.number<double>(options_.rate_hz).text(rtde::output_names);
+    const auto recipe = ask(rtde::setup_outputs, outputs);
+    wire::BigReader reader(recipe.payload);
+    recipe_ = reader.number<std::uint8_t>();
+    const std::string types = reader.text(reader.left());
+    if (types != rtde::output_types)
+      throw wire::WireError(fmt::format("rtde: {} are offered as {}, expected {}", rtde::output_names, types, rtde::output_types));
+    if (ask(rtde::start, none).payload != std::vector<std::uint8_t>{1})
+      throw wire::WireError("rtde: the controller refuses to start");
+  }
+
+  // The answer to a request has the request's type; messages may come in between.
+  rtde::Package ask(char type, const wire::BigWriter& payload) {
+    state_.send(rtde::encode(type, payload));
+    const double end_s = rig::host_now_s() + options_.connect_timeout_s;
+    while (auto package = next_package(end_s - rig::host_now_s()))
+      if (package->type == type) return *package;
+    throw wire::Disconnected(fmt::format("rtde: no answer to '{}' within {} s", type, options_.connect_timeout_s));
+  }
+
+  std::optional<rtde::Package> next_package(double timeout_s) {
+    const double end_s = rig::host_now_s() + timeout_s;
+    for (;;) {
+      if (auto package = rtde::take_package(received_)) return package;
+      if (!state_.readable(std::max(0.0, end_s - rig::host_now_s()))) return std::nullopt;
+      std::array<std::uint8_t, 4096> part;
+      const size_t got = state_.receive(part);
+      arrival_us_ = rig::host_now_us();
+      received_.insert(received_.end(), part.begin(), part.begin() + static_cast<long>(got));
+    }
+  }
+
+  // A script that starts anew replaces the old one.
+  void accept_script() {
+    while (auto next = wire::accept(listener_, 0)) script_ = std::move(*next);
+    try {
+      std::array<std::uint8_t, 256> ignored;
+      while (script_.is_open() && script_.readable(0)) script_.receive(ignored);
+    } catch (const wire::Disconnected&) {
+      script_.close();
+    }
+  }
+
+  void send_set_point(const std::optional<Eigen::VectorXd>& set_point_rad) {
+    if (!script_.is_open()) return;
+    try {
+      script_.send(rtde::encode_set_point(set_point_rad ? set_point_rad->data() : nullptr, set_point_rad.has_value(),
+                                          options_.controller_timeout_s),
+                   0.02);
+    } catch (const wire::Disconnected&) {
+      script_.close();
+    }
+  }
+
+  ArmSample to_sample(const rtde::State& state) {
+    const auto ticks = static_cast<std::int64_t>(std::llround(state.timestamp_s * 1e6));
+    clock_.add(ticks, arrival_us_);
+    ArmSample sample;
+    sample.time_s = clock_.map() ? clock_.map()->host_s(ticks) : 1e-6 * static_cast<double>(arrival_us_);
+    sample.q_rad = Eigen::Map<const Eigen::VectorXd>(state.q_rad, 6);
+    sample.qd_rad_s = Eigen::Map<const Eigen::VectorXd>(state.qd_rad_s, 6);
+    sample.protective_stop = state.safety_mode != kSafetyNormal;
+    if (sample.protective_stop) sample.not_ready = fmt::format("the robot's safety mode is {}", state.safety_mode);
+    else if (state.robot_mode != kRunning) sample.not_ready = fmt::format("the robot's mode is {}, not running", state.robot_mode);
+    else if (!script_.is_open()) sample.not_ready = "the robot's external control script is not connected";
+    sample.ready = sample.not_ready.empty();
+    return sample;
+  }
+
+  ArmOptions options_;
+  wire::Socket listener_, state_, script_;
+  std::vector<std::uint8_t> received_;
+  std::int64_t arrival_us_ = 0;
+  std::uint8_t recipe_ = 0;
+  rig::PassiveClock clock_;
+};
+
+}  // namespace
+
+std::unique_ptr<Arm> connect_rtde(const ArmOptions& options) {
+  if (options.joints != 6) throw std::invalid_argument("rtde: a Universal Robots arm has 6 joints");
+  return std::make_unique<Rtde>(options);
+}
+
+}  // namespace selvedge::arm

@@ -1,0 +1,166 @@
+// What every arm back-end has to do, run over each of them beside its simulated controller.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+#include <memory>
+
+#include "hardware_sim/mxt_controller/mxt_controller.h"
+#include "hardware_sim/rtde_controller/rtde_controller.h"
+#include "rig/arm/arm.h"
+#include "rig/arm/model.h"
+#include "rig/clock.h"
+#include "rig/wire/socket.h"
+
+namespace selvedge {
+namespace {
+
+struct Controller {
+  arm::ArmModel model;
+  std::function<std::unique_ptr<arm::Arm>()> connect;
+  std::function<Eigen::VectorXd(double)> joints_at;
+  std::function<double(double)> fastest_since;
+  std::function<void()> break_down;  // the controller stops by itself
+  std::function<void()> repair;
+};
+
+struct Backend {
+  std::string name;
+  std::function<Controller()> start;
+};
+
+arm::ArmModel read(const char* file) { return arm::ArmModel::read(std::string(SELVEDGE_SOURCE_DIR) + "/data/arms/" + file); }
+
+Controller start_rtde() {
+  static int script_port = 17400;
+  const auto model = read("ur5e.toml");
+  hardware_sim::RtdeControllerOptions options;
+  options.script_port = ++script_port;
+  auto simulated = std::make_shared<hardware_sim::RtdeController>(options, model);
+  arm::ArmOptions client;
+  client.port = simulated->port();
+  client.script_port = options.script_port;
+  return {.model = model,
+          .connect = [client] { return arm::connect_rtde(client); },
+          .joints_at = [simulated](double t) { return simulated->joints_at(t); },
+          .fastest_since = [simulated](double t) { return simulated->fastest_since(t); },
+          .break_down = [simulated] { simulated->protective_stop(); },
+          .repair = [simulated] { simulated->clear_protective_stop(); }};
+}
+
+Controller start_mxt() {
+  const auto model = read("pa10.toml");
+  auto simulated = std::make_shared<hardware_sim::MxtController>(hardware_sim::MxtControllerOptions{}, model);
+  arm::ArmOptions client;
+  client.port = simulated->port();
+  client.joints = model.joints();
+  return {.model = model,
+          .connect = [client] { return arm::connect_mxt(client); },
+          .joints_at = [simulated](double t) { return simulated->joints_at(t); },
+          .fastest_since = [simulated](double t) { return simulated->fastest_since(t); },
+          .break_down = [simulated] { simulated->raise_alarm(); },
+          .repair = [simulated] { simulated->restart_program(); }};
+}
+
+class ArmContract : public testing::TestWithParam<Backend> {
+ protected:
+  // Cycles without a set-point until the controller would follow one.
+  static arm::ArmSample wait_ready(arm::Arm& arm) {
+    for (int i = 0; i < 2000; ++i)
+      if (const auto sample = arm.cycle(std::nullopt, 0.1); sample && sample->ready) return *sample;
+    throw std::runtime_error("the controller never got ready");
+  }
+};
+
+TEST_P(ArmContract, SaysWhereTheJointsAreAndWhen) {
+  const Controller controller = GetParam().start();
+  const auto arm = controller.connect();
+  for (int i = 0; i < 20; ++i) {
+    const auto sample = arm->cycle(std::nullopt, 1);
+    ASSERT_TRUE(sample);
+    ASSERT_EQ(sample->q_rad.size(), controller.model.joints());
+    EXPECT_LT((sample->q_rad - controller.model.home_rad()).cwiseAbs().maxCoeff(), 1e-3);
+    EXPECT_LE(sample->time_s, rig::host_now_s() + 0.01);
+  }
+}
+
+TEST_P(ArmContract, StandsStillWithoutASetPoint) {
+  const Controller controller = GetParam().start();
+  const auto arm = controller.connect();
+  const double from_s = rig::host_now_s();
+  wait_ready(*arm);
+  for (int i = 0; i < 30; ++i) arm->cycle(std::nullopt, 0.1);
+  EXPECT_EQ(controller.fastest_since(from_s), 0);
+}
+
+TEST_P(ArmContract, GoesWhereItIsToldWithALag) {
+  const Controller controller = GetParam().start();
+  const auto arm = controller.connect();
+  const auto start = wait_ready(*arm);
+  Eigen::VectorXd set_point = start.q_rad;
+  const double begin_s = rig::host_now_s();
+  while (rig::host_now_s() < begin_s + 1.5) {
+    const double x = std::min(1.0, (rig::host_now_s() - begin_s) / 1.0);
+    set_point[1] = start.q_rad[1] + 0.1 * x * x * (3 - 2 * x);
+    set_point[3] = start.q_rad[3] - 0.1 * x * x * (3 - 2 * x);
+    arm->cycle(set_point, 0.1);
+  }
+  std::optional<arm::ArmSample> sample;
+  for (int i = 0; i < 200; ++i)
+    if ((sample = arm->cycle(set_point, 0.1)) && (sample->q_rad - set_point).cwiseAbs().maxCoeff() < 1e-3) break;
+  ASSERT_TRUE(sample);
+  EXPECT_LT((sample->q_rad - set_point).cwiseAbs().maxCoeff(), 1e-3);
+  EXPECT_LT((controller.joints_at(rig::host_now_s()) - set_point).cwiseAbs().maxCoeff(), 1e-3);
+}
+
+TEST_P(ArmContract, ControllersOwnStopIsSaidAndItCanBeRepaired) {
+  const Controller controller = GetParam().start();
+  auto arm = controller.connect();
+  wait_ready(*arm);
+  controller.break_down();
+  bool said = false;
+  try {
+    for (int i = 0; i < 1000 && !said; ++i) {
+      const auto sample = arm->cycle(std::nullopt, 0.05);
+      said = sample && !sample->ready && !sample->not_ready.empty();
+    }
+  } catch (const wire::Disconnected&) {
+    said = true;
+  }
+  EXPECT_TRUE(said);
+  arm.reset();
+  // Saying goodbye ends a controller's program, perhaps only after the repair.
+  for (int i = 0; i < 5 && !arm; ++i) {
+    controller.repair();
+    try {
+      arm = controller.connect();
+    } catch (const wire::Disconnected&) {
+    }
+  }
+  ASSERT_TRUE(arm);
+  EXPECT_TRUE(wait_ready(*arm).ready);
+}
+
+TEST_P(ArmContract, SilenceOfTheDaemonStopsTheArm) {
+  const Controller controller = GetParam().start();
+  const auto arm = controller.connect();
+  const auto start = wait_ready(*arm);
+  Eigen::VectorXd set_point = start.q_rad;
+  for (int i = 0; i < 40; ++i) {
+    set_point[0] += 0.002;
+    arm->cycle(set_point, 0.1);
+  }
+  const double silent_s = rig::host_now_s();
+  while (rig::host_now_s() < silent_s + 0.6) {
+    timespec nap{0, 20000000};
+    ::nanosleep(&nap, nullptr);
+  }
+  EXPECT_GT(controller.fastest_since(silent_s - 0.3), 0.05);
+  EXPECT_EQ(controller.fastest_since(silent_s + 0.4), 0);
+}
+
+INSTANTIATE_TEST_SUITE_P(Backends, ArmContract, testing::Values(Backend{"rtde", start_rtde}, Backend{"mxt", start_mxt}),
+                         [](const auto& info) { return info.param.name; });
+
+}  // namespace
+}  // namespace selvedge
