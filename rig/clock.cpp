@@ -70,10 +70,11 @@ void PassiveClock::add(int64_t device_ticks, int64_t arrival_us) {
   ++samples_;
 
   if (earliest_.empty() || bin(point.device_s) > bin(earliest_.back().device_s)) {
-    // A bin is done. Lateness that never lets up for some bins is no stall: the device's clock stepped back.
+    // A bin is done. Lateness that never lets up for some bins is no stall: the device's clock stepped back. Where the
+    // clock is read, the readings tell, and lateness is lateness.
     late_bins_ = bin_lateness_s_ > options_.jump_s ? late_bins_ + 1 : 0;
     bin_lateness_s_ = late_s;
-    if (late_bins_ >= kLateBinsOfAJump) {
+    if (late_bins_ >= kLateBinsOfAJump && brackets_.empty()) {
       restart();
       point = relative(device_ticks, arrival_us);
       point.host_s -= options_.minimum_delay_s;
@@ -152,7 +153,7 @@ std::optional<ClockMap> PassiveClock::from_arrivals() const {
 // unknown and the same each time, so half a bracket does not average down.
 std::optional<ClockMap> PassiveClock::from_brackets() const {
   if (brackets_.size() < kFewestBrackets) return std::nullopt;
-  double weights = 0, mean_device_s = 0, mean_offset_s = 0, narrowest_s = std::numeric_limits<double>::infinity();
+  double weights = 0, mean_device_s = 0, mean_offset_s = 0, half_width_s = 0;
   const auto weight = [](const Bracket& bracket) { return 1 / std::pow(bracket.after_s - bracket.before_s + 1e-6, 4); };
   const auto offset = [](const Bracket& bracket) {
     return 0.5 * (bracket.before_s + bracket.after_s) - bracket.device_s;
@@ -161,7 +162,7 @@ std::optional<ClockMap> PassiveClock::from_brackets() const {
     weights += weight(bracket);
     mean_device_s += weight(bracket) * bracket.device_s;
     mean_offset_s += weight(bracket) * offset(bracket);
-    narrowest_s = std::min(narrowest_s, bracket.after_s - bracket.before_s);
+    half_width_s += weight(bracket) * 0.5 * (bracket.after_s - bracket.before_s + kHostResolution_s);
   }
   mean_device_s /= weights;
   mean_offset_s /= weights;
@@ -173,8 +174,7 @@ std::optional<ClockMap> PassiveClock::from_brackets() const {
   }
   const double limit = options_.largest_drift_ppm * 1e-6;
   const double drift = spread > 0 ? std::clamp(slope / spread, -limit, limit) : 0;
-  const double half_bracket_s = 0.5 * (narrowest_s + 1e-6);
-  return to_map(mean_offset_s - drift * mean_device_s, drift, half_bracket_s / std::sqrt(3.0));
+  return to_map(mean_offset_s - drift * mean_device_s, drift, half_width_s / weights / std::sqrt(3.0));
 }
 
 ClockMap PassiveClock::to_map(double intercept_s, double drift, double uncertainty_s) const {

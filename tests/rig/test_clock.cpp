@@ -109,6 +109,23 @@ TEST(PassiveClock, RidesOutAStallOfASecond) {
   EXPECT_NEAR(device.error_s(clock, 1040), 0, 1e-4);
 }
 
+TEST(PassiveClock, LatenessIsNoJumpWhereTheClockIsRead) {
+  Device device;
+  PassiveClock clock(known_delay());
+  for (double t = 1000; t < 1040; t += 1) {
+    clock.add_bracket(device.ticks(t), std::llround((t - 1e-4) * 1e6), std::llround((t + 1e-4) * 1e6));
+    device.minimum_delay_s = t < 1010 ? 0.003 : 0.2;  // the machine is overloaded from here on
+    device.feed(clock, t, t + 1, 60);
+  }
+  EXPECT_EQ(clock.map()->jumps, 0);
+  EXPECT_NEAR(device.error_s(clock, 1040), 0, 1e-4);
+  device.offset_s += 0.5;
+  for (double t = 1040; t < 1050; t += 1)
+    clock.add_bracket(device.ticks(t), std::llround((t - 1e-4) * 1e6), std::llround((t + 1e-4) * 1e6));
+  EXPECT_EQ(clock.map()->jumps, 1);
+  EXPECT_NEAR(device.error_s(clock, 1050), 0, 1e-4);
+}
+
 TEST(PassiveClock, SaysNothingBeforeItKnows) {
   PassiveClock clock;
   EXPECT_FALSE(clock.map());
