@@ -13,6 +13,7 @@ namespace selvedge::cli {
 using AddCommand = void (*)(CLI::App& app, int& exit_status);
 
 void add_bench(CLI::App& app, int& exit_status);
+void add_daemon(CLI::App& app, int& exit_status);
 void add_check(CLI::App& app, int& exit_status);
 void add_prove(CLI::App& app, int& exit_status);
 

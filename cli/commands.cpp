@@ -7,6 +7,7 @@ const std::vector<AddCommand>& commands() {
       add_check,
       add_prove,
       add_bench,
+      add_daemon,
   };
   return list;
 }
