@@ -5,6 +5,7 @@ namespace selvedge::cli {
 const std::vector<AddCommand>& commands() {
   static const std::vector<AddCommand> list = {
       add_check,
+      add_fit,
       add_prove,
       add_bench,
       add_daemon,

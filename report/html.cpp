@@ -1,0 +1,115 @@
+#include "report/html.h"
+
+#include <stdexcept>
+
+#include <fmt/format.h>
+
+#include "files/whole_file.h"
+
+namespace selvedge::report {
+
+namespace {
+
+constexpr const char* style_sheet = R"(
+body { font-family: sans-serif; font-size: 15px; line-height: 1.45; color: #111; background: #fff;
+       max-width: 980px; margin: 2em auto; padding: 0 1em; }
+h1 { font-size: 1.7em; border-bottom: 2px solid #111; padding-bottom: .2em; }
+h2 { font-size: 1.25em; margin-top: 1.8em; }
+table { border-collapse: collapse; margin: .8em 0; font-size: .93em; }
+th, td { border-bottom: 1px solid #bbb; padding: .22em .8em; text-align: left; vertical-align: top; }
+th { border-bottom: 2px solid #111; }
+td.number { text-align: right; font-variant-numeric: tabular-nums; }
+figure { margin: 1em 0; break-inside: avoid; }
+figure img, figure svg { max-width: 100%; height: auto; }
+figcaption { font-size: .9em; color: #333; }
+.row { display: flex; flex-wrap: wrap; gap: 10px; }
+.row figure { flex: 1 1 0; min-width: 150px; margin: 0; }
+.row img { width: 100%; image-rendering: pixelated; }
+@media print { body { margin: 0; max-width: none; font-size: 11pt; } }
+)";
+
+std::string base64(const std::string& bytes) {
+  constexpr const char* letters = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  std::string text;
+  text.reserve(bytes.size() * 4 / 3 + 4);
+  for (size_t i = 0; i < bytes.size(); i += 3) {
+    unsigned group = 0;
+    for (size_t k = 0; k < 3; ++k) group = group << 8 | (i + k < bytes.size() ? static_cast<unsigned char>(bytes[i + k]) : 0);
+    for (size_t k = 0; k < 4; ++k)
+      text += i + k <= bytes.size() ? letters[group >> (18 - 6 * k) & 63] : '=';
+  }
+  return text;
+}
+
+std::string figure(const std::string& content, const std::string& caption) {
+  return fmt::format("<figure>{}<figcaption>{}</figcaption></figure>\n", content, escape_html(caption));
+}
+
+std::string image(const std::string& png, const std::string& caption, int width_px) {
+  const std::string width = width_px > 0 ? fmt::format(" width=\"{}\"", width_px) : "";
+  return fmt::format("<img{} alt=\"{}\" src=\"data:image/png;base64,{}\">", width, escape_html(caption), base64(png));
+}
+
+bool starts_like_a_number(const std::string& cell) {
+  const size_t sign = !cell.empty() && (cell[0] == '-' || cell[0] == '+') ? 1 : 0;
+  return cell.size() > sign && cell[sign] >= '0' && cell[sign] <= '9';
+}
+
+}  // namespace
+
+std::string escape_html(const std::string& text) {
+  std::string escaped;
+  escaped.reserve(text.size());
+  for (const char c : text) {
+    switch (c) {
+      case '&': escaped += "&amp;"; break;
+      case '<': escaped += "&lt;"; break;
+      case '>': escaped += "&gt;"; break;
+      case '"': escaped += "&quot;"; break;
+      default: escaped += c;
+    }
+  }
+  return escaped;
+}
+
+HtmlReport::HtmlReport(std::string title) : title_(std::move(title)) {}
+
+void HtmlReport::heading(const std::string& text) { body_ += "<h2>" + escape_html(text) + "</h2>\n"; }
+
+void HtmlReport::paragraph(const std::string& text) { body_ += "<p>" + escape_html(text) + "</p>\n"; }
+
+void HtmlReport::table(const std::vector<std::string>& header, const std::vector<std::vector<std::string>>& rows) {
+  body_ += "<table>\n<tr>";
+  for (const std::string& cell : header) body_ += "<th>" + escape_html(cell) + "</th>";
+  body_ += "</tr>\n";
+  for (const auto& row : rows) {
+    body_ += "<tr>";
+    for (const std::string& cell : row)
+      body_ += (starts_like_a_number(cell) ? "<td class=\"number\">" : "<td>") + escape_html(cell) + "</td>";
+    body_ += "</tr>\n";
+  }
+  body_ += "</table>\n";
+}
+
+void HtmlReport::svg(const std::string& svg_text, const std::string& caption) { body_ += figure(svg_text, caption); }
+
+void HtmlReport::picture(const std::string& png, const std::string& caption, int width_px) {
+  body_ += figure(image(png, caption, width_px), caption);
+}
+
+void HtmlReport::picture_row(const std::vector<std::string>& pngs, const std::vector<std::string>& captions) {
+  if (pngs.size() != captions.size())
+    throw std::invalid_argument(fmt::format("picture_row: {} pictures and {} captions", pngs.size(), captions.size()));
+  body_ += "<div class=\"row\">\n";
+  for (size_t i = 0; i < pngs.size(); ++i) picture(pngs[i], captions[i]);
+  body_ += "</div>\n";
+}
+
+void HtmlReport::write(const std::filesystem::path& path) const {
+  const std::string title = escape_html(title_);
+  files::write_whole(path, fmt::format("<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\n<title>{}</title>\n"
+                                       "<style>{}</style></head>\n<body>\n<h1>{}</h1>\n{}</body></html>\n",
+                                       title, style_sheet, title, body_));
+}
+
+}  // namespace selvedge::report

@@ -1,0 +1,127 @@
+#include "report/html.h"
+
+#include <cmath>
+#include <limits>
+#include <regex>
+
+#include <gtest/gtest.h>
+
+#include "files/whole_file.h"
+#include "report/plot_axis.h"
+
+namespace selvedge::report {
+namespace {
+
+size_t count(const std::string& text, const std::string& part) {
+  size_t found = 0;
+  for (size_t at = text.find(part); at != std::string::npos; at = text.find(part, at + 1)) ++found;
+  return found;
+}
+
+// Every element that is opened is closed, in order.
+void expect_well_formed(const std::string& markup) {
+  std::vector<std::string> open;
+  const std::regex tag("<(/?)([a-zA-Z0-9]+)([^>]*?)(/?)>");
+  for (std::sregex_iterator it(markup.begin(), markup.end(), tag), end; it != end; ++it) {
+    const std::string name = (*it)[2];
+    if (name == "meta" || name == "img" || (*it)[4] == "/") continue;
+    if ((*it)[1] == "/") {
+      ASSERT_FALSE(open.empty()) << name;
+      EXPECT_EQ(open.back(), name);
+      open.pop_back();
+    } else {
+      open.push_back(name);
+    }
+  }
+  EXPECT_TRUE(open.empty());
+}
+
+TEST(PlotAxis, TicksAreRoundAndCoverTheData) {
+  const PlotAxis axis({0.03, 1.87}, false);
+  EXPECT_LE(axis.ticks().front(), 0.03);
+  EXPECT_GE(axis.ticks().back(), 1.87);
+  EXPECT_EQ(axis.label(axis.ticks()[1]), "0.5");
+  EXPECT_NEAR(axis.place(axis.ticks().front()), 0, 1e-12);
+  EXPECT_NEAR(axis.place(axis.ticks().back()), 1, 1e-12);
+}
+
+TEST(PlotAxis, LogAxisTicksDecadesAndHidesWhatHasNoLogarithm) {
+  const PlotAxis axis({1e-5, 3.0, -1, 0}, true);
+  EXPECT_EQ(axis.label(axis.ticks().front()), "1e-05");
+  EXPECT_NEAR(axis.place(std::sqrt(axis.ticks().front() * axis.ticks().back())), 0.5, 1e-12);
+  EXPECT_TRUE(std::isnan(axis.place(0)));
+  EXPECT_GE(PlotAxis({2.0, 7.0}, true).ticks().size(), 2u);
+}
+
+TEST(PlotAxis, StandsWithOneValueOrNone) {
+  for (const std::vector<double>& values : {std::vector<double>{}, {0.0}, {-3.0}, {1e-12, 1e-12}, {1e9}}) {
+    const PlotAxis axis(values, false);
+    EXPECT_GE(axis.ticks().size(), 2u);
+    EXPECT_LE(axis.ticks().size(), 12u);
+    for (const double value : values) {
+      EXPECT_GE(axis.place(value), 0);
+      EXPECT_LE(axis.place(value), 1);
+    }
+  }
+}
+
+TEST(LinePlot, BreaksAtNaNAndDrawsEverySeries) {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  const std::string svg = line_plot({{"recorded", {0, 1, 2, 3, 4}, {1, 2, nan, 4, 5}},
+                                     {"dots <&>", {0, 1, 2}, {1, 1, 1}, true}},
+                                    {"time, s", "error, mm"});
+  expect_well_formed(svg);
+  const std::smatch match = [&] {
+    static std::smatch found;
+    std::regex_search(svg, found, std::regex("<path d=\"(M[0-9. ]+L[^\"]*)\" fill=\"none\" stroke=\"#1f4e8c\""));
+    return found;
+  }();
+  ASSERT_FALSE(match.empty());
+  EXPECT_EQ(count(match[1], "M"), 2u);
+  EXPECT_EQ(count(match[1], "L"), 2u);
+  EXPECT_NE(svg.find("dots &lt;&amp;&gt;"), std::string::npos);
+  EXPECT_NE(svg.find("error, mm"), std::string::npos);
+  EXPECT_EQ(svg.find("nan"), std::string::npos);
+}
+
+TEST(LinePlot, StaysInsideItsFrameAndRefusesUnequalLengths) {
+  PlotOptions options{"x", "y", true, true};
+  const std::string svg = line_plot({{"a", {1, 10, 100, -1}, {1e-6, 1, 1e6, 1}}}, options);
+  expect_well_formed(svg);
+  EXPECT_EQ(svg.find("inf"), std::string::npos);
+  EXPECT_THROW(line_plot({{"a", {1, 2}, {1}}}, {}), std::invalid_argument);
+  EXPECT_NE(line_plot({}, {}).find("no data"), std::string::npos);
+}
+
+TEST(BarPlot, BarsAreInProportion) {
+  const std::string svg = bar_plot({"bend_friction", "draught"}, {0.8, 0.4}, "probability");
+  expect_well_formed(svg);
+  std::vector<double> lengths;
+  const std::regex bar("width=\"([0-9.]+)\" height=\"16.0\"");
+  for (std::sregex_iterator it(svg.begin(), svg.end(), bar), end; it != end; ++it) lengths.push_back(std::stod((*it)[1]));
+  ASSERT_EQ(lengths.size(), 2u);
+  EXPECT_NEAR(lengths[0] / lengths[1], 2, 0.01);
+}
+
+TEST(HtmlReport, StandsAloneAndEscapes) {
+  HtmlReport report("Fit of <silk> & co");
+  report.heading("Parameters");
+  report.paragraph("a < b");
+  report.table({"name", "value"}, {{"stretch", "110 N/m"}, {"\"x\"", "-1"}});
+  report.svg(bar_plot({"a"}, {1}, "x"), "bars");
+  report.picture_row({std::string("\x89PNG\0\1", 6), "ab", "a"}, {"one", "two", "three"});
+  const std::filesystem::path path = std::filesystem::path(testing::TempDir()) / "selvedge_report_test.html";
+  report.write(path);
+  const std::string html = files::read_whole(path);
+  std::filesystem::remove(path);
+  expect_well_formed(html.substr(html.find('\n') + 1));
+  EXPECT_NE(html.find("<title>Fit of &lt;silk&gt; &amp; co</title>"), std::string::npos);
+  EXPECT_NE(html.find("base64,iVBORwAB\""), std::string::npos);
+  EXPECT_NE(html.find("base64,YWI=\""), std::string::npos);
+  EXPECT_NE(html.find("base64,YQ==\""), std::string::npos);
+  EXPECT_EQ(html.find("http://", html.find("<body>")), html.find("http://www.w3.org/2000/svg"));
+  EXPECT_THROW(report.picture_row({"a"}, {}), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace selvedge::report
