@@ -9,6 +9,7 @@
 #include <spdlog/spdlog.h>
 
 #include "cli/command.h"
+#include "rig/arm/daemon.h"
 #include "rig/camera/daemon.h"
 #include "rig/projector/daemon.h"
 #include "rig/tracker/daemon.h"
@@ -22,6 +23,7 @@ using RunDaemon = void (*)(const rig::Configuration&, const std::atomic<bool>& s
 
 const std::map<std::string, RunDaemon>& daemons() {
   static const std::map<std::string, RunDaemon> table = {
+      {"arm", arm::run_daemon},
       {"camera", camera::run_daemon},
       {"projector", projector::run_daemon},
       {"tracker", tracker::run_daemon},
