@@ -67,7 +67,7 @@ std::string frames_csv(const Frames& frames) {
 }
 
 std::string markers_csv(const Markers& markers) {
-  std::string text = "t_s,marker,u_m,v_m,x,y,z\n";
+  std::string text = markers_header;
   for (size_t i = 0; i < markers.time_s.size(); ++i) {
     append_number(text, markers.time_s[i]);
     text += ',' + std::to_string(markers.marker[i]) + ',';

@@ -1,0 +1,55 @@
+#include "files/append_file.h"
+
+#include <cerrno>
+#include <cstring>
+#include <stdexcept>
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <unistd.h>
+
+namespace selvedge::files {
+
+namespace {
+
+[[noreturn]] void fail(const std::filesystem::path& path, const char* step, int number) {
+  throw std::runtime_error(fmt::format("{}: {}: {}", path.string(), step, std::strerror(number)));
+}
+
+}  // namespace
+
+AppendFile::AppendFile(const std::filesystem::path& path, const std::string& first_line) : path_(path) {
+  descriptor_ = ::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0644);
+  if (descriptor_ < 0) fail(path, "cannot be created", errno);
+  try {
+    append(first_line);
+  } catch (...) {
+    ::close(descriptor_);
+    throw;
+  }
+}
+
+AppendFile::~AppendFile() { ::close(descriptor_); }
+
+void AppendFile::append(const std::string& lines) {
+  size_t written = 0;
+  while (written < lines.size()) {
+    const ssize_t count = ::pwrite(descriptor_, lines.data() + written, lines.size() - written,
+                                   length_ + static_cast<long long>(written));
+    if (count < 0 && errno == EINTR) continue;
+    if (count < 0) {
+      const int number = errno;
+      // Freeing space never needs any; should it fail all the same, the reader passes over a torn line.
+      [[maybe_unused]] const int ignored = ::ftruncate(descriptor_, length_);
+      fail(path_, "cannot be appended to", number);
+    }
+    written += static_cast<size_t>(count);
+  }
+  length_ += static_cast<long long>(lines.size());
+}
+
+void AppendFile::sync() {
+  if (::fdatasync(descriptor_) != 0) fail(path_, "cannot be flushed to disk", errno);
+}
+
+}  // namespace selvedge::files

@@ -1,0 +1,30 @@
+// A text file that only grows, line by line. A line counts as written once the kernel has it: it then
+// survives the end of this process, however abrupt. `sync` makes it survive the machine's.
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+namespace selvedge::files {
+
+class AppendFile {
+ public:
+  // Creates the file with its first line; there must be none of that name. Throws std::runtime_error.
+  AppendFile(const std::filesystem::path& path, const std::string& first_line);
+  ~AppendFile();
+  AppendFile(const AppendFile&) = delete;
+  AppendFile& operator=(const AppendFile&) = delete;
+
+  // Whole lines with their line breaks. Where the disk refuses, the file is cut back to its last whole
+  // line and std::runtime_error names path and cause.
+  void append(const std::string& lines);
+
+  void sync();
+
+ private:
+  std::filesystem::path path_;
+  int descriptor_ = -1;
+  long long length_ = 0;  // bytes known to be whole lines
+};
+
+}  // namespace selvedge::files
