@@ -60,6 +60,15 @@ double longest(const std::vector<ObservedTrial>& trials) {
   return end;
 }
 
+// Trials enough to start from: all still ones are cheap, and three that move show every parameter once.
+std::vector<size_t> first_few(const std::vector<ObservedTrial>& trials) {
+  std::vector<size_t> few;
+  size_t moved = 0;
+  for (size_t i = 0; i < trials.size(); ++i)
+    if (trials[i].still || moved++ < 3) few.push_back(i);
+  return few;
+}
+
 // Progress of one stage as a part of the whole.
 report::ProgressCallback part(const report::ProgressCallback& whole, double from, double to, const std::string& name) {
   return [=](double done, const std::string& what) { whole(from + (to - from) * done, name + ": " + what); };
@@ -102,11 +111,6 @@ std::optional<double> plate_error(const ObservedTrial& trial) {
   }
   return 1e3 * std::sqrt(sum / static_cast<double>(std::max<size_t>(count, 1)));
 }
-
-struct Stage {
-  Objective* objective;
-  LeastSquaresResult result;
-};
 
 LeastSquaresOptions search_options(const FitOptions& options, double cut_s, const report::ProgressCallback& progress) {
   LeastSquaresOptions out;
@@ -163,7 +167,7 @@ void hold_out_trials(FitOutcome& out, const std::vector<Parameter>& parameters, 
     if (fold[side].empty() || fold[1 - side].empty()) continue;
     LeastSquaresOptions o = search_options(options, 1e300, part(options.progress, 0.8 + 0.1 * side, 0.9 + 0.1 * side, "held-out fold"));
     o.trials = fold[side];
-    o.max_iterations = 4;
+    o.max_iterations = 3;
     Objective copy = *out.objective;
     const LeastSquaresResult fitted = minimise(copy, parameters, coordinates, o);
     const Residuals predicted = copy.evaluate(parameters, fitted.coordinates, fold[1 - side]).front();
@@ -216,7 +220,9 @@ FitOutcome fit_campaign(const trial::Campaign& campaign, const FitOptions& optio
     return o;
   };
   Objective coarse(trials, objective_on(options.coarse_columns), parameters, usual(parameters));
-  const CoarseResult found = coarse_search(coarse, parameters, search_options(options, out.cut_s, part(options.progress, 0.05, 0.2, "coarse")));
+  LeastSquaresOptions coarse_options = search_options(options, out.cut_s, part(options.progress, 0.05, 0.2, "coarse"));
+  coarse_options.trials = first_few(trials);
+  const CoarseResult found = coarse_search(coarse, parameters, coarse_options);
   Objective middle(trials, objective_on(options.middle_columns), parameters, found.coordinates);
   const LeastSquaresResult halfway =
       minimise(middle, parameters, found.coordinates, search_options(options, out.cut_s, part(options.progress, 0.2, 0.45, "middle mesh")));
