@@ -2,10 +2,12 @@
 
 namespace selvedge::cli {
 
+std::vector<Figure> bench_capture(const FigureOptions& options);
 std::vector<Figure> bench_format(const FigureOptions& options);
 
 const std::vector<FigureSet>& benches() {
   static const std::vector<FigureSet> list = {
+      {"capture", "the camera daemon beside arv-camera-test on one simulated camera", bench_capture},
       {"format", "reading and writing trials: CSV, PNG", bench_format},
   };
   return list;
