@@ -1,0 +1,119 @@
+// The house's one-way dependencies, read from the #include lines.
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <set>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+namespace selvedge {
+namespace {
+
+namespace fs = std::filesystem;
+
+// Rooms by path, the longest first where one lies in another.
+const std::vector<std::string> rooms = {"capture/trial", "diagnose/effects", "geometry", "files",    "report",
+                                        "rig",           "capture",          "calib",    "cloth",    "render",
+                                        "fit",           "diagnose",         "hardware_sim", "cli",  "tests"};
+
+// What a room may include, besides itself and what those rooms may include in turn. geometry/, files/ and
+// report/ are open to all (docs/decisions/0001-rooms.md).
+const std::map<std::string, std::set<std::string>> may_include = {
+    {"geometry", {}},
+    {"files", {}},
+    {"report", {}},
+    {"rig", {}},
+    {"capture/trial", {}},
+    {"capture", {"rig", "capture/trial"}},
+    {"calib", {"capture/trial"}},
+    {"cloth", {}},
+    {"render", {}},
+    {"fit", {"cloth", "render", "calib", "capture/trial"}},
+    {"diagnose/effects", {"fit"}},
+    {"diagnose", {"fit", "diagnose/effects"}},
+    {"hardware_sim", {"rig", "cloth", "render", "diagnose/effects"}},
+};
+const std::set<std::string> open_to_all = {"geometry", "files", "report"};
+// geometry/ and files/ themselves rest on nothing; report/ writes files.
+const std::map<std::string, std::set<std::string>> of_the_open_ones = {
+    {"geometry", {}}, {"files", {}}, {"report", {"files"}}};
+
+std::string room_of(const std::string& path) {
+  for (const std::string& room : rooms)
+    if (path.rfind(room + "/", 0) == 0) return room;
+  return path.rfind("selvedge_rig/", 0) == 0 ? "rig" : "";  // generated messages
+}
+
+std::set<std::string> reachable(const std::string& room) {
+  if (of_the_open_ones.count(room)) {
+    std::set<std::string> all = of_the_open_ones.at(room);
+    all.insert(room);
+    return all;
+  }
+  std::set<std::string> all = open_to_all;
+  all.insert(room);
+  for (const std::string& next : may_include.at(room)) all.merge(reachable(next));
+  return all;
+}
+
+struct Include {
+  std::string file, target;
+};
+
+std::vector<Include> includes_of_the_house() {
+  const fs::path top = SELVEDGE_SOURCE_DIR;
+  std::vector<Include> found;
+  for (const std::string& room : rooms) {
+    if (!fs::is_directory(top / room)) continue;
+    for (const auto& entry : fs::recursive_directory_iterator(top / room)) {
+      const std::string extension = entry.path().extension().string();
+      if (extension != ".h" && extension != ".cpp" && extension != ".hpp") continue;
+      const std::string file = fs::relative(entry.path(), top).string();
+      if (room_of(file) != room) continue;  // met again in the inner room
+      std::ifstream stream(entry.path());
+      for (std::string line; std::getline(stream, line);) {
+        if (line.rfind("#include", 0) != 0) continue;
+        const size_t start = line.find_first_of("\"<"), end = line.find_first_of("\">", start + 1);
+        if (start != std::string::npos && end != std::string::npos)
+          found.push_back({file, line.substr(start + 1, end - start - 1)});
+      }
+    }
+  }
+  return found;
+}
+
+TEST(IncludeGraph, DependenciesGoOneWay) {
+  size_t edges = 0;
+  for (const Include& include : includes_of_the_house()) {
+    const std::string from = room_of(include.file), to = room_of(include.target);
+    if (to.empty() || from == "cli" || from == "tests") continue;
+    ++edges;
+    EXPECT_TRUE(reachable(from).count(to)) << include.file << " includes \"" << include.target << "\", but " << from
+                                           << "/ may not include " << to << "/";
+  }
+  EXPECT_GT(edges, 50u);
+}
+
+TEST(IncludeGraph, HiddenEffectsAreKnownToTheSimulatedWorldAlone) {
+  for (const Include& include : includes_of_the_house()) {
+    if (include.target.rfind("hardware_sim/hidden_effects/", 0) != 0) continue;
+    const std::string from = room_of(include.file);
+    EXPECT_TRUE(from == "hardware_sim" || from == "tests") << include.file << " includes " << include.target;
+  }
+}
+
+TEST(IncludeGraph, IncludesAreRootedAtTheTop) {
+  for (const Include& include : includes_of_the_house()) {
+    EXPECT_EQ(include.target.find("../"), std::string::npos) << include.file << " includes " << include.target;
+    if (!room_of(include.target).empty() && include.target.rfind("selvedge_rig/", 0) != 0)
+      EXPECT_TRUE(fs::exists(fs::path(SELVEDGE_SOURCE_DIR) / include.target))
+          << include.file << " includes " << include.target << ", which is not there";
+  }
+}
+
+TEST(House, HasNoUtil) { EXPECT_FALSE(fs::exists(fs::path(SELVEDGE_SOURCE_DIR) / "util")); }
+
+}  // namespace
+}  // namespace selvedge
