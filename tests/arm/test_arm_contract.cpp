@@ -32,14 +32,14 @@ struct Backend {
 arm::ArmModel read(const char* file) { return arm::ArmModel::read(std::string(SELVEDGE_SOURCE_DIR) + "/data/arms/" + file); }
 
 Controller start_rtde() {
-  static int script_port = 17400;
   const auto model = read("ur5e.toml");
   hardware_sim::RtdeControllerOptions options;
-  options.script_port = ++script_port;
+  options.script_port = wire::local_port(wire::listen_tcp("127.0.0.1", 0));
   auto simulated = std::make_shared<hardware_sim::RtdeController>(options, model);
   arm::ArmOptions client;
   client.port = simulated->port();
   client.script_port = options.script_port;
+  client.controller_timeout_s = 0.4;  // a busy machine may pause
   return {.model = model,
           .connect = [client] { return arm::connect_rtde(client); },
           .joints_at = [simulated](double t) { return simulated->joints_at(t); },
@@ -50,7 +50,9 @@ Controller start_rtde() {
 
 Controller start_mxt() {
   const auto model = read("pa10.toml");
-  auto simulated = std::make_shared<hardware_sim::MxtController>(hardware_sim::MxtControllerOptions{}, model);
+  hardware_sim::MxtControllerOptions options;
+  options.silence_s = 0.4;  // a busy machine may pause
+  auto simulated = std::make_shared<hardware_sim::MxtController>(options, model);
   arm::ArmOptions client;
   client.port = simulated->port();
   client.joints = model.joints();
@@ -98,9 +100,8 @@ TEST_P(ArmContract, GoesWhereItIsToldWithALag) {
   const auto arm = controller.connect();
   const auto start = wait_ready(*arm);
   Eigen::VectorXd set_point = start.q_rad;
-  const double begin_s = rig::host_now_s();
-  while (rig::host_now_s() < begin_s + 1.5) {
-    const double x = std::min(1.0, (rig::host_now_s() - begin_s) / 1.0);
+  for (int i = 0; i < 150; ++i) {
+    const double x = i / 149.0;
     set_point[1] = start.q_rad[1] + 0.1 * x * x * (3 - 2 * x);
     set_point[3] = start.q_rad[3] - 0.1 * x * x * (3 - 2 * x);
     arm->cycle(set_point, 0.1);
@@ -151,12 +152,12 @@ TEST_P(ArmContract, SilenceOfTheDaemonStopsTheArm) {
     arm->cycle(set_point, 0.1);
   }
   const double silent_s = rig::host_now_s();
-  while (rig::host_now_s() < silent_s + 0.6) {
+  while (rig::host_now_s() < silent_s + 1.2) {
     timespec nap{0, 20000000};
     ::nanosleep(&nap, nullptr);
   }
-  EXPECT_GT(controller.fastest_since(silent_s - 0.3), 0.05);
-  EXPECT_EQ(controller.fastest_since(silent_s + 0.4), 0);
+  EXPECT_GT(controller.fastest_since(silent_s - 0.5), 0.05);
+  EXPECT_EQ(controller.fastest_since(silent_s + 0.8), 0);
 }
 
 INSTANTIATE_TEST_SUITE_P(Backends, ArmContract, testing::Values(Backend{"rtde", start_rtde}, Backend{"mxt", start_mxt}),

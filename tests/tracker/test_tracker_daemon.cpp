@@ -1,4 +1,5 @@
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <cmath>
 #include <mutex>
@@ -18,7 +19,8 @@
 namespace selvedge {
 namespace {
 
-constexpr int kBusPort = 17120;
+// Tests run beside each other; the bus tells them apart by its port alone.
+const int kBusPort = 20000 + ::getpid() % 20000;
 
 std::vector<hardware_sim::NamedPoint> moving_corner(double t) {
   return {{"fabric", "left", {0, 0, 1}}, {"fabric", "right", {0.06 * std::sin(2 * M_PI * t), 0, 1}}};
