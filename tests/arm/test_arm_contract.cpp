@@ -4,6 +4,7 @@
 #include <cmath>
 #include <functional>
 #include <memory>
+#include <ostream>
 
 #include "hardware_sim/mxt_controller/mxt_controller.h"
 #include "hardware_sim/rtde_controller/rtde_controller.h"
@@ -28,6 +29,7 @@ struct Backend {
   std::string name;
   std::function<Controller()> start;
 };
+void PrintTo(const Backend& backend, std::ostream* out) { *out << backend.name; }
 
 arm::ArmModel read(const char* file) { return arm::ArmModel::read(std::string(SELVEDGE_SOURCE_DIR) + "/data/arms/" + file); }
 

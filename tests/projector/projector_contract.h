@@ -5,6 +5,7 @@
 
 #include <functional>
 #include <memory>
+#include <ostream>
 #include <thread>
 
 #include "files/bad_input.h"
@@ -29,6 +30,7 @@ struct Backend {
   std::string name;
   std::function<Device()> start;
 };
+inline void PrintTo(const Backend& backend, std::ostream* out) { *out << backend.name; }
 
 class ProjectorContract : public testing::TestWithParam<Backend> {};
 

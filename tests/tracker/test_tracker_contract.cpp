@@ -4,6 +4,7 @@
 #include <cmath>
 #include <functional>
 #include <memory>
+#include <ostream>
 
 #include "hardware_sim/datastream_server/datastream_server.h"
 #include "rig/clock.h"
@@ -37,6 +38,7 @@ struct Backend {
   std::string name;
   std::function<System(const Faults&)> start;
 };
+void PrintTo(const Backend& backend, std::ostream* out) { *out << backend.name; }
 
 System start_datastream(const Faults& faults) {
   hardware_sim::DatastreamServerOptions options;
