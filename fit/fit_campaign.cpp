@@ -60,6 +60,15 @@ double longest(const std::vector<ObservedTrial>& trials) {
   return end;
 }
 
+// A long campaign is fitted on a coarser mesh: what it gains is samples, not detail.
+int final_columns(const std::vector<ObservedTrial>& trials, const FitOptions& options) {
+  if (options.columns > 0) return options.columns;
+  double motion_s = 0;
+  for (const ObservedTrial& t : trials)
+    if (!t.still) motion_s += t.experiment.sample_s.back() - t.experiment.start_s;
+  return motion_s > 30 ? 13 : 17;
+}
+
 // Trials enough to start from: all still ones are cheap, and three that move show every parameter once.
 std::vector<size_t> first_few(const std::vector<ObservedTrial>& trials) {
   std::vector<size_t> few;
@@ -205,9 +214,10 @@ FitOutcome fit_campaign(const trial::Campaign& campaign, const FitOptions& optio
   const auto begin = std::chrono::steady_clock::now();
   FitOutcome out;
   out.campaign = campaign.folder.filename().string();
-  out.model = fmt::format("Baraff-Witkin triangles, {}, {} columns", drag_text(options.drag), options.columns);
   const std::vector<Parameter> parameters = base_parameters(options.drag);
   const std::vector<ObservedTrial> trials = observe_all(campaign, options);
+  const int columns = final_columns(trials, options);
+  out.model = fmt::format("Baraff-Witkin triangles, {}, {} columns", drag_text(options.drag), columns);
 
   const bool by_trials = options.hold_out == HoldOut::trials || (options.hold_out == HoldOut::automatic && moving(trials).size() >= 4);
   out.hold_out = by_trials ? "trials" : "frames";
@@ -223,19 +233,25 @@ FitOutcome fit_campaign(const trial::Campaign& campaign, const FitOptions& optio
   LeastSquaresOptions coarse_options = search_options(options, out.cut_s, part(options.progress, 0.05, 0.2, "coarse"));
   coarse_options.trials = first_few(trials);
   const CoarseResult found = coarse_search(coarse, parameters, coarse_options);
-  Objective middle(trials, objective_on(options.middle_columns), parameters, found.coordinates);
-  const LeastSquaresResult halfway =
-      minimise(middle, parameters, found.coordinates, search_options(options, out.cut_s, part(options.progress, 0.2, 0.45, "middle mesh")));
-  out.objective = std::make_shared<Objective>(trials, objective_on(options.columns), parameters, halfway.coordinates);
-  LeastSquaresOptions last = search_options(options, out.cut_s, part(options.progress, 0.45, 0.8, "final mesh"));
-  last.max_iterations = std::max(3, options.max_iterations / 2);
-  const LeastSquaresResult fit = minimise(*out.objective, parameters, halfway.coordinates, last);
+  VectorXd start = found.coordinates;
+  LeastSquaresOptions last = search_options(options, out.cut_s, part(options.progress, 0.2, 0.8, "final mesh"));
+  if (columns > options.middle_columns) {
+    Objective middle(trials, objective_on(options.middle_columns), parameters, start);
+    const LeastSquaresResult halfway =
+        minimise(middle, parameters, start, search_options(options, out.cut_s, part(options.progress, 0.2, 0.45, "middle mesh")));
+    start = halfway.coordinates;
+    out.evaluations += halfway.evaluations;
+    last.progress = part(options.progress, 0.45, 0.8, "final mesh");
+    last.max_iterations = std::max(3, options.max_iterations / 2);
+  }
+  out.objective = std::make_shared<Objective>(trials, objective_on(columns), parameters, start);
+  const LeastSquaresResult fit = minimise(*out.objective, parameters, start, last);
 
   out.coordinates = fit.coordinates;
   out.residuals = fit.residuals;
   out.residuals_start = out.objective->evaluate(parameters, found.coordinates).front();
   out.history = fit.history;
-  out.evaluations = found.evaluations + halfway.evaluations + fit.evaluations + 1;
+  out.evaluations += found.evaluations + fit.evaluations + 1;
   judge_parameters(out, parameters, found.coordinates, fit);
   name_weak_combinations(out, parameters, fit);
   list_errors(out);

@@ -21,8 +21,8 @@ enum class HoldOut { automatic, frames, trials };
 
 struct FitOptions {
   Drag drag = Drag::nonlinear;
-  int columns = 17;             // of the final mesh
-  int middle_columns = 13;
+  int columns = 0;              // of the final mesh; 0: 17, or 13 where more than 30 s of motion are fitted
+  int middle_columns = 13;      // skipped where the final mesh is no finer
   int coarse_columns = 9;
   double rate_hz = 30;          // observations are thinned to this
   double image_rate_hz = 10;    // frames likewise

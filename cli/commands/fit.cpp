@@ -61,7 +61,7 @@ void add_fit(CLI::App& app, int&) {
   command->add_option("PATH", a->path, "folder of a trial or campaign")->required();
   command->add_option("--out", a->out, "folder for fit.json and report.html")->required();
   command->add_option("--base", a->base, "drag law of the base model")->check(CLI::IsMember({"nonlinear_drag", "linear_drag", "no_drag"}))->capture_default_str();
-  command->add_option("--columns", a->options.columns, "mesh vertices along the width")->check(CLI::Range(9, 65))->capture_default_str();
+  command->add_option("--columns", a->options.columns, "mesh vertices along the width (9 to 65); 17 by default, or 13 where more than 30 s of motion are fitted")->check(CLI::Range(9, 65));
   command->add_option("--hold-out", a->hold_out, "what is held out")->check(CLI::IsMember({"automatic", "frames", "trials"}))->capture_default_str();
   command->add_option("--integrator", a->integrator, "time integrator")->check(CLI::IsMember({"leapfrog", "runge_kutta_45"}))->capture_default_str();
   command->callback([a] { run_fit(*a); });
