@@ -22,7 +22,8 @@ PngSize read_png_size(const std::filesystem::path& path);
 // Throws BadInput where the file is missing, damaged, or not 8-bit grey.
 GreyImage read_grey_png(const std::filesystem::path& path);
 
-// PNG bytes of an image, row major without padding. level: zlib's, 0 (stored) to 9.
+// PNG bytes of an image, row major without padding. level: zlib's, 0 (stored) to 9; 1 is made
+// for recording: run lengths and Huffman codes alone.
 std::string encode_grey_png(const unsigned char* pixels, int width_px, int height_px, int level);
 
 }  // namespace selvedge::trial
