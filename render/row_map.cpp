@@ -181,6 +181,31 @@ void RowMap::fill(std::vector<float>& row_px, std::vector<float>& column_px, std
     }
 }
 
+void RowMap::fill_quantity(const std::vector<std::array<int, 3>>& triangles, const std::vector<float>& per_vertex,
+                           std::vector<float>& quantity) const {
+  quantity.assign(ids_.size(), std::numeric_limits<float>::quiet_NaN());
+  for (int y = box_.top; y < box_.bottom; ++y)
+    for (int x = box_.left; x < box_.right; ++x) {
+      const size_t i = size_t(y) * width_ + x;
+      if (ids_[i] < 0) continue;
+      const Face& face = faces_[ids_[i]];
+      double sum = 0;
+      for (int k = 0; k < 3; ++k)
+        sum += face.edge[k].at(x, y) * face.vertex_inverse_w[k] * per_vertex[triangles[ids_[i]][k]];
+      quantity[i] = float(sum / nearness_[i]);
+    }
+}
+
+void RowMap::fill_projector_depth(std::vector<float>& depth_m) const {
+  depth_m.assign(ids_.size(), std::numeric_limits<float>::quiet_NaN());
+  const double metres = 1 / projector_.matrix.row(2).head<3>().norm();
+  for (int y = box_.top; y < box_.bottom; ++y)
+    for (int x = box_.left; x < box_.right; ++x) {
+      const size_t i = size_t(y) * width_ + x;
+      if (ids_[i] >= 0) depth_m[i] = float(metres * faces_[ids_[i]].projector[2].at(x, y) / nearness_[i]);
+    }
+}
+
 void RowMap::fill_silhouette(std::vector<unsigned char>& inside) const {
   inside.assign(ids_.size(), 0);
   for (int y = box_.top; y < box_.bottom; ++y)

@@ -52,6 +52,12 @@ class RowMap {
   // Vectors are resized; the same ones may be handed in again and again.
   void fill(std::vector<float>& row_px, std::vector<float>& column_px, std::vector<float>& depth_m) const;
 
+  // A quantity known at the vertices (one value a vertex), and the distance from the projector along its optical
+  // axis (m); row major, NaN where there is background. triangles: those that were rasterised.
+  void fill_quantity(const std::vector<std::array<int, 3>>& triangles, const std::vector<float>& per_vertex,
+                     std::vector<float>& quantity) const;
+  void fill_projector_depth(std::vector<float>& depth_m) const;
+
   // 1 where fabric is seen, 0 elsewhere; row major.
   void fill_silhouette(std::vector<unsigned char>& inside) const;
 

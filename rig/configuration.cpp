@@ -14,9 +14,6 @@ namespace selvedge::rig {
 
 namespace {
 
-constexpr const char* kSections[] = {"bus",     "camera",   "tracker", "arm",        "projector",
-                                     "session", "recorder", "fabric",  "calibration"};
-
 // TOML knows inf and nan where JSON has no word for them, so values are carried over by hand.
 nlohmann::json to_json(const toml::node& node) {
   if (const auto* table = node.as_table()) {
@@ -134,7 +131,14 @@ void Section::finish() const {
     if (!read_.contains(key)) refuse(where_ + " " + key, "unknown key, expected one of {}", fmt::join(read_, ", "));
 }
 
-Configuration Configuration::parse(const std::string& text, const std::string& name) {
+const std::vector<std::string>& Configuration::rig_sections() {
+  static const std::vector<std::string> sections = {"bus",     "camera",   "tracker", "arm",        "projector",
+                                                    "session", "recorder", "fabric",  "calibration"};
+  return sections;
+}
+
+Configuration Configuration::parse(const std::string& text, const std::string& name,
+                                   const std::vector<std::string>& sections) {
   Configuration result;
   result.name_ = name;
   try {
@@ -145,15 +149,15 @@ Configuration Configuration::parse(const std::string& text, const std::string& n
            error.description());
   }
   for (const auto& [key, value] : result.root_.items()) {
-    if (std::find(std::begin(kSections), std::end(kSections), key) == std::end(kSections))
-      refuse(name, "unknown section or key \"{}\", expected sections {}", key, fmt::join(kSections, ", "));
+    if (std::find(sections.begin(), sections.end(), key) == sections.end())
+      refuse(name, "unknown section or key \"{}\", expected sections {}", key, fmt::join(sections, ", "));
     if (!value.is_object()) refuse(name + " " + key, "found {}, expected a section [{}]", found(value), key);
   }
   return result;
 }
 
-Configuration Configuration::load(const std::filesystem::path& path) {
-  return parse(files::read_whole(path), path.string());
+Configuration Configuration::load(const std::filesystem::path& path, const std::vector<std::string>& sections) {
+  return parse(files::read_whole(path), path.string(), sections);
 }
 
 Section Configuration::section(const std::string& name) const {

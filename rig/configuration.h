@@ -57,9 +57,12 @@ class Section {
 class Configuration {
  public:
   // Throws BadInput where the file is missing, is not TOML (with line and column), or has a section that is
-  // none of bus, camera, tracker, arm, projector, session, recorder, fabric, calibration.
-  static Configuration load(const std::filesystem::path& path);
-  static Configuration parse(const std::string& text, const std::string& name);
+  // none of bus, camera, tracker, arm, projector, session, recorder, fabric, calibration. `sections`: other
+  // names instead, for other files of the same kind.
+  static Configuration load(const std::filesystem::path& path, const std::vector<std::string>& sections = rig_sections());
+  static Configuration parse(const std::string& text, const std::string& name,
+                             const std::vector<std::string>& sections = rig_sections());
+  static const std::vector<std::string>& rig_sections();
 
   bool has(const std::string& section) const { return root_.contains(section); }
   Section section(const std::string& name) const;  // empty where the file does not have it
