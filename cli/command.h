@@ -14,6 +14,7 @@ using AddCommand = void (*)(CLI::App& app, int& exit_status);
 
 void add_bench(CLI::App& app, int& exit_status);
 void add_daemon(CLI::App& app, int& exit_status);
+void add_simulate_devices(CLI::App& app, int& exit_status);
 void add_check(CLI::App& app, int& exit_status);
 void add_fit(CLI::App& app, int& exit_status);
 void add_prove(CLI::App& app, int& exit_status);

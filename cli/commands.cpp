@@ -9,6 +9,7 @@ const std::vector<AddCommand>& commands() {
       add_prove,
       add_bench,
       add_daemon,
+      add_simulate_devices,
   };
   return list;
 }

@@ -34,7 +34,7 @@ struct FabricTruth {
 };
 
 struct LatticeOptions {
-  int cells_across = 24, cells_down = 24;
+  int cells_across = 20, cells_down = 20;
   double step_share = 0.8;  // of the stability bound
   Eigen::Vector3d gravity_m_s2 = Eigen::Vector3d(0, 0, -9.81);
   Eigen::Vector3d air_m_s = Eigen::Vector3d::Zero();
