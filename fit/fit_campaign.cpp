@@ -129,7 +129,7 @@ LeastSquaresOptions search_options(const FitOptions& options, double cut_s, cons
   return out;
 }
 
-void judge_parameters(FitOutcome& out, const std::vector<Parameter>& parameters, const VectorXd& start, const LeastSquaresResult& fit) {
+void judge_parameters(FitOutcome& out, const std::vector<Parameter>& parameters, const VectorXd& start, const LeastSquaresResult& fit, const VectorXd& mesh) {
   for (size_t k = 0; k < parameters.size(); ++k) {
     const auto at = static_cast<Index>(k);
     const Parameter& p = parameters[k];
@@ -137,7 +137,8 @@ void judge_parameters(FitOutcome& out, const std::vector<Parameter>& parameters,
     f.parameter = p;
     f.value = to_value(p, fit.coordinates(at));
     f.start = to_value(p, start(at));
-    const double half = 1.645 * std::sqrt(std::max(0.0, fit.covariance(at, at)));
+    const double half = 1.645 * std::hypot(std::sqrt(std::max(0.0, fit.covariance(at, at))), mesh(at));
+    f.mesh_percent = 100 * std::abs(p.logarithmic ? mesh(at) : mesh(at) * p.scale / std::max(std::abs(f.value), 1e-300));
     // A linear interval of a coordinate that nothing determines would run off the range: bounds end it.
     f.lower_interval = std::clamp(to_value(p, std::max(fit.coordinates(at) - half, -700.0)), p.lower, p.upper);
     f.upper_interval = std::clamp(to_value(p, std::min(fit.coordinates(at) + half, 700.0)), p.lower, p.upper);
@@ -145,7 +146,7 @@ void judge_parameters(FitOutcome& out, const std::vector<Parameter>& parameters,
     const double delta = std::sqrt(2 * 0.01 * fit.cost / std::max(fit.information(at, at), 1e-300));
     f.variability_percent = 100 * (p.logarithmic ? delta : delta * p.scale / std::max(std::abs(f.value), 1e-300));
     f.at_bound = f.value <= p.lower * 1.01 || f.value >= p.upper * 0.99;
-    f.determined = !f.at_bound && f.upper_interval < 1.5 * f.value && f.lower_interval > f.value / 1.5;
+    f.determined = !f.at_bound && f.upper_interval < 1.25 * f.value && f.lower_interval > f.value / 1.25;
     if (f.at_bound) out.remarks.push_back(fmt::format("{} ends at its bound {:.3g} {}", p.name, f.value, p.unit));
     out.parameters.push_back(std::move(f));
   }
@@ -233,26 +234,24 @@ FitOutcome fit_campaign(const trial::Campaign& campaign, const FitOptions& optio
   LeastSquaresOptions coarse_options = search_options(options, out.cut_s, part(options.progress, 0.05, 0.2, "coarse"));
   coarse_options.trials = first_few(trials);
   const CoarseResult found = coarse_search(coarse, parameters, coarse_options);
-  VectorXd start = found.coordinates;
-  LeastSquaresOptions last = search_options(options, out.cut_s, part(options.progress, 0.2, 0.8, "final mesh"));
-  if (columns > options.middle_columns) {
-    Objective middle(trials, objective_on(options.middle_columns), parameters, start);
-    const LeastSquaresResult halfway =
-        minimise(middle, parameters, start, search_options(options, out.cut_s, part(options.progress, 0.2, 0.45, "middle mesh")));
-    start = halfway.coordinates;
-    out.evaluations += halfway.evaluations;
-    last.progress = part(options.progress, 0.45, 0.8, "final mesh");
-    last.max_iterations = std::max(3, options.max_iterations / 2);
-  }
-  out.objective = std::make_shared<Objective>(trials, objective_on(columns), parameters, start);
-  const LeastSquaresResult fit = minimise(*out.objective, parameters, start, last);
+  const int middle_columns = 3 * (columns - 1) / 4 + 1;
+  Objective middle(trials, objective_on(middle_columns), parameters, found.coordinates);
+  const LeastSquaresResult halfway =
+      minimise(middle, parameters, found.coordinates, search_options(options, out.cut_s, part(options.progress, 0.2, 0.45, "middle mesh")));
+  out.objective = std::make_shared<Objective>(trials, objective_on(columns), parameters, halfway.coordinates);
+  LeastSquaresOptions last = search_options(options, out.cut_s, part(options.progress, 0.45, 0.8, "final mesh"));
+  last.max_iterations = std::max(3, options.max_iterations / 2);
+  const LeastSquaresResult fit = minimise(*out.objective, parameters, halfway.coordinates, last);
+  // Second order in the spacing: the limit lies this share of the last change beyond the final mesh.
+  const double beyond = 1 / (std::pow((columns - 1.0) / (middle_columns - 1.0), 2) - 1);
+  const VectorXd mesh = beyond * (fit.coordinates - halfway.coordinates);
 
   out.coordinates = fit.coordinates;
   out.residuals = fit.residuals;
   out.residuals_start = out.objective->evaluate(parameters, found.coordinates).front();
   out.history = fit.history;
-  out.evaluations += found.evaluations + fit.evaluations + 1;
-  judge_parameters(out, parameters, found.coordinates, fit);
+  out.evaluations = found.evaluations + halfway.evaluations + fit.evaluations + 1;
+  judge_parameters(out, parameters, found.coordinates, fit, mesh);
   name_weak_combinations(out, parameters, fit);
   list_errors(out);
   if (by_trials) hold_out_trials(out, parameters, fit.coordinates, options);

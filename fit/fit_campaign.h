@@ -2,7 +2,7 @@
 //
 //   1. observe    each trial becomes an experiment to simulate and residuals to compare
 //   2. coarse     a grid over the decisive parameters on a coarse mesh gives the start
-//   3. refine     robust least squares on a middle mesh, then on the final one
+//   3. refine     robust least squares on a middle mesh (three quarters of the columns), then on the final one
 //   4. hold out   what was not fitted is predicted: later frames, or whole trials in two folds
 //   5. judge      interval, variability and bounds of each parameter
 #pragma once
@@ -22,7 +22,6 @@ enum class HoldOut { automatic, frames, trials };
 struct FitOptions {
   Drag drag = Drag::nonlinear;
   int columns = 0;              // of the final mesh; 0: 17, or 13 where more than 30 s of motion are fitted
-  int middle_columns = 13;      // skipped where the final mesh is no finer
   int coarse_columns = 9;
   double rate_hz = 30;          // observations are thinned to this
   double image_rate_hz = 10;    // frames likewise
@@ -36,10 +35,11 @@ struct FittedParameter {
   Parameter parameter;
   double value = 0;
   double start = 0;                // from the coarse grid
-  double lower_interval = 0, upper_interval = 0;  // 90 %
+  double lower_interval = 0, upper_interval = 0;  // 90 %, with what the mesh leaves open
+  double mesh_percent = 0;         // of that: the limit of a fine mesh, extrapolated, lies this far from value
   double variability_percent = 0;  // change that raises the error by 1 % (Bhat et al. 2003, section 5)
   bool at_bound = false;
-  bool determined = false;         // 90 % interval within a factor of 1.5, and not at a bound
+  bool determined = false;         // 90 % interval within a factor of 1.25 of value, and not at a bound
 };
 
 struct TrialError {

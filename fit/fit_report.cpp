@@ -45,9 +45,9 @@ void add_parameters(report::HtmlReport& html, const FitOutcome& out) {
   std::vector<std::vector<std::string>> rows;
   for (const FittedParameter& p : out.parameters)
     rows.push_back({p.parameter.name, fmt::format("{:.4g}", p.value), p.parameter.unit, fmt::format("{:.3g} … {:.3g}", p.lower_interval, p.upper_interval),
-                    fmt::format("{:.1f}", p.variability_percent), fmt::format("{:.3g}", p.start),
+                    fmt::format("{:.1f}", p.variability_percent), fmt::format("{:.1f}", p.mesh_percent), fmt::format("{:.3g}", p.start),
                     p.at_bound ? "at its bound" : p.determined ? "determined" : "hardly determined"});
-  html.table({"parameter", "value", "unit", "90 % interval", "change for 1 % of error, %", "start", "verdict"}, rows);
+  html.table({"parameter", "value", "unit", "90 % interval", "change for 1 % of error, %", "left open by the mesh, %", "start", "verdict"}, rows);
   for (const std::string& remark : out.remarks) html.paragraph(remark + ".");
 }
 
@@ -94,6 +94,7 @@ json to_json(const FitOutcome& out) {
   for (const FittedParameter& p : out.parameters)
     parameters[p.parameter.name] = {{"value", p.value}, {"unit", p.parameter.unit}, {"variability_percent", p.variability_percent},
                                     {"interval", {p.lower_interval, p.upper_interval}}, {"at_bound", p.at_bound},
+                                    {"mesh_percent", p.mesh_percent},
                                     {"determined", p.determined}, {"start", p.start}};
   for (const TrialError& t : out.trials) {
     trials[t.name] = {{"error_start", number(t.start_mm)}, {"error_end", number(t.end_mm)}, {"frames", t.frames}};
