@@ -39,6 +39,10 @@ struct SequenceOptions {
 // each with its inverse, and the phases.
 std::vector<PatternStep> calibration_sequence(const ImageSize& projector, const SequenceOptions& options = {});
 
+// off, white, and every bit of the grey code in either direction, each with its inverse: for projectors that
+// cannot show greys.
+std::vector<PatternStep> grey_code_sequence(const ImageSize& projector);
+
 // Brightness of the projector pixel that holds (column, row), 0 dark to 1 full, before any gamma.
 double brightness(const PatternStep& step, double column_px, double row_px);
 

@@ -16,6 +16,7 @@ namespace {
 
 using Kind = PatternStep::Kind;
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+constexpr int kLowestBitAlone = 3;   // without phases: intervals of 8 px, whose middles a ring of pixels averages
 
 double median(std::vector<double> values) {
   if (values.empty()) return kNan;
@@ -57,11 +58,15 @@ Direction sort_direction(const std::vector<PatternImage>& sequence, bool horizon
       direction.phases.push_back(&image);
     }
   }
-  if (direction.phases.size() < 3)
-    refuse("pattern sequence", "expected at least 3 {} phase-shift images, found {}", name, direction.phases.size());
   if (direction.bits.empty()) refuse("pattern sequence", "expected {} grey-code images, found none", name);
   direction.low_bit = direction.bits.begin()->first;
-  if (std::ldexp(1.0, direction.low_bit) > direction.period_px / 2)
+  const bool has_phases = !direction.phases.empty();
+  if (has_phases && direction.phases.size() < 3)
+    refuse("pattern sequence", "expected at least 3 {} phase-shift images, found {}", name, direction.phases.size());
+  if (!has_phases && direction.low_bit > kLowestBitAlone)
+    refuse("pattern sequence", "{} grey code ends at bit {}, expected bits down to {} or phase-shift images", name,
+           direction.low_bit, kLowestBitAlone);
+  if (has_phases && std::ldexp(1.0, direction.low_bit) > direction.period_px / 2)
     refuse("pattern sequence", "{} grey code ends at bit {}, expected bits down to half the period of {} px", name,
            direction.low_bit, direction.period_px);
   int expected = direction.low_bit;
@@ -184,8 +189,8 @@ double decode_bits(const Direction& d, const Eigen::Vector2i& pixel, double thre
   for (auto bit = d.bits.rbegin(); bit != d.bits.rend(); ++bit) {
     const double plain = grey(*bit->second.first, pixel);
     const double against = bit->second.second ? grey(*bit->second.second, pixel) : threshold;
-    // At the edge of its last bits a pixel lies between two intervals, and the phase decides.
-    if (std::abs(plain - against) < least_difference && bit->first > d.low_bit + 1) {
+    // At the edge of its last bits a pixel lies between two intervals, and the phase decides, where there is one.
+    if (std::abs(plain - against) < least_difference && (d.phases.empty() || bit->first > d.low_bit + 1)) {
       // The bits below are then known: 1 0 0 … next to an edge. The middle of the edge is the place.
       const double edge = (value * 2.0 + 1) * std::ldexp(1.0, bit->first) - 0.5;
       return edge;
@@ -216,6 +221,11 @@ Coordinate decode_direction(const Sequence& s, const Direction& d, const Eigen::
   }
   if (white - dark < options.least_contrast_grey) {
     result.loss = Loss::dark;
+    return result;
+  }
+  if (d.phases.empty()) {
+    result.amplitude_grey = (white - dark) / 2;
+    result.x = decode_bits(d, pixel, (dark + white) / 2, 0.12 * (white - dark));
     return result;
   }
   const Phase phase = measure_phase(d, pixel, dark, white, s.white_level, gamma);

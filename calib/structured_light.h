@@ -3,6 +3,9 @@
 // With N phases φ_k the grey of a pixel is A + B g(½ + ½ cos(θ + φ_k)), g(p) = p^γ; its first harmonic gives
 // θ = 2π (x − first) / period, the grey code says which period. γ is measured from the levels of a plain
 // picture, or from the ratio ρ = (γ − 1)/(γ + 2) of the second harmonic to the first, and taken out before the phase.
+// A sequence without phases is read from the grey code alone, to the middle of the finest interval whose bit the
+// pixel still shows: projectors that hold binary patterns only (DLPC350) come out at about a pixel each, which a
+// ring of hundreds of pixels averages.
 // Pixels that clip, that are too dark to tell a bit, or whose code and phase disagree hold NaN.
 // The ratio of the phases' contrast to that of plain white against dark gives the blur of the projector:
 //   σ = period/(π√2) · √(−ln ratio).
@@ -45,7 +48,7 @@ struct Decoded {
 };
 
 // pixels: (column, row) of the camera pixels to decode. Throws BadInput where the sequence lacks what a
-// direction needs: three or more phases, and grey-code bits down to half their period.
+// direction needs: grey-code bits down to half the phases' period, or down to bit 3 without phases.
 Decoded decode(const std::vector<PatternImage>& sequence, const std::vector<Eigen::Vector2i>& pixels,
                const DecodeOptions& options = {});
 

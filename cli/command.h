@@ -13,11 +13,13 @@ namespace selvedge::cli {
 using AddCommand = void (*)(CLI::App& app, int& exit_status);
 
 void add_bench(CLI::App& app, int& exit_status);
-void add_daemon(CLI::App& app, int& exit_status);
-void add_simulate_devices(CLI::App& app, int& exit_status);
 void add_check(CLI::App& app, int& exit_status);
+void add_daemon(CLI::App& app, int& exit_status);
+void add_demo(CLI::App& app, int& exit_status);
 void add_fit(CLI::App& app, int& exit_status);
 void add_prove(CLI::App& app, int& exit_status);
+void add_rig(CLI::App& app, int& exit_status);
+void add_simulate_devices(CLI::App& app, int& exit_status);
 
 // In the order in which --help lists them.
 const std::vector<AddCommand>& commands();

@@ -4,10 +4,12 @@ namespace selvedge::cli {
 
 const std::vector<AddCommand>& commands() {
   static const std::vector<AddCommand> list = {
+      add_demo,
       add_check,
       add_fit,
       add_prove,
       add_bench,
+      add_rig,
       add_daemon,
       add_simulate_devices,
   };

@@ -16,6 +16,8 @@ constexpr double kKeptS = 3;         // of the past
 constexpr double kReactionS = 0.3;   // of the person, to a prompt
 constexpr double kBoardUpS = 1.2;    // until the board stands still
 constexpr double kHangS = 1.0;       // until the fabric hangs
+constexpr double kSteadyS = 2.5;     // that the person steadies the fabric with a hand, once it hangs
+constexpr double kHandBrake = 8;     // 1/s, of every node's velocity under that hand
 constexpr size_t kNoiseTable = 1 << 18;
 
 bool is(const Prompt& prompt, const char* step) { return prompt.step == step; }
@@ -109,8 +111,9 @@ void World::advance_one() {
     return;
   }
   const Eigen::Vector3d left = left_.at(next_s), right = right_corner(next_s);
+  const double brake = next_s < steady_until_s_ ? kHandBrake : 0;
   lock.unlock();
-  sheet_.advance(kChunkS, left, right);
+  sheet_.advance(kChunkS, left, right, brake);
   Moment moment{next_s, sheet_.position().cast<float>(), sheet_.velocity().cast<float>()};
   lock.lock();
   now_s_ = next_s;
@@ -173,6 +176,8 @@ void World::obey(const Prompt& prompt, double at_s) {
     right_ = HandPath(right_corner(at_s), configuration_.hand);
     holder_ = Holder::hand;
   };
+  // A drape that was waved swings on for a minute; nobody waits for that.
+  if (is(prompt, "hang_still") || is(prompt, "robot_path")) steady_until_s_ = at_s + configuration_.hand.carry_s + kSteadyS;
   if (is(prompt, "hang_still")) {
     back_to_hand();
     left_.carry(at_s, configuration_.left_m);

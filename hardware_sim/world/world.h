@@ -5,8 +5,8 @@
 // of the last seconds are kept, and what is asked for between two of them is interpolated (cubic, with
 // velocities). Whoever asks for a moment that is not simulated yet waits. A slow host falls behind and catches
 // up; nothing is skipped.
-// A person at the rig obeys the session's prompts: shows the board, hangs the fabric, waves a corner, clips the
-// corner to the arm, stands back.
+// A person at the rig obeys the session's prompts: shows the board, hangs the fabric and steadies it with a hand,
+// waves a corner, clips the corner to the arm, stands back.
 // Thread-safe. Host clock: CLOCK_MONOTONIC, s. Motion-capture frame, m.
 #pragma once
 
@@ -93,6 +93,7 @@ class World {
   double now_s_;      // simulated so far
   HandPath left_, right_;
   Holder holder_ = Holder::hand;
+  double steady_until_s_ = 0;
   double clipped_s_ = 0;
   Eigen::Vector3d clipped_from_ = Eigen::Vector3d::Zero();
   std::deque<std::pair<double, Prompt>> prompts_;

@@ -1,0 +1,39 @@
+// Records one trial on a running, calibrated rig.
+//
+//   ask the operator → wait until the fabric hangs still → (robot: arm, plan, check the path) → record:
+//   a still lead-in, the motion, a tail → close the trial
+//
+// All times in a trial are host seconds since its origin, which lies just before the first frame: tracker samples
+// as the tracker's daemon maps them, frames by their mid-exposure on the camera's clock mapped to the host's.
+// A robot's path is planned and checked by the arm's daemon before recording starts; where a limit breaks, the
+// trial is refused and nothing moves.
+#pragma once
+
+#include <filesystem>
+
+#include "capture/session/rig_client.h"
+#include "capture/session/session_plan.h"
+#include "geometry/projection.h"
+#include "report/progress.h"
+
+namespace selvedge::session {
+
+struct TrialRecord {
+  std::filesystem::path folder;
+  size_t frames = 0, samples = 0;
+  int64_t frames_lost = 0;
+  double occluded_share = 0;     // of the samples, either corner
+  double rest_s = 0;             // that the fabric took to come to rest
+  bool started_at_rest = false;
+  int attempts = 1;
+};
+
+struct RigOptics {
+  geometry::Projection camera, projector;
+};
+
+// Writes FOLDER/NAME. Throws DeviceFailed where the trial could not be recorded in plan.attempts attempts.
+TrialRecord run_trial(RigClient& rig, const rig::Configuration& configuration, const SessionPlan& session, const TrialPlan& plan,
+                      const RigOptics& optics, const std::filesystem::path& folder, const report::ProgressCallback& progress);
+
+}  // namespace selvedge::session

@@ -1,0 +1,92 @@
+#include "station/automated_session.h"
+
+#include <fmt/format.h>
+
+#include "calib/calibration_file.h"
+#include "capture/trial/trial_writer.h"
+#include "station/calibrating.h"
+
+namespace selvedge::station {
+
+namespace {
+
+using session::RigClient;
+
+constexpr double kStart_s = 8;          // daemons connect, the camera's clock becomes known
+constexpr double kPose_s = 8;           // a grid pose with its patterns
+constexpr double kBeforeTrial_s = 6;    // to hang and come to rest
+
+// Hands the share [from, to] of the whole to one step, and says on the bus where the session stands.
+class Steps {
+ public:
+  Steps(RigClient& rig, const session::SessionPlan& plan, report::ProgressCallback progress) : rig_(rig), progress_(std::move(progress)) {
+    total_s_ = kStart_s + expected_calibration_s(plan);
+    for (const session::TrialPlan& trial : plan.trials) total_s_ += expected_trial_s(trial);
+  }
+
+  report::ProgressCallback next(const std::string& step, const std::string& trial, double expected_s) {
+    const double from = at_s_ / total_s_, to = (at_s_ + expected_s) / total_s_;
+    at_s_ += expected_s;
+    selvedge_rig::session_status_t status{};
+    status.step = step;
+    status.trial = trial;
+    status.done = from;
+    rig_.publish_status(status);
+    return [this, from, to, name = trial.empty() ? step : trial](double done, const std::string& what) {
+      progress_(from + (to - from) * done, name + ": " + what);
+    };
+  }
+
+ private:
+  RigClient& rig_;
+  report::ProgressCallback progress_;
+  double total_s_ = 0, at_s_ = 0;
+};
+
+void write_campaign(const session::SessionPlan& plan, const std::filesystem::path& folder) {
+  trial::Campaign campaign;
+  campaign.fabric = plan.fabric.name;
+  for (const session::TrialPlan& planned : plan.trials) {
+    trial::Trial trial;
+    trial.name = planned.name;
+    campaign.trials.push_back(trial);
+  }
+  trial::write_campaign_json(campaign, folder);
+}
+
+}  // namespace
+
+double expected_calibration_s(const session::SessionPlan& plan) { return kPose_s * plan.grid.poses; }
+
+double expected_trial_s(const session::TrialPlan& trial) { return kBeforeTrial_s + trial.duration_s; }
+
+SessionResult run_session(const rig::Configuration& configuration, const std::filesystem::path& folder, const report::ProgressCallback& progress) {
+  const session::SessionPlan plan = session::read_session_plan(configuration);
+  std::filesystem::create_directories(folder);
+  RigClient rig(configuration);
+  Steps steps(rig, plan, progress);
+
+  const auto starting = steps.next("starting", "", kStart_s);
+  rig.wait_until_running(plan.answer_timeout_s, [&](const std::string& missing) { starting(0.5, missing); });
+
+  SessionResult result;
+  result.calibration = calibrate_rig(rig, plan, folder / "calibration", steps.next("calibrating", "", expected_calibration_s(plan)));
+  std::filesystem::copy_file(folder / "calibration" / "calibration.json", folder / "calibration.json", std::filesystem::copy_options::overwrite_existing);
+  if (result.calibration.verdict == calib::Verdict::refused || !result.calibration.projector)
+    throw session::DeviceFailed("calibration refused: " + result.calibration.advice);
+
+  const session::RigOptics optics{result.calibration.camera.projection(), result.calibration.projector->projection()};
+  for (const session::TrialPlan& trial : plan.trials)
+    result.trials.push_back(session::run_trial(rig, configuration, plan, trial, optics, folder, steps.next("recording", trial.name, expected_trial_s(trial))));
+  write_campaign(plan, folder);
+
+  selvedge_rig::operator_prompt_t done{};
+  done.step = "done";
+  done.text = "the session is over";
+  rig.ask(done);
+  rig.show({});
+  steps.next("done", "", 0)(1, "");
+  return result;
+}
+
+}  // namespace selvedge::station

@@ -1,0 +1,32 @@
+// A whole capture session on a running rig, without a person at the keyboard: calibrate, record the trials, and
+// leave a campaign that `./selvedge fit` reads.
+//
+//   wait for the devices → calibrate (calibrating.h) → each trial in turn (capture/session/run_trial.h) → campaign.json
+//
+// Prompts go out on OPERATOR_PROMPT, where the session stands on SESSION_STATUS.
+#pragma once
+
+#include <filesystem>
+#include <vector>
+
+#include "calib/calibration.h"
+#include "capture/session/run_trial.h"
+#include "capture/session/session_plan.h"
+#include "report/progress.h"
+
+namespace selvedge::station {
+
+struct SessionResult {
+  calib::Calibration calibration;
+  std::vector<session::TrialRecord> trials;
+};
+
+// About how long the session takes, s, from what was asked for; progress is shared out by it.
+double expected_calibration_s(const session::SessionPlan& plan);
+double expected_trial_s(const session::TrialPlan& trial);
+
+// Writes FOLDER/calibration.json, FOLDER/calibration/, FOLDER/NAME for each trial, FOLDER/campaign.json.
+// Throws DeviceFailed where a device fails for good, and where the calibration's verdict is "refused".
+SessionResult run_session(const rig::Configuration& configuration, const std::filesystem::path& folder, const report::ProgressCallback& progress);
+
+}  // namespace selvedge::station
