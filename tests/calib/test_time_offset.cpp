@@ -1,0 +1,72 @@
+// The delay of the camera's clock from moving markers.
+#include <cmath>
+
+#include <gtest/gtest.h>
+
+#include "calib/cubic_spline.h"
+#include "calib/synthetic_motion.h"
+#include "calib/synthetic_poses.h"
+
+namespace selvedge::calib {
+namespace {
+
+TEST(cubic_spline, follows_a_sine_with_its_velocity) {
+  std::vector<double> times;
+  std::vector<Eigen::Vector3d> places;
+  for (int i = 0; i <= 120; ++i) {
+    times.push_back(i / 60.0);
+    places.emplace_back(std::sin(3 * times.back()), times.back(), 1);
+  }
+  const CubicSpline spline(times, places);
+  for (double t = 0.2; t < 1.8; t += 0.013) {
+    EXPECT_NEAR(spline.position(t).x(), std::sin(3 * t), 1e-6);
+    EXPECT_NEAR(spline.velocity(t).x(), 3 * std::cos(3 * t), 1e-3);
+    EXPECT_NEAR(spline.velocity(t).y(), 1, 1e-9);
+  }
+  EXPECT_TRUE(std::isinf(spline.gap_s(2.5)));
+}
+
+class Delay : public ::testing::Test {
+ protected:
+  SyntheticPoses truth_ = make_synthetic_poses({});
+  Eigen::Vector3d middle_ = (truth_.poses.volume_low + truth_.poses.volume_high) / 2;
+  CameraParameters camera_ = from_projection(truth_.camera);
+};
+
+TEST_F(Delay, is_found_to_hundredths_of_a_millisecond) {
+  for (const double delay_s : {-0.041, 0.0137}) {
+    MotionOptions motion;
+    motion.offset_s = delay_s;
+    const SyntheticMotion made = make_synthetic_motion(truth_.camera, middle_, motion);
+    const TimeOffset offset = estimate_time_offset(camera_, made.tracks, made.sightings);
+    EXPECT_TRUE(offset.known) << offset.why;
+    EXPECT_NEAR(offset.offset_s, delay_s, 5e-5);
+    EXPECT_LT(offset.sd_s, 5e-5);
+    EXPECT_LT(offset.rms_px, 0.6);
+    EXPECT_GT(offset.rms_without_px, 3 * offset.rms_px);
+  }
+}
+
+TEST_F(Delay, bears_wrong_sightings_and_a_pose_that_is_off) {
+  MotionOptions motion;
+  motion.outlier_share = 0.1;
+  const SyntheticMotion made = make_synthetic_motion(truth_.camera, middle_, motion);
+  PoseShift knock = PoseShift::Zero();
+  knock[1] = 0.004;
+  const TimeOffset offset = estimate_time_offset(shifted(camera_, knock), made.tracks, made.sightings);
+  EXPECT_TRUE(offset.known) << offset.why;
+  EXPECT_NEAR(offset.offset_s, motion.offset_s, 2e-4);
+}
+
+TEST_F(Delay, is_refused_where_the_markers_hardly_move) {
+  MotionOptions motion;
+  motion.amplitude_m = 0.02;
+  motion.frequency_hz = 0.5;
+  const SyntheticMotion made = make_synthetic_motion(truth_.camera, middle_, motion);
+  const TimeOffset offset = estimate_time_offset(camera_, made.tracks, made.sightings);
+  EXPECT_FALSE(offset.known);
+  EXPECT_NE(offset.why.find("move too little"), std::string::npos) << offset.why;
+}
+
+}  // namespace
+}  // namespace selvedge::calib
