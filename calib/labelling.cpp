@@ -202,6 +202,12 @@ CameraParameters close_in(const std::vector<UnlabelledPose>& poses, const Camera
   return refined.camera;
 }
 
+bool lies_in_a_blob(const UnlabelledPose& pose, const Eigen::Vector2d& pixel, double gate_px) {
+  return std::any_of(pose.blobs.begin(), pose.blobs.end(), [&](const Blob& blob) {
+    return (blob.centre - pixel).norm() < std::sqrt(blob.area_px / M_PI) * blob.elongation + gate_px;
+  });
+}
+
 void collect(Labelling& result, const std::vector<UnlabelledPose>& poses, double gate_px) {
   const std::vector<Pair> pairs = mutual_nearest(poses, result.camera, gate_px);
   size_t matched = 0, all = 0;
@@ -215,7 +221,9 @@ void collect(Labelling& result, const std::vector<UnlabelledPose>& poses, double
       ++all;
       if (partner[m]) ++taken;
       if (!partner[m]) {
-        labelled.why = "camera: hidden, no blob where the marker should be";
+        labelled.why = lies_in_a_blob(poses[p], pixel_of(result.camera, poses[p].markers[m].position), gate_px)
+                           ? "camera: blob is merged with another"
+                           : "camera: hidden, no blob where the marker should be";
       } else if (!looks_like_one_disc(*partner[m])) {
         labelled.why = "camera: blob is merged with another or cut off";
       } else {

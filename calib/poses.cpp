@@ -1,13 +1,13 @@
 #include "calib/poses.h"
 
-#include <charconv>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <set>
-#include <string_view>
 #include <utility>
 
 #include "files/bad_input.h"
+#include "files/csv_table.h"
 #include "files/whole_file.h"
 
 namespace selvedge::calib {
@@ -94,54 +94,22 @@ void add_row(Poses& poses, std::set<std::pair<int, int>>& seen, const std::array
   poses.rows.push_back(row);
 }
 
-// An empty field of the last four columns is NaN; anything else must be one finite number.
-double field_value(std::string_view text, size_t column, const std::string& where) {
-  if (text.empty() && column >= 5) return kAbsent;
-  double number = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
-  if (error != std::errc() || end != text.data() + text.size() || !std::isfinite(number))
-    refuse(where, "column {}: expected a finite number, found \"{}\"", column + 1, text);
-  if (column < 2 && (number != std::floor(number) || std::abs(number) > 1e9))
-    refuse(where, "column {}: expected a whole number, found \"{}\"", column + 1, text);
-  return number;
-}
-
-std::array<double, 9> split_row(std::string_view line, const std::string& where) {
-  std::array<double, 9> value{};
-  size_t column = 0;
-  for (size_t start = 0;; ++column) {
-    const size_t comma = line.find(',', start);
-    if (column >= value.size()) refuse(where, "expected 9 columns, found more");
-    value[column] = field_value(line.substr(start, comma - start), column, where);
-    if (comma == std::string_view::npos) break;
-    start = comma + 1;
-  }
-  if (column + 1 != value.size()) refuse(where, "expected 9 columns, found {}", column + 1);
-  return value;
-}
-
 void read_rows(Poses& poses, const std::filesystem::path& path) {
-  const std::string bytes = files::read_whole(path);
-  if (!bytes.empty() && bytes.back() != '\n')
-    refuse(path.string(), "expected a newline at the end, found a file that is cut off");
+  const files::CsvTable table =
+      files::read_csv(path, {{"pose"}, {"marker"}, {"x"}, {"y"}, {"z"}, {"camera_u", true}, {"camera_v", true},
+                             {"projector_u", true}, {"projector_v", true}});
+  if (table.rows() == 0) refuse(path.string(), "expected at least one row below the header, found none");
   std::set<std::pair<int, int>> seen;
-  int line_number = 0;
-  for (size_t start = 0; start < bytes.size();) {
-    const size_t end = bytes.find('\n', start);
-    std::string_view line(bytes.data() + start, end - start);
-    start = end + 1;
-    ++line_number;
-    if (!line.empty() && line.back() == '\r') line.remove_suffix(1);
-    const std::string where = path.string() + " line " + std::to_string(line_number);
-    if (line_number == 1) {
-      if (line != kHeader) refuse(where, "expected the header \"{}\", found \"{}\"", kHeader, line);
-      continue;
-    }
-    add_row(poses, seen, split_row(line, where), where);
+  for (size_t i = 0; i < table.rows(); ++i) {
+    std::array<double, 9> value{};
+    for (size_t column = 0; column < value.size(); ++column) value[column] = table(i, column);
+    value[0] = files::whole_number(table, i, 0, "pose");
+    value[1] = files::whole_number(table, i, 1, "marker");
+    add_row(poses, seen, value, table.where(i));
   }
-  if (line_number == 0) refuse(path.string(), "expected the header \"{}\", found an empty file", kHeader);
-  if (poses.rows.empty()) refuse(path.string(), "expected at least one row below the header, found none");
 }
+
+}  // namespace
 
 json header_to_json(const Poses& poses) {
   const auto size = [](const ImageSize& s) { return json{{"width_px", s.width_px}, {"height_px", s.height_px}}; };
@@ -153,10 +121,12 @@ json header_to_json(const Poses& poses) {
           {"fabric_volume_m", {point(poses.volume_low), point(poses.volume_high)}}};
 }
 
-}  // namespace
+Poses read_poses_header(const std::filesystem::path& path) {
+  return header_from_json(files::read_json(path), path.string());
+}
 
 Poses read_poses(const std::filesystem::path& folder) {
-  Poses poses = header_from_json(files::read_json(folder / "poses.json"), (folder / "poses.json").string());
+  Poses poses = read_poses_header(folder / "poses.json");
   read_rows(poses, folder / "correspondences.csv");
   return poses;
 }

@@ -39,8 +39,14 @@ struct Poses {
 // what was expected.
 Poses read_poses(const std::filesystem::path& folder);
 
+// poses.json alone; no rows.
+Poses read_poses_header(const std::filesystem::path& path);
+
 // Writes both files, each whole or not at all.
 void write_poses(const Poses& poses, const std::filesystem::path& folder);
+
+// What poses.json holds.
+nlohmann::json header_to_json(const Poses& poses);
 
 // The same content as one JSON value, rows as arrays in the column order of correspondences.csv.
 nlohmann::json to_json(const Poses& poses);

@@ -142,7 +142,7 @@ void judge_accuracy(Judgement& judgement, const std::string& name, const DeviceC
   else if (sd > good_sd_px)
     judgement.say(Verdict::doubtful, fmt::format("The {}'s matrix is expected to be off by {:.2f} px at the fabric "
                                                  "({:.2f} is good): record more poses.", name, sd, good_sd_px));
-  if (poses_of(d.seen()).size() < 4)
+  if (const size_t poses = poses_of(d.seen()).size(); poses > 1 && poses < 4)
     judgement.say(Verdict::doubtful, fmt::format("The {} has {} poses; 6 are the least from which a bad one can be "
                                                  "told.", name, poses_of(d.seen()).size()));
   if (d.leave_one_pose_out_px > options.good_left_out_ratio * d.rms_px)

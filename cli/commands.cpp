@@ -6,6 +6,7 @@ const std::vector<AddCommand>& commands() {
   static const std::vector<AddCommand> list = {
       add_demo,
       add_check,
+      add_calibrate,
       add_fit,
       add_prove,
       add_bench,

@@ -1,0 +1,22 @@
+// Pictures of one device's calibration as SVG text, in the device's image. px.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "calib/calibration.h"
+
+namespace selvedge::calib {
+
+// Trusted sightings as dots with their residual vectors magnified; rejected ones as crosses.
+std::string draw_residuals(const DeviceSolution& solution, double magnification);
+
+// Predicted deviation per axis over the image of the plane through the middle of the volume that faces the device,
+// with the figure written in every cell.
+std::string draw_deviation(const DeviceSolution& solution, const Eigen::Vector3d& low, const Eigen::Vector3d& high);
+
+// All sightings, pose by pose, over the outline of the fabric's volume; the next pose's markers as rings.
+std::string draw_coverage(const DeviceSolution& solution, const Eigen::Vector3d& low, const Eigen::Vector3d& high,
+                          const std::vector<Eigen::Vector3d>& next_markers);
+
+}  // namespace selvedge::calib

@@ -1,0 +1,81 @@
+// `./selvedge calibrate FOLDER --out DIR`: poses on disk to calibration.json and report.html.
+#include <cmath>
+#include <filesystem>
+#include <memory>
+
+#include <fmt/format.h>
+
+#include "calib/calibration.h"
+#include "calib/calibration_file.h"
+#include "calib/calibration_report.h"
+#include "calib/export.h"
+#include "calib/image_folder.h"
+#include "calib/poses.h"
+#include "cli/command.h"
+#include "report/text_table.h"
+
+namespace selvedge::cli {
+
+namespace {
+
+std::string px(double value) { return std::isfinite(value) ? fmt::format("{:.3f}", value) : "-"; }
+
+std::vector<std::string> device_row(const std::string& name, const calib::DeviceCalibration& device) {
+  const calib::DeviceSolution& d = device.solution;
+  if (!d.solved) return {name, "-", "-", "-", "-", "-"};
+  return {name, px(d.rms_px), px(d.leave_one_pose_out_px), px(device.deviation.mean_sd_px),
+          std::to_string(d.worst_pose), std::to_string(d.worst_marker)};
+}
+
+void print(const calib::Calibration& calibration) {
+  std::vector<std::vector<std::string>> rows{device_row("camera", calibration.camera)};
+  if (calibration.projector) rows.push_back(device_row("projector", *calibration.projector));
+  fmt::print("{}", report::text_table({"device", "residual px", "unseen pose px", "expected error px", "worst pose",
+                                       "worst marker"}, rows));
+  if (std::isfinite(calibration.triangulation_sd_mm))
+    fmt::print("triangulated point: {:.3f} mm expected error\n", calibration.triangulation_sd_mm);
+  fmt::print("rejected: {} sightings\nverdict: {}\n{}\n", calibration.rejected.size(),
+             calib::to_text(calibration.verdict), calibration.advice);
+}
+
+// Correspondences where there are any, images otherwise.
+calib::Calibration calibrate_folder(const std::filesystem::path& folder) {
+  if (std::filesystem::exists(folder / "tracker.csv") && !std::filesystem::exists(folder / "correspondences.csv")) {
+    const calib::ImageFolder images = calib::read_image_folder(folder);
+    return calib::calibrate_images(images.poses, images.header);
+  }
+  return calib::calibrate(calib::read_poses(folder));
+}
+
+void export_device(const calib::DeviceCalibration& device, const std::filesystem::path& out, const std::string& name) {
+  if (!device.solution.solved) return;
+  calib::export_opencv_yaml(device.projection(), out / (name + ".yaml"));
+  calib::export_mrcal_model(device.projection(), out / (name + ".cameramodel"));
+}
+
+void run(const std::filesystem::path& folder, const std::filesystem::path& out, bool exports) {
+  const calib::Calibration calibration = calibrate_folder(folder);
+  std::filesystem::create_directories(out);
+  calib::write_report(calibration, out / "report.html");
+  if (exports) {
+    export_device(calibration.camera, out, "camera");
+    if (calibration.projector) export_device(*calibration.projector, out, "projector");
+  }
+  calib::write_calibration(calibration, out / "calibration.json");
+  print(calibration);
+  fmt::print("written: {} and report.html beside it\n", (out / "calibration.json").string());
+}
+
+}  // namespace
+
+void add_calibrate(CLI::App& app, int&) {
+  CLI::App* sub = app.add_subcommand("calibrate", "Solve camera and projector from grid poses, and say how far to trust them");
+  auto folder = std::make_shared<std::string>(), out = std::make_shared<std::string>();
+  auto exports = std::make_shared<bool>(false);
+  sub->add_option("FOLDER", *folder, "Folder with poses.json and correspondences.csv, or with tracker.csv and images")->required();
+  sub->add_option("--out", *out, "Folder for calibration.json and report.html")->required();
+  sub->add_flag("--export", *exports, "Also write OpenCV's YAML and mrcal's camera model of each device");
+  sub->callback([folder, out, exports] { run(*folder, *out, *exports); });
+}
+
+}  // namespace selvedge::cli
