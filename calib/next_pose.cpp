@@ -86,16 +86,24 @@ std::optional<NextPose> suggest_next_pose(const Calibration& calibration) {
         int seen = 0;
         const Covariance covariance = with_pose(device, candidate.markers, seen);
         seen_enough &= seen >= least_seen;
-        const double sd = volume_deviation(device.solution.refined.camera, covariance, device.solution.size, judged_at).mean_sd_px;
-        cost += sd / good_sd_px;
-        return sd;
+        cost += volume_deviation(device.solution.refined.camera, covariance, device.solution.size, judged_at).mean_sd_px / good_sd_px;
       };
-      candidate.camera_sd_px = add(calibration.camera, calibration.options.good_camera_sd_px);
-      if (calibration.projector) candidate.projector_sd_px = add(*calibration.projector, calibration.options.good_projector_sd_px);
+      add(calibration.camera, calibration.options.good_camera_sd_px);
+      if (calibration.projector) add(*calibration.projector, calibration.options.good_projector_sd_px);
       if (!seen_enough || !(cost < least)) continue;
       least = cost;
       best = candidate;
     }
+  if (!best) return best;
+  // For the telling figure the same points as the calibration's own.
+  const std::vector<Eigen::Vector3d> told_at = volume_points(low, high);
+  const auto deviation_with = [&](const DeviceCalibration& device) {
+    int seen = 0;
+    const Covariance covariance = with_pose(device, best->markers, seen);
+    return volume_deviation(device.solution.refined.camera, covariance, device.solution.size, told_at).mean_sd_px;
+  };
+  best->camera_sd_px = deviation_with(calibration.camera);
+  if (calibration.projector) best->projector_sd_px = deviation_with(*calibration.projector);
   return best;
 }
 

@@ -14,8 +14,6 @@ using AddCommand = void (*)(CLI::App& app, int& exit_status);
 
 void add_bench(CLI::App& app, int& exit_status);
 void add_calibrate(CLI::App& app, int& exit_status);
-void add_daemon(CLI::App& app, int& exit_status);
-void add_simulate_devices(CLI::App& app, int& exit_status);
 void add_check(CLI::App& app, int& exit_status);
 void add_daemon(CLI::App& app, int& exit_status);
 void add_demo(CLI::App& app, int& exit_status);
