@@ -43,7 +43,7 @@ struct Rest {
   double waited_s = 0;
 };
 
-// Watches corners and frames until both are still. `ask` is what the fabric has to settle from.
+// Watches corners and frames until both are still.
 Rest wait_for_rest(RigClient& rig, const SessionPlan& session, const report::ProgressCallback& progress) {
   RestDetector detector;
   rig.forget_samples();
@@ -237,6 +237,9 @@ TrialRecord attempt_trial(RigClient& rig, const rig::Configuration& configuratio
   rig.ask(robot ? prompt("robot_path", "put the right corner into the gripper, the left one on its post, and stand back")
                 : prompt("hang_still", "hang the fabric by both corners and let it come to rest"));
   rig.show(session.stripes);
+  wait_for_rest(rig, session, progress);
+  // A fabric that somebody steadies is at rest as long as the hand is there; what counts is the rest after it.
+  rig.ask(prompt("stand_back", "let go of the fabric and stand back"));
   const Rest rest = wait_for_rest(rig, session, progress);
   if (!rest.reached) spdlog::warn("{}: the fabric still moves after {:.0f} s; the trial starts as it is", plan.name, rest.waited_s);
   std::optional<Eigen::Isometry3d> world_from_base;

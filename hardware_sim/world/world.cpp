@@ -16,7 +16,7 @@ constexpr double kKeptS = 3;         // of the past
 constexpr double kReactionS = 0.3;   // of the person, to a prompt
 constexpr double kBoardUpS = 1.2;    // until the board stands still
 constexpr double kHangS = 1.0;       // until the fabric hangs
-constexpr double kSteadyS = 2.5;     // that the person steadies the fabric with a hand, once it hangs
+constexpr double kSteadyS = 2.5;     // that the person steadies the fabric with a hand, once it hangs; less if told to stand back
 constexpr double kHandBrake = 8;     // 1/s, of every node's velocity under that hand
 constexpr size_t kNoiseTable = 1 << 18;
 
@@ -160,6 +160,8 @@ void World::obey(const Prompt& prompt, double at_s) {
     stages_.push_back({at_s + kBoardUpS, Stage::board, prompt.index});
     return;
   }
+  if (is(prompt, "stand_back") || is(prompt, "done") || is(prompt, "wave_right_corner") || is(prompt, "wave_left_corner"))
+    steady_until_s_ = at_s;  // the hand lets go of the fabric
   if (is(prompt, "stand_back") || is(prompt, "done")) return;
 
   const double separation = prompt.separation_m > 0 ? std::min(prompt.separation_m, 0.99 * configuration_.fabric.width_m)
