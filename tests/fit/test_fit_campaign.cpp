@@ -102,7 +102,6 @@ class FitCampaign : public testing::Test {
 TEST_F(FitCampaign, RecoversWhatTheTrialsDetermine) {
   FitOptions options;
   options.coarse_columns = 7;
-  options.middle_columns = 9;
   options.columns = 11;
   options.max_iterations = 6;
   const trial::Campaign campaign = trial::read_campaign(folder_);
@@ -133,7 +132,6 @@ TEST_F(FitCampaign, RecoversWhatTheTrialsDetermine) {
 TEST_F(FitCampaign, StillTrialAloneLeavesDampingUndetermined) {
   FitOptions options;
   options.coarse_columns = 7;
-  options.middle_columns = 7;
   options.columns = 9;
   options.max_iterations = 3;
   const FitOutcome out = fit_campaign(trial::read_campaign(folder_ / "static-1"), options);
