@@ -11,7 +11,7 @@
 
 namespace selvedge::cloth {
 
-enum class Hold { corners, top_edge, top_edge_clamped };
+enum class Hold { corners, top_edge, top_edge_clamped, nothing };
 
 struct HeldPath {
   Hold hold = Hold::corners;

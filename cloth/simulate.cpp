@@ -126,6 +126,9 @@ void run_group(const Sheet& sheet, const std::vector<Experiment>& lanes, const s
   const double start_s = group[0]->start_s, end_s = group[0]->sample_s.empty() ? start_s : group[0]->sample_s.back();
   in.steps = std::max(0, static_cast<int>(std::ceil((end_s - start_s) / step_s - 1e-9)));
   for (const double t : group[0]->sample_s) in.sample_s.push_back(t - start_s);
+  in.start_s = start_s;
+  if (group[0]->make_step_filter)
+    for (const Experiment* e : group) in.step_filters.push_back(e->make_step_filter());
   in.held_corners.reserve(members.size() * static_cast<size_t>(in.steps + 1) * 6);
   for (const Experiment* e : group)
     for (int k = 0; k <= in.steps; ++k) {
@@ -161,8 +164,9 @@ void run_leapfrog(const Sheet& sheet, const std::vector<Experiment>& lanes, doub
 
 void check_lanes(const std::vector<Experiment>& lanes) {
   for (const Experiment& lane : lanes)
-    if (lane.start_s != lanes[0].start_s || lane.sample_s != lanes[0].sample_s || lane.path.hold != lanes[0].path.hold)
-      throw std::invalid_argument("simulate: lanes must share start_s, sample_s and the way of holding");
+    if (lane.start_s != lanes[0].start_s || lane.sample_s != lanes[0].sample_s || lane.path.hold != lanes[0].path.hold ||
+        !lane.make_step_filter != !lanes[0].make_step_filter)
+      throw std::invalid_argument("simulate: lanes must share start_s, sample_s, the way of holding and contact or none");
 }
 
 // Thin-plate basis r² ln r.
@@ -206,6 +210,7 @@ std::vector<Trajectory> simulate(const Sheet& sheet, const std::vector<Experimen
 
 std::vector<kernel::HeldVertex> held_vertices(const Sheet& sheet, Hold hold) {
   const auto& uv = sheet.mesh.rest_uv;
+  if (hold == Hold::nothing) return {};
   if (hold == Hold::corners)
     return {{geometry::nearest_vertex(sheet.mesh, {0, 0}), 0, 0},
             {geometry::nearest_vertex(sheet.mesh, {sheet.mesh.width_m, 0}), 1, 0}};

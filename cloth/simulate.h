@@ -4,6 +4,7 @@
 // materials, surroundings or paths, run together in SIMD lanes; each gives the bits that it gives alone.
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <vector>
 
@@ -25,6 +26,7 @@ struct Experiment {
   bool starts_at_rest = true;         // relax first
   double start_s = 0;                 // in the path's time
   std::vector<double> sample_s;       // ascending; when positions are wanted, in the path's time
+  std::function<kernel::StepFilter()> make_step_filter;  // contact (contact/solver.h), afresh for each run; null: none
 };
 
 struct Options {

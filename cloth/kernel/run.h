@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "cloth/kernel/sheet_data.h"
+#include "cloth/kernel/step_filter.h"
 
 namespace selvedge::cloth::kernel {
 
@@ -39,6 +40,8 @@ struct RunInput {
   // The held corners at every step: entry (lane, step 0…steps, corner 0 left 1 right, axis).
   std::vector<double> held_corners;
   std::vector<double> sample_s;                 // ascending times from the start at which positions are kept
+  double start_s = 0;                           // of the run, for the step filters
+  std::vector<StepFilter> step_filters;         // one a lane, or none
 };
 
 struct RunOutput {

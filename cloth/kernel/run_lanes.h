@@ -88,6 +88,27 @@ void leap(const RunInput& in, const Materials<V>& m, Workspace<V>& w, std::vecto
   }
 }
 
+// Hands one step to each lane's filter and takes over what it changed.
+template <class V>
+void filter_step(const RunInput& in, const Materials<V>& m, Workspace<V>& w, const std::vector<V>& before, double start_s) {
+  const size_t n = w.x.size();
+  std::vector<double> from(3 * n), to(3 * n), velocity(3 * n), inverse_mass(n);
+  for (int i = 0; i < in.lanes; ++i) {
+    for (size_t v = 0; v < n; ++v) {
+      store_run(before[v], i, &from[3 * v]);
+      store_run(w.x[v], i, &to[3 * v]);
+      store_run(w.v[v], i, &velocity[3 * v]);
+      inverse_mass[v] = lane(m.vertex.inverse_mass[v], i);
+    }
+    for (const HeldVertex& held : in.held) inverse_mass[static_cast<size_t>(held.vertex)] = 0;
+    in.step_filters[static_cast<size_t>(i)]({start_s, in.step_s, n, from.data(), to.data(), velocity.data(), inverse_mass.data()});
+    for (size_t v = 0; v < n; ++v) {
+      set_run(w.x[v], i, to[3 * v], to[3 * v + 1], to[3 * v + 2]);
+      set_run(w.v[v], i, velocity[3 * v], velocity[3 * v + 1], velocity[3 * v + 2]);
+    }
+  }
+}
+
 // Positions between two steps, linear in time.
 template <class V>
 void keep_sample(const Workspace<V>& w, const std::vector<V>& before, double share, size_t sample,
@@ -114,8 +135,10 @@ RunOutput run_lanes(const RunInput& in) {
   for (int step = 0; step < in.steps; ++step) {
     const double start = step * in.step_s, end = start + in.step_s;
     const bool sampled = next < samples && in.sample_s[next] <= end;
-    if (sampled) before = w.x;
+    const bool filtered = !in.step_filters.empty();
+    if (sampled || filtered) before = w.x;
     leap(in, m, w, change, step);
+    if (filtered) filter_step(in, m, w, before, in.start_s + start);
     while (next < samples && in.sample_s[next] <= end)
       keep_sample(w, before, (in.sample_s[next] - start) / in.step_s, next, samples, in.lanes, out.samples), ++next;
   }
