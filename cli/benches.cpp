@@ -3,12 +3,14 @@
 namespace selvedge::cli {
 
 std::vector<Figure> bench_capture(const FigureOptions& options);
+std::vector<Figure> bench_contact(const FigureOptions& options);
 std::vector<Figure> bench_format(const FigureOptions& options);
 std::vector<Figure> bench_metric(const FigureOptions& options);
 
 const std::vector<FigureSet>& benches() {
   static const std::vector<FigureSet> list = {
       {"capture", "the camera daemon beside arv-camera-test on one simulated camera", bench_capture},
+      {"contact", "a waved swatch with contact off and on", bench_contact},
       {"format", "reading and writing trials: CSV, PNG", bench_format},
       {"metric", "angle maps and pictures of 640x480 frames", bench_metric},
   };

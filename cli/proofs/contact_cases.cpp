@@ -97,12 +97,29 @@ ContactScene patch_on_incline(double angle_rad, double friction, double duration
   return s;
 }
 
-ContactOutcome run_contact_scene(const ContactScene& scene) {
+ContactScene waved_swatch(int columns, double duration_s) {
+  ContactScene s = free_sheet(columns, duration_s);
+  std::vector<double> times;
+  for (double t = 0; t < duration_s + 0.1; t += 0.02) times.push_back(t);
+  Eigen::Matrix3Xd left(3, times.size()), right = left;
+  for (size_t i = 0; i < times.size(); ++i) {
+    left.col(Eigen::Index(i)) = Eigen::Vector3d(-0.125, 0, 0);
+    right.col(Eigen::Index(i)) = Eigen::Vector3d(0.125, 0.05 * (1 - std::cos(2 * std::numbers::pi * 1.5 * times[i])), 0);
+  }
+  s.experiment.path = cloth::make_path(cloth::Hold::corners, times, left, right);
+  s.experiment.material.density = 0.187;
+  s.experiment.material.stretch = 33;
+  s.experiment.material.shear = 18;
+  s.experiment.start_shape = cloth::hung_shape(cloth::make_sheet(s.mesh), s.experiment, 1);
+  return s;
+}
+
+ContactOutcome run_contact_scene(const ContactScene& scene, bool with_contact) {
   const cloth::Sheet sheet = cloth::make_sheet(scene.mesh);
   const cloth::contact::Surface surface = cloth::contact::make_surface(scene.mesh);
   const auto statistics = std::make_shared<cloth::contact::Statistics>();
   cloth::Experiment e = scene.experiment;
-  e.make_step_filter = [&] { return cloth::contact::make_filter(surface, scene.body, scene.options, statistics); };
+  if (with_contact) e.make_step_filter = [&] { return cloth::contact::make_filter(surface, scene.body, scene.options, statistics); };
   ContactOutcome out;
   const auto start = std::chrono::steady_clock::now();
   out.trajectory = cloth::simulate(sheet, {e})[0];

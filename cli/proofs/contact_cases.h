@@ -30,9 +30,13 @@ ContactScene sheet_over_rod(unsigned seed, int columns, double duration_s);
 // A sheet folded over onto itself, a little askew, dropped on the floor.
 ContactScene folded_sheet(unsigned seed, int columns, double duration_s);
 
+// A swatch of 0.3 m hung by two corners, one of them moved 10 cm peak to peak at 1.5 Hz.
+ContactScene waved_swatch(int columns, double duration_s);
+
 // A patch laid on a plane inclined by angle_rad.
 ContactScene patch_on_incline(double angle_rad, double friction, double duration_s);
 
-ContactOutcome run_contact_scene(const ContactScene& scene);
+// with_contact: false leaves the step filter out altogether.
+ContactOutcome run_contact_scene(const ContactScene& scene, bool with_contact = true);
 
 }  // namespace selvedge::cli

@@ -30,7 +30,9 @@ bool edges_cross(const std::array<int, 3>& edges_of, const std::array<int, 3>& t
 bool crosses(const Eigen::Vector3d& from, const Eigen::Vector3d& to, const Eigen::Vector3d& a, const Eigen::Vector3d& b,
              const Eigen::Vector3d& c) {
   const double above = volume(a, b, c, from), below = volume(a, b, c, to);
-  if ((above > 0 && below > 0) || (above < 0 && below < 0) || (above == 0 && below == 0)) return false;
+  // Rounding puts a segment of the triangle's own plane on either side.
+  const double rounding = 1e-11 * (b - a).norm() * (c - a).norm() * ((from - a).norm() + (to - a).norm());
+  if (std::min(above, below) > -rounding || std::max(above, below) < rounding) return false;
   const double ab = volume(from, to, a, b), bc = volume(from, to, b, c), ca = volume(from, to, c, a);
   return (ab >= 0 && bc >= 0 && ca >= 0) || (ab <= 0 && bc <= 0 && ca <= 0);
 }

@@ -17,7 +17,7 @@ namespace selvedge::cloth::contact {
 
 std::vector<std::array<int, 2>> intersecting_triangles(const Surface& surface, const Eigen::Matrix3Xd& position);
 
-// A segment against a triangle, touching counted.
+// A segment against a triangle: its ends on different sides, its way through the inside or an edge.
 bool crosses(const Eigen::Vector3d& from, const Eigen::Vector3d& to, const Eigen::Vector3d& a, const Eigen::Vector3d& b,
              const Eigen::Vector3d& c);
 

@@ -11,7 +11,6 @@ namespace {
 
 constexpr double kThicknessShare = 0.3, kReachShare = 0.65;  // of the least height of a triangle
 constexpr double kBodyReach_m = 0.01;
-constexpr int kRounds = 10;
 constexpr double kHaste = 1.5;  // by which impulses may exceed the fastest vertex before the lists are looked at again
 
 double fastest(const Eigen::Matrix3Xd& velocity, const Eigen::Vector3d& drift) {
@@ -92,10 +91,10 @@ bool Solver::stop_round(double step_s, const double* inverse_mass) {
   return any;
 }
 
-void Solver::join_zones(double step_s, const double* inverse_mass) {
+bool Solver::join_zones(double step_s, const double* inverse_mass) {
   zones_.clear();
   const Eigen::Matrix3Xd before_zones = velocity_;
-  bool joined = true;
+  bool joined = true, any = false;
   while (joined) {
     joined = false;
     for (const NearPair& pair : near_) {
@@ -103,14 +102,16 @@ void Solver::join_zones(double step_s, const double* inverse_mass) {
       if (pair.at.distance > 0 && meets(pair, step_s, &when)) joined |= zones_.join(pair);
     }
     if (joined) zones_.move_rigidly(step_s, inverse_mass, position_, before_zones, velocity_);
+    any |= joined;
   }
+  return any;
 }
 
 void Solver::stop_impacts(double step_s, const double* inverse_mass) {
-  for (int round = 0; round < kRounds; ++round)
+  for (int round = 0; round < options_.impact_rounds; ++round)
     if (!stop_round(step_s, inverse_mass)) return;
+  if (!join_zones(step_s, inverse_mass)) return;
   ++statistics_.zone_steps;
-  join_zones(step_s, inverse_mass);
   for (const NearPair& pair : near_) {
     double when = 0;
     if (pair.at.distance == 0 || !meets(pair, step_s, &when)) continue;

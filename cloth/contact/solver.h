@@ -4,7 +4,7 @@
 //   1. repulsion, friction and inelastic impulses of whatever is nearer than the thickness (law.h), body first;
 //   2. geometric collisions: pairs that would still meet within the step are found by continuous collision
 //      detection and stopped, round by round;
-//   3. what ten rounds do not settle moves on as rigid zones (zones.h).
+//   3. what some rounds do not settle moves on as rigid zones (zones.h).
 // The step then ends without intersecting triangles again. One thread; the same input gives the same bits.
 #pragma once
 
@@ -25,6 +25,7 @@ struct Options {
   double body_friction = 0.3;
   bool self_collision = true;
   bool culling = true;          // curvature criterion
+  int impact_rounds = 10;       // of geometric impulses, before rigid zones
 };
 
 // What the contact of a run did, from its start.
@@ -56,7 +57,7 @@ class Solver {
   void repel(double step_s, const double* inverse_mass);
   void stop_impacts(double step_s, const double* inverse_mass);
   bool stop_round(double step_s, const double* inverse_mass);
-  void join_zones(double step_s, const double* inverse_mass);
+  bool join_zones(double step_s, const double* inverse_mass);
   bool meets(const NearPair& pair, double step_s, double* when) const;
   double work(const Eigen::Matrix3Xd& given, const double* inverse_mass) const;
 

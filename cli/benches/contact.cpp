@@ -1,0 +1,39 @@
+// `./selvedge bench contact`: what contact costs a waved swatch, in one run on one core.
+#include <algorithm>
+#include <string>
+
+#include "cli/figures.h"
+#include "cli/proofs/contact_cases.h"
+
+namespace selvedge::cli {
+
+namespace {
+
+double least_wall_s(const ContactScene& scene, bool with_contact, int repeats) {
+  double least = run_contact_scene(scene, with_contact).wall_s;
+  for (int i = 1; i < repeats; ++i) least = std::min(least, run_contact_scene(scene, with_contact).wall_s);
+  return least;
+}
+
+}  // namespace
+
+std::vector<Figure> bench_contact(const FigureOptions& options) {
+  const double duration_s = options.quick ? 0.5 : 2;
+  const int repeats = options.quick ? 1 : 3;
+  std::vector<Figure> figures;
+  for (const int columns : {17, 33, 65}) {
+    if (columns == 65 && options.quick) continue;
+    options.progress((columns - 17) / 65.0, std::to_string(columns) + " x " + std::to_string(columns) + " vertices");
+    ContactScene scene = waved_swatch(columns, duration_s);
+    const double off = least_wall_s(scene, false, repeats) / duration_s, on = least_wall_s(scene, true, repeats) / duration_s;
+    scene.options.culling = false;
+    const double unculled = least_wall_s(scene, true, repeats) / duration_s;
+    const std::string what = "waved knit, " + std::to_string(columns) + "x" + std::to_string(columns) + ": wall time per simulated second, ";
+    figures.push_back({what + "contact off", off, columns == 33 ? 0.3 : 0, "s", Relation::shown, columns == 33 ? "aim" : ""});
+    figures.push_back({what + "contact on", on, off, "s", Relation::shown, "contact off, the same run"});
+    figures.push_back({what + "contact on, no curvature criterion", unculled, on, "s", Relation::shown, "with it, the same run"});
+  }
+  return figures;
+}
+
+}  // namespace selvedge::cli
