@@ -180,7 +180,7 @@ Phase measure_phase(const Direction& d, const Eigen::Vector2i& pixel, double dar
   return phase;
 }
 
-enum class Loss { none, clipped, dark, ambiguous };
+enum class Unread { none, clipped, dark, ambiguous };
 
 // Middle of the code's interval; NaN where a bit that matters cannot be told.
 double decode_bits(const Direction& d, const Eigen::Vector2i& pixel, double threshold, double least_difference) {
@@ -206,7 +206,7 @@ struct Coordinate {
   double x = kNan;
   double amplitude_grey = 0;
   double contrast = kNan;
-  Loss loss = Loss::none;
+  Unread loss = Unread::none;
 };
 
 Coordinate decode_direction(const Sequence& s, const Direction& d, const Eigen::Vector2i& pixel,
@@ -216,11 +216,11 @@ Coordinate decode_direction(const Sequence& s, const Direction& d, const Eigen::
   bool clipped = white >= options.saturated_grey;
   for (const PatternImage* image : d.phases) clipped |= grey(image->image, pixel) >= options.saturated_grey;
   if (clipped) {
-    result.loss = Loss::clipped;
+    result.loss = Unread::clipped;
     return result;
   }
   if (white - dark < options.least_contrast_grey) {
-    result.loss = Loss::dark;
+    result.loss = Unread::dark;
     return result;
   }
   if (d.phases.empty()) {
@@ -232,7 +232,7 @@ Coordinate decode_direction(const Sequence& s, const Direction& d, const Eigen::
   result.amplitude_grey = phase.amplitude_grey;
   result.contrast = 2 * phase.amplitude;
   if (phase.amplitude_grey < options.least_modulation_grey) {
-    result.loss = Loss::dark;
+    result.loss = Unread::dark;
     return result;
   }
   const double coarse = decode_bits(d, pixel, (dark + white) / 2, 0.12 * (white - dark));
@@ -242,7 +242,7 @@ Coordinate decode_direction(const Sequence& s, const Direction& d, const Eigen::
   // Code and phase must point to the same half period.
   if (!(std::abs(result.x - coarse) < 0.4 * d.period_px)) {
     result.x = kNan;
-    result.loss = Loss::ambiguous;
+    result.loss = Unread::ambiguous;
   }
   return result;
 }
@@ -264,11 +264,11 @@ Decoded decode(const std::vector<PatternImage>& sequence, const std::vector<Eige
     const Coordinate column = decode_direction(s, s.columns, pixel, options, result.gamma);
     result.column_row.emplace_back(column.x, row.x);
     result.amplitude.push_back(std::min(row.amplitude_grey, column.amplitude_grey));
-    const Loss loss = row.loss != Loss::none ? row.loss : column.loss;
+    const Unread loss = row.loss != Unread::none ? row.loss : column.loss;
     const double one = 1.0 / static_cast<double>(pixels.size());
-    if (loss == Loss::clipped) result.losses.clipped += one;
-    if (loss == Loss::dark) result.losses.dark += one;
-    if (loss == Loss::ambiguous) result.losses.ambiguous += one;
+    if (loss == Unread::clipped) result.losses.clipped += one;
+    if (loss == Unread::dark) result.losses.dark += one;
+    if (loss == Unread::ambiguous) result.losses.ambiguous += one;
     for (const auto& [coordinate, direction] : {std::pair(&row, &s.rows), std::pair(&column, &s.columns)})
       if (std::isfinite(coordinate->contrast) && coordinate->contrast > 0)
         blurs.push_back(direction->period_px / (M_PI * std::sqrt(2.0)) *

@@ -1,22 +1,13 @@
 #include "files/append_file.h"
 
 #include <cerrno>
-#include <cstring>
-#include <stdexcept>
 
 #include <fcntl.h>
-#include <fmt/format.h>
 #include <unistd.h>
 
+#include "files/file_error.h"
+
 namespace selvedge::files {
-
-namespace {
-
-[[noreturn]] void fail(const std::filesystem::path& path, const char* step, int number) {
-  throw std::runtime_error(fmt::format("{}: {}: {}", path.string(), step, std::strerror(number)));
-}
-
-}  // namespace
 
 AppendFile::AppendFile(const std::filesystem::path& path, const std::string& first_line) : path_(path) {
   descriptor_ = ::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0644);

@@ -10,6 +10,7 @@
 #include <unistd.h>
 
 #include "files/bad_input.h"
+#include "files/file_error.h"
 
 namespace selvedge::files {
 
@@ -28,10 +29,6 @@ std::string read_whole(const fs::path& path) {
 }
 
 namespace {
-
-[[noreturn]] void fail(const fs::path& path, const char* step, int number) {
-  throw std::runtime_error(fmt::format("{}: {}: {}", path.string(), step, std::strerror(number)));
-}
 
 void write_all(int descriptor, const std::string& bytes, const fs::path& path) {
   size_t written = 0;

@@ -187,6 +187,16 @@ void hold_out_trials(FitOutcome& out, const std::vector<Parameter>& parameters, 
   }
 }
 
+// When a held point first lies kMoved_m from where it began.
+double first_move_s(const ObservedTrial& trial) {
+  constexpr double kMoved_m = 1e-3;
+  const cloth::Experiment& e = trial.experiment;
+  const Eigen::Matrix<double, 3, 2> begin = e.path.at(e.start_s);
+  for (const double t : e.sample_s)
+    if ((e.path.at(t) - begin).colwise().norm().maxCoeff() > kMoved_m) return t;
+  return kNaN;
+}
+
 void list_errors(FitOutcome& out) {
   for (size_t i = 0; i < out.objective->scenes().size(); ++i) {
     const ObservedTrial& t = out.objective->scenes()[i].trial;
@@ -196,6 +206,7 @@ void list_errors(FitOutcome& out) {
     const double until = t.still ? 1e300 : out.cut_s;
     e.start_mm = rms_mm(t, out.residuals_start.mm[i], time, -1e300, until);
     e.end_mm = rms_mm(t, out.residuals.mm[i], time, -1e300, until);
+    e.moving_mm = t.still ? kNaN : rms_mm(t, out.residuals.mm[i], time, first_move_s(t), until);
     e.held_out_mm = until < 1e299 ? rms_mm(t, out.residuals.mm[i], time, until + 1e-9) : kNaN;
     e.velocity_start_mm_s = velocity_error(t, out.residuals_start.mm[i]);
     e.velocity_end_mm_s = velocity_error(t, out.residuals.mm[i]);

@@ -45,6 +45,7 @@ struct FittedParameter {
 struct TrialError {
   std::string name;
   double start_mm = 0, end_mm = 0;      // root mean square, fitted part
+  double moving_mm = 0;                 // end_mm from the held points' first move on; NaN where they rest
   double held_out_mm = 0;               // NaN where nothing of this trial was held out
   std::optional<double> rigid_plate_mm; // the same samples, a plate hanging from the bar
   std::optional<double> velocity_start_mm_s, velocity_end_mm_s;  // markers alone

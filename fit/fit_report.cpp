@@ -55,8 +55,8 @@ void add_errors(report::HtmlReport& html, const FitOutcome& out) {
   html.heading("Error of each trial");
   std::vector<std::vector<std::string>> rows;
   for (const TrialError& t : out.trials)
-    rows.push_back({t.name, std::to_string(t.frames), text(t.start_mm), text(t.end_mm), text(t.held_out_mm), text(t.rigid_plate_mm), text(t.velocity_end_mm_s)});
-  html.table({"trial", "compared times", "start, mm", "fitted, mm", "held out, mm", "rigid plate, mm", "velocity error, mm/s"}, rows);
+    rows.push_back({t.name, std::to_string(t.frames), text(t.start_mm), text(t.end_mm), text(t.moving_mm), text(t.held_out_mm), text(t.rigid_plate_mm), text(t.velocity_end_mm_s)});
+  html.table({"trial", "compared times", "start, mm", "fitted, mm", "of that in motion, mm", "held out, mm", "rigid plate, mm", "velocity error, mm/s"}, rows);
   html.paragraph(out.hold_out == "trials"
                      ? "Held out: each half of the trials predicted with parameters fitted to the other half alone."
                      : "Held out: the last third of the frames, which the fit did not see.");
@@ -98,6 +98,7 @@ json to_json(const FitOutcome& out) {
                                     {"determined", p.determined}, {"start", p.start}};
   for (const TrialError& t : out.trials) {
     trials[t.name] = {{"error_start", number(t.start_mm)}, {"error_end", number(t.end_mm)}, {"frames", t.frames}};
+    if (std::isfinite(t.moving_mm)) trials[t.name]["error_moving"] = t.moving_mm;
     if (std::isfinite(t.held_out_mm)) trials[t.name]["error_held_out"] = t.held_out_mm;
     if (t.rigid_plate_mm) trials[t.name]["error_rigid_plate"] = *t.rigid_plate_mm;
     if (t.velocity_end_mm_s) trials[t.name]["velocity_error_end_mm_s"] = *t.velocity_end_mm_s;

@@ -8,13 +8,12 @@
 #include <random>
 #include <stdexcept>
 
+#include "geometry/plane.h"
 #include "geometry/triangle_mesh.h"
 
 namespace selvedge::geometry {
 
 namespace {
-
-double cross(const Eigen::Vector2d& a, const Eigen::Vector2d& b) { return a.x() * b.y() - a.y() * b.x(); }
 
 struct Open {
   std::array<int, 3> vertices;

@@ -5,11 +5,11 @@
 #include <stdexcept>
 #include <string>
 
+#include "geometry/plane.h"
+
 namespace selvedge::geometry {
 
 namespace {
-
-double cross(const Eigen::Vector2d& a, const Eigen::Vector2d& b) { return a.x() * b.y() - a.y() * b.x(); }
 
 Eigen::Vector3d barycentric(const TriangleMesh& mesh, const std::array<int, 3>& triangle, const Eigen::Vector2d& uv) {
   const Eigen::Vector2d& a = mesh.rest_uv[triangle[0]];

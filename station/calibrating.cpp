@@ -8,6 +8,7 @@
 #include <spdlog/spdlog.h>
 
 #include "calib/calibration_file.h"
+#include "calib/calibration_report.h"
 #include "calib/read_images.h"
 #include "files/bad_input.h"
 #include "rig/clock.h"
@@ -177,6 +178,7 @@ calib::Calibration calibrate_rig(RigClient& rig, const session::SessionPlan& pla
   calib::Calibration calibration = calib::calibrate_images(poses, description);
   calib::write_poses(calibration.inputs, folder);
   calib::write_calibration(calibration, folder / "calibration.json");
+  calib::write_report(calibration, folder / "report.html");
   return calibration;
 }
 

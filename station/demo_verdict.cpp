@@ -29,9 +29,9 @@ DemoVerdict judge(const fit::FitOutcome& outcome, const nlohmann::json& truth) {
   }
   double fitted = 0, held_out = 0, count = 0;
   for (const fit::TrialError& trial : outcome.trials) {
-    if (!std::isfinite(trial.held_out_mm) || !std::isfinite(trial.end_mm)) continue;
+    if (!std::isfinite(trial.held_out_mm) || !std::isfinite(trial.moving_mm)) continue;
     const auto frames = static_cast<double>(trial.frames);
-    fitted += frames * trial.end_mm * trial.end_mm;
+    fitted += frames * trial.moving_mm * trial.moving_mm;
     held_out += frames * trial.held_out_mm * trial.held_out_mm;
     count += frames;
   }
@@ -45,7 +45,7 @@ std::string to_text(const DemoVerdict& verdict) {
   for (const ParameterVerdict& p : verdict.parameters)
     text += fmt::format("{:<16} {:>10.4g} {:>11.3g} {:>11.3g} {:>10.4g}  {:<10} {:>+5.1f} %  {}\n", p.name, p.found, p.lower, p.upper, p.truth, p.unit,
                         p.off_percent(), p.determined ? std::abs(p.off_percent()) <= DemoVerdict::kLargestOff_percent ? "" : "too far" : "hardly determined");
-  text += fmt::format("{} determined parameters, {} within {:.0f} %; held-out frames {:.2f} mm, fitted frames {:.2f} mm: {} {:.1f} times\n",
+  text += fmt::format("{} determined parameters, {} within {:.0f} %; held-out frames {:.2f} mm, fitted frames in motion {:.2f} mm: {} {:.1f} times\n",
                       verdict.determined(), verdict.parameters_hold() ? "all" : "NOT all", DemoVerdict::kLargestOff_percent, verdict.held_out_mm,
                       verdict.fitted_mm, verdict.held_out_holds() ? "within" : "NOT within", DemoVerdict::kLargestRatio);
   return text;

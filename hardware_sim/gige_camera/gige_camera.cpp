@@ -16,6 +16,7 @@
 #include <unistd.h>
 
 #include "files/bad_input.h"
+#include "hardware_sim/gige_camera/big_endian.h"
 #include "hardware_sim/gige_camera/registers.h"
 #include "hardware_sim/gige_camera/stream.h"
 
@@ -28,7 +29,7 @@ constexpr uint32_t kOwnAddress = 0x0024;  // bootstrap register of the current I
 constexpr uint8_t kCommandKey = 0x42, kErrorType = 0x80, kAckRequired = 0x01;
 constexpr uint16_t kDiscovery = 0x0002, kResend = 0x0040, kReadRegister = 0x0080, kWriteRegister = 0x0082,
                    kReadMemory = 0x0084, kWriteMemory = 0x0086;
-constexpr size_t kDiscoveryBytes = 0xf8, kLargestRead = 540, kHeaderBytes = 8;
+constexpr size_t kDiscoveryBytes = 0xf8, kLargestRead = 540, kCommandHeaderBytes = 8;
 
 using Bytes = std::vector<uint8_t>;
 
@@ -47,9 +48,6 @@ void sleep_until_host(double host_s) {
 
 uint16_t half(const uint8_t* bytes) { return static_cast<uint16_t>(bytes[0] << 8 | bytes[1]); }
 uint32_t word(const uint8_t* bytes) { return uint32_t{half(bytes)} << 16 | half(bytes + 2); }
-void put32(Bytes& bytes, uint32_t value) {
-  for (int shift = 24; shift >= 0; shift -= 8) bytes.push_back(static_cast<uint8_t>(value >> shift));
-}
 
 uint32_t parse_address(const std::string& address) {
   in_addr parsed{};
@@ -183,7 +181,7 @@ void GigeCamera::State::answer(const uint8_t* request, size_t size, const sockad
     const std::lock_guard lock(mutex);
     ++counts.commands;
     if (faults.unplugged || std::uniform_real_distribution<>()(random) < faults.control_loss) return;
-    if (size < kHeaderBytes || request[0] != kCommandKey || half(request + 4) != size - kHeaderBytes) {
+    if (size < kCommandHeaderBytes || request[0] != kCommandKey || half(request + 4) != size - kCommandHeaderBytes) {
       ++counts.commands_refused;
       return;
     }
@@ -202,7 +200,7 @@ void GigeCamera::State::answer(const uint8_t* request, size_t size, const sockad
     return;
   }
   Bytes reply;
-  const GvcpError error = execute(command, request + kHeaderBytes, size - kHeaderBytes, is_controller, from, reply);
+  const GvcpError error = execute(command, request + kCommandHeaderBytes, size - kCommandHeaderBytes, is_controller, from, reply);
   if (error != GvcpError::none) {
     reply.clear();
     const std::lock_guard lock(mutex);

@@ -7,11 +7,12 @@
 
 #include <fmt/format.h>
 
+#include "hardware_sim/gige_camera/big_endian.h"
+
 namespace selvedge::sim {
 
 namespace {
 
-constexpr uint32_t kMono8 = 0x01080001;
 constexpr uint32_t kXmlAddress = 0x20000;
 constexpr size_t kMemoryBytes = 0x30000;
 

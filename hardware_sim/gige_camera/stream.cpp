@@ -11,27 +11,18 @@
 #include <unistd.h>
 
 #include "files/bad_input.h"
+#include "hardware_sim/gige_camera/big_endian.h"
 
 namespace selvedge::sim {
 
 namespace {
 
-constexpr size_t kHeaderBytes = 36;        // IP 20, UDP 8, GVSP 8
+constexpr size_t kPacketHeaderBytes = 36;        // IP 20, UDP 8, GVSP 8
 constexpr size_t kFramesRemembered = 16;
 constexpr int kPacketsPerBurst = 8;        // sleeping after each packet would cost more than the packet
 constexpr uint8_t kLeader = 1, kTrailer = 2, kPayload = 3;
 constexpr uint16_t kPacketUnavailable = 0x800c;
-constexpr uint32_t kMono8 = 0x01080001;
 constexpr uint16_t kImage = 1;
-
-void put16(std::vector<uint8_t>& bytes, uint16_t value) {
-  bytes.push_back(static_cast<uint8_t>(value >> 8));
-  bytes.push_back(static_cast<uint8_t>(value));
-}
-void put32(std::vector<uint8_t>& bytes, uint32_t value) {
-  put16(bytes, static_cast<uint16_t>(value >> 16));
-  put16(bytes, static_cast<uint16_t>(value));
-}
 
 std::vector<uint8_t> leader(const StreamFrame& frame) {
   std::vector<uint8_t> bytes;
@@ -96,7 +87,7 @@ void Stream::count(GigeCameraCounts& counts) const {
 }
 
 Stream::Cut Stream::cut(const StreamFrame& frame, uint32_t packet_size) const {
-  const size_t data = packet_size - kHeaderBytes;
+  const size_t data = packet_size - kPacketHeaderBytes;
   return {data, static_cast<uint32_t>((frame.pixels.size() + data - 1) / data) + 1};
 }
 
@@ -114,7 +105,7 @@ void Stream::send(std::shared_ptr<const StreamFrame> frame) {
 
   auto due = std::chrono::steady_clock::now();
   const std::chrono::duration<double> packet_time(
-      static_cast<double>(pieces.data_per_packet + kHeaderBytes) * 8 / link_bits_per_s_);
+      static_cast<double>(pieces.data_per_packet + kPacketHeaderBytes) * 8 / link_bits_per_s_);
   for (uint32_t id = 0; id <= pieces.trailer_id; ++id) {
     {
       const std::lock_guard lock(mutex_);
@@ -147,7 +138,7 @@ void Stream::resend(uint16_t block_id, uint32_t first_packet, uint32_t last_pack
 
 void Stream::send_test_packet(uint32_t packet_size) {
   const std::lock_guard lock(mutex_);
-  const std::vector<uint8_t> filling(packet_size - kHeaderBytes, 0x55);
+  const std::vector<uint8_t> filling(packet_size - kPacketHeaderBytes, 0x55);
   send_bytes(0, 0, kPayload, 0, filling.data(), filling.size());
 }
 

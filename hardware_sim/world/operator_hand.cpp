@@ -4,16 +4,9 @@
 #include <cmath>
 #include <random>
 
+#include "hardware_sim/world/smooth_step.h"
+
 namespace selvedge::hardware_sim {
-
-namespace {
-
-double smooth(double s) {
-  s = std::clamp(s, 0.0, 1.0);
-  return s * s * s * (10 + s * (-15 + 6 * s));
-}
-
-}  // namespace
 
 void HandPath::carry(double start_s, const Eigen::Vector3d& place) {
   from_ = at(start_s);
@@ -30,15 +23,15 @@ void HandPath::wave(double start_s, const Eigen::Vector3d& pivot, double amplitu
 
 Eigen::Vector3d HandPath::at(double t) const {
   if (wave_) return waved(*wave_, t);
-  return from_ + smooth((t - carry_start_s_) / options_.carry_s) * (to_ - from_);
+  return from_ + smooth_step((t - carry_start_s_) / options_.carry_s) * (to_ - from_);
 }
 
 Eigen::Vector3d HandPath::waved(const Wave& w, double t) const {
   const double since = t - w.start_s;
   if (since <= 0 || (w.duration_s > 0 && since >= w.duration_s)) return to_;
   const double ramp = 1 / w.frequency_hz;
-  double share = smooth(since / ramp);
-  if (w.duration_s > 0) share *= smooth((w.duration_s - since) / ramp);
+  double share = smooth_step(since / ramp);
+  if (w.duration_s > 0) share *= smooth_step((w.duration_s - since) / ramp);
   // φ is the integral of 2πf (1 + 0.03 sin 0.7 t).
   const double phase = 2 * M_PI * w.frequency_hz * (since + 0.03 / 0.7 * (1 - std::cos(0.7 * since)));
   const double swing = share * w.amplitude_m * (std::sin(phase) + 0.06 * (std::sin(2 * phase + 0.8) - std::sin(0.8)));

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "calib/synthetic_images.h"
+#include "hardware_sim/world/smooth_step.h"
 #include "rig/clock.h"
 
 namespace selvedge::hardware_sim {
@@ -21,11 +22,6 @@ constexpr double kHandBrake = 8;     // 1/s, of every node's velocity under that
 constexpr size_t kNoiseTable = 1 << 18;
 
 bool is(const Prompt& prompt, const char* step) { return prompt.step == step; }
-
-double smooth(double s) {
-  s = std::clamp(s, 0.0, 1.0);
-  return s * s * s * (10 + s * (-15 + 6 * s));
-}
 
 }  // namespace
 
@@ -201,7 +197,7 @@ Eigen::Vector3d World::right_corner(double t) {
   if (holder_ == Holder::hand || !tool_at_) return right_.at(t);
   const auto tool = tool_at_(t);
   if (!tool) return clipped_from_;
-  const double share = smooth((t - clipped_s_) / configuration_.hand.carry_s);
+  const double share = smooth_step((t - clipped_s_) / configuration_.hand.carry_s);
   return (1 - share) * clipped_from_ + share * (configuration_.world_from_arm * *tool);
 }
 

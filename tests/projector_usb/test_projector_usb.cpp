@@ -22,7 +22,9 @@ INSTANTIATE_TEST_SUITE_P(Transports, ProjectorContract, testing::Values(Backend{
                          [](const auto& info) { return info.param.name; });
 
 TEST(UsbTransport, NoDeviceIsSaid) {
-  EXPECT_THROW(projector::open_dlpc350({.transport = "usb"}), wire::Disconnected);
+  projector::ProjectorOptions options;
+  options.transport = "usb";
+  EXPECT_THROW(projector::open_dlpc350(options), wire::Disconnected);
 }
 
 }  // namespace
