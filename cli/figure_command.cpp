@@ -15,7 +15,7 @@ namespace selvedge::cli {
 
 namespace {
 
-struct Arguments {
+struct FigureArguments {
   std::string name, json_path;
   bool quick = false;
   unsigned seed = 1;
@@ -46,7 +46,7 @@ void require_folder_of(const std::string& json_path) {
     refuse("--json " + json_path, "found a folder, expected the name of a file");
 }
 
-int run(const std::string& command, const std::vector<FigureSet>& sets, bool judged, const Arguments& arguments) {
+int run(const std::string& command, const std::vector<FigureSet>& sets, bool judged, const FigureArguments& arguments) {
   if (arguments.name.empty()) {
     list_sets(command, sets);
     return 0;
@@ -81,7 +81,7 @@ int run(const std::string& command, const std::vector<FigureSet>& sets, bool jud
 void add_figure_command(CLI::App& app, const std::string& command, const std::string& description,
                         const std::vector<FigureSet>& sets, bool judged, int& exit_status) {
   CLI::App* sub = app.add_subcommand(command, description);
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<FigureArguments>();
   sub->add_option("NAME", arguments->name, "Which one to run; without it, lists them");
   sub->add_option("--json", arguments->json_path, "Also write the figures to this file")->type_name("FILE");
   sub->add_flag("--quick", arguments->quick, "The short version that the tests run");

@@ -1,6 +1,5 @@
 // ./selvedge daemon KIND --config FILE: runs one device daemon until Ctrl-C or SIGTERM.
 #include <atomic>
-#include <csignal>
 #include <filesystem>
 #include <map>
 #include <memory>
@@ -9,6 +8,7 @@
 #include <spdlog/spdlog.h>
 
 #include "cli/command.h"
+#include "cli/stop_signals.h"
 #include "rig/arm/daemon.h"
 #include "rig/camera/daemon.h"
 #include "rig/projector/daemon.h"
@@ -31,15 +31,6 @@ const std::map<std::string, RunDaemon>& daemons() {
   return table;
 }
 
-std::atomic<bool> stopping{false};
-static_assert(std::atomic<bool>::is_always_lock_free);  // set by a signal handler
-
-void stop_on_signals() {
-  struct sigaction action{};
-  action.sa_handler = [](int) { stopping = true; };
-  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) ::sigaction(signal, &action, nullptr);
-}
-
 struct DaemonArguments {
   std::string kind;
   std::filesystem::path configuration;
@@ -54,7 +45,7 @@ void add_daemon(CLI::App& app, int&) {
   command->add_option("--config", a->configuration, "the rig's configuration file (TOML)")->required();
   command->callback([a] {
     const auto configuration = rig::Configuration::load(a->configuration);
-    stop_on_signals();
+    const std::atomic<bool>& stopping = stop_on_signals();
     spdlog::info("{}: daemon starts, configuration {}", a->kind, a->configuration.string());
     daemons().at(a->kind)(configuration, stopping, a->kind);
     spdlog::info("{}: daemon ends", a->kind);

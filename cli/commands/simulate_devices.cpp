@@ -2,13 +2,13 @@
 // Ctrl-C or SIGTERM.
 #include <atomic>
 #include <chrono>
-#include <csignal>
 #include <cstdio>
 #include <filesystem>
 #include <memory>
 #include <thread>
 
 #include "cli/command.h"
+#include "cli/stop_signals.h"
 #include "files/whole_file.h"
 #include "hardware_sim/simulated_rig.h"
 
@@ -16,10 +16,7 @@ namespace selvedge::cli {
 
 namespace {
 
-std::atomic<bool> stopping{false};
-static_assert(std::atomic<bool>::is_always_lock_free);  // set by a signal handler
-
-struct Arguments {
+struct SimulateDevicesArguments {
   std::filesystem::path configuration, truth;
 };
 
@@ -27,15 +24,13 @@ struct Arguments {
 
 void add_simulate_devices(CLI::App& app, int&) {
   auto* command = app.add_subcommand("simulate-devices", "run a rig's simulated devices around one simulated fabric until Ctrl-C");
-  auto a = std::make_shared<Arguments>();
+  auto a = std::make_shared<SimulateDevicesArguments>();
   command->add_option("--config", a->configuration, "the world's file (TOML): fabric, camera, projector, devices")->required();
   command->add_option("--truth", a->truth, "also write what the world is like, for comparing afterwards (JSON)");
   command->callback([a] {
     const auto configuration = hardware_sim::read_simulated_rig(a->configuration);
     if (!a->truth.empty()) files::write_json(a->truth, hardware_sim::truth_json(configuration.world));
-    struct sigaction action{};
-    action.sa_handler = [](int) { stopping = true; };
-    for (const int signal : {SIGINT, SIGTERM, SIGHUP}) ::sigaction(signal, &action, nullptr);
+    const std::atomic<bool>& stopping = stop_on_signals();
     const hardware_sim::SimulatedRig rig(configuration);
     std::printf("%s\n", rig.description().c_str());
     std::fflush(stdout);

@@ -17,14 +17,14 @@ namespace selvedge::arm {
 
 namespace {
 
-constexpr int kPort = 10000;
+constexpr int kMxtPort = 10000;
 constexpr double kPeriod_s = 0.0071;
-constexpr double kSilence_s = 0.5;
+constexpr double kMxtSilence_s = 0.5;
 
 class Mxt final : public Arm {
  public:
   explicit Mxt(const ArmOptions& options)
-      : options_(options), socket_(wire::connect_udp(options.host, options.port == 0 ? kPort : options.port)) {
+      : options_(options), socket_(wire::connect_udp(options.host, options.port == 0 ? kMxtPort : options.port)) {
     const double end_s = rig::host_now_s() + options.connect_timeout_s;
     while (!cycle(std::nullopt, 0.1))
       if (rig::host_now_s() > end_s)
@@ -58,7 +58,7 @@ class Mxt final : public Arm {
       answered_s_ = rig::host_now_s();
       return to_sample(reply, 0.5 * (sent_s + answered_s_));
     }
-    if (answered_s_ > 0 && rig::host_now_s() - answered_s_ > kSilence_s)
+    if (answered_s_ > 0 && rig::host_now_s() - answered_s_ > kMxtSilence_s)
       throw wire::Disconnected("mxt: the controller stopped answering (alarm, or its program ended)");
     return std::nullopt;
   }

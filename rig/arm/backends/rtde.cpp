@@ -15,7 +15,7 @@ namespace selvedge::arm {
 
 namespace {
 
-constexpr int kPort = 30004;
+constexpr int kRtdePort = 30004;
 constexpr std::int32_t kRunning = 7, kSafetyNormal = 1;
 
 class Rtde final : public Arm {
@@ -23,7 +23,7 @@ class Rtde final : public Arm {
   explicit Rtde(const ArmOptions& options)
       : options_(options),
         listener_(wire::listen_tcp(options.script_address, options.script_port)),
-        state_(wire::connect_tcp(options.host, options.port == 0 ? kPort : options.port, options.connect_timeout_s)),
+        state_(wire::connect_tcp(options.host, options.port == 0 ? kRtdePort : options.port, options.connect_timeout_s)),
         clock_({.ticks_per_s = 1e6}) {
     negotiate();
   }
