@@ -11,11 +11,12 @@
 
 namespace selvedge::cloth {
 
-enum class Hold { corners, top_edge, top_edge_clamped, nothing };
+// side_edges: the left and the right edge lie straight along clamp_direction, a sheet slung between two bars.
+enum class Hold { corners, top_edge, top_edge_clamped, side_edges, nothing };
 
 struct HeldPath {
   Hold hold = Hold::corners;
-  Eigen::Vector3d clamp_direction = Eigen::Vector3d(0, 0, -1);  // unit, for top_edge_clamped
+  Eigen::Vector3d clamp_direction = Eigen::Vector3d(0, 0, -1);  // unit, for top_edge_clamped and side_edges
   std::vector<double> time_s;                                    // ascending, at least one
   Eigen::Matrix3Xd left, right;                                  // at time_s, m
   Eigen::Matrix3Xd left_slope, right_slope;                      // of the interpolating cubic, m/s

@@ -29,7 +29,7 @@ class System {
  public:
   System(const Sheet& sheet, const Experiment& e)
       : experiment_(e), held_(held_vertices(sheet, e.path.hold)), count_(3 * sheet.data.vertex_count),
-        field_(sheet.data, e.material, surroundings(e)) {}
+        field_(sheet.data, e.material, surroundings(e), held_) {}
 
   Eigen::Index size() const { return 2 * count_; }
 

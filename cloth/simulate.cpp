@@ -69,19 +69,19 @@ constexpr double kRelaxStep_s = 1e-4;
 
 Experiment made_to_relax(const Sheet& sheet, const Experiment& lane) {
   const Spectrum s = spectrum_of(sheet, lane.material);
-  const double omega = std::sqrt(std::max(s.membrane_omega2, s.bend_omega2)), lambda = std::max(s.membrane_lambda, s.bend_lambda);
-  const double ratio = 0.1, step = 0.85 * 2 / omega * (std::sqrt(1 + ratio * ratio) - ratio);
+  const double omega = std::sqrt(std::max(s.membrane_omega2, s.bend_omega2)), ratio = 0.1;
+  const double step = 0.85 * 2 / omega * (std::sqrt(1 + ratio * ratio) - ratio);
   const double speed_up = step / kRelaxStep_s, mass = 1 / (speed_up * speed_up);
-  const double damping = lambda > 0 ? 2 * ratio * omega * speed_up * mass / lambda : 0;
+  const double damping_s = 2 * ratio / (omega * speed_up);  // per stiffness
   Experiment e = lane;
   Material& m = e.material;
   m.density *= mass;
   m.hem_density *= mass;
   m.local_mass_kg *= mass;
   m.added_mass = 0;
-  m.stretch_damping *= damping;
-  m.shear_damping *= damping;
-  m.bend_damping *= damping;
+  m.stretch_damping = damping_s * m.stretch;
+  m.shear_damping = damping_s * m.shear;
+  m.bend_damping = damping_s * m.bend;
   e.gravity_m_s2 /= mass;
   return e;
 }
@@ -210,20 +210,28 @@ std::vector<Trajectory> simulate(const Sheet& sheet, const std::vector<Experimen
 
 std::vector<kernel::HeldVertex> held_vertices(const Sheet& sheet, Hold hold) {
   const auto& uv = sheet.mesh.rest_uv;
+  const double width = sheet.mesh.width_m;
   if (hold == Hold::nothing) return {};
   if (hold == Hold::corners)
-    return {{geometry::nearest_vertex(sheet.mesh, {0, 0}), 0, 0},
-            {geometry::nearest_vertex(sheet.mesh, {sheet.mesh.width_m, 0}), 1, 0}};
-  // A clamp also fixes the row below the edge: the lowest v that is not the edge's own, within one spacing.
+    return {{geometry::nearest_vertex(sheet.mesh, {0, 0}), 0, 0}, {geometry::nearest_vertex(sheet.mesh, {width, 0}), 1, 0}};
+  std::vector<kernel::HeldVertex> held;
+  if (hold == Hold::side_edges) {
+    for (size_t i = 0; i < uv.size(); ++i)
+      if (uv[i].x() < 1e-9 || uv[i].x() > width - 1e-9)
+        held.push_back({static_cast<int>(i), uv[i].x() / width, uv[i].y()});
+    return held;
+  }
+  // A clamp also fixes the row below the edge: the lowest v that is not the edge's own.
+  const bool clamped = hold == Hold::top_edge_clamped;
   double row = 0;
-  if (hold == Hold::top_edge_clamped) {
+  if (clamped) {
     row = sheet.mesh.height_m;
     for (const auto& p : uv)
       if (p.y() > 1e-9) row = std::min(row, p.y());
   }
-  std::vector<kernel::HeldVertex> held;
   for (size_t i = 0; i < uv.size(); ++i)
-    if (uv[i].y() <= row + 1e-9) held.push_back({static_cast<int>(i), uv[i].x() / sheet.mesh.width_m, uv[i].y()});
+    if (uv[i].y() <= row + 1e-9)
+      held.push_back({static_cast<int>(i), uv[i].x() / width, uv[i].y(), !clamped ? 1 : uv[i].y() < 1e-9 ? 0 : 2.0 / 3});
   return held;
 }
 

@@ -19,9 +19,9 @@ struct Materials {
 
 template <class V>
 Materials<V> unpack_materials(const SheetData& sheet, const Material* materials, const Surroundings* surroundings,
-                              int count) {
-  return {unpack<Lanes4>(sheet, materials, surroundings, count),
-          unpack<ScalarOf<V>>(sheet, materials, surroundings, count)};
+                              int count, const std::vector<HeldVertex>& held) {
+  return {unpack<Lanes4>(sheet, materials, surroundings, count, held),
+          unpack<ScalarOf<V>>(sheet, materials, surroundings, count, held)};
 }
 
 // Working memory of one run; positions in m, velocities in m/s, accelerations in m/s².

@@ -10,8 +10,9 @@ struct ForceField::Parts {
   Workspace<Quad> work;
 };
 
-ForceField::ForceField(const SheetData& sheet, const Material& material, const Surroundings& surroundings)
-    : parts_(new Parts{sheet, unpack_materials<Quad>(sheet, &material, &surroundings, 1), Workspace<Quad>(sheet)}) {}
+ForceField::ForceField(const SheetData& sheet, const Material& material, const Surroundings& surroundings,
+                       const std::vector<HeldVertex>& held)
+    : parts_(new Parts{sheet, unpack_materials<Quad>(sheet, &material, &surroundings, 1, held), Workspace<Quad>(sheet)}) {}
 
 ForceField::~ForceField() = default;
 

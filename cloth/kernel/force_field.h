@@ -10,7 +10,8 @@ namespace selvedge::cloth::kernel {
 
 class ForceField {
  public:
-  ForceField(const SheetData& sheet, const Material& material, const Surroundings& surroundings);
+  ForceField(const SheetData& sheet, const Material& material, const Surroundings& surroundings,
+             const std::vector<HeldVertex>& held = {});
   ~ForceField();
 
   // position, velocity: 3N, vertex by vertex; acceleration: 3N, m/s². memory_step_s: advances friction and

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "cloth/kernel/pack.h"
-#include "cloth/kernel/sheet_data.h"
+#include "cloth/kernel/vertex_parts.h"
 
 namespace selvedge::cloth::kernel {
 
@@ -31,26 +31,6 @@ struct LaneMaterial {
   std::vector<R> inverse_mass;     // N, 1/kg
   std::vector<R> bend_factor;      // N, 1 away from hems
 };
-
-// Share of a vertex that lies within the hem: smooth over half a hem's width so that it does not jump
-// with the mesh.
-inline double hem_share(double rim_distance, double hem_width) {
-  const double x = (hem_width - rim_distance) / (0.5 * hem_width);
-  return x <= -1 ? 0.0 : x >= 1 ? 1.0 : 0.5 * (1 + x);
-}
-
-// Adds each vertex's part of the local weight: a Gaussian of 12 mm, normalised to the weight on this mesh.
-inline void add_local_mass(const SheetData& sheet, const Material& m, std::vector<double>& mass) {
-  if (m.local_mass_kg == 0) return;
-  std::vector<double> weight(mass.size());
-  double sum = 0;
-  for (size_t i = 0; i < mass.size(); ++i) {
-    const double du = sheet.vertex_u[i] - m.local_u_m, dv = sheet.vertex_v[i] - m.local_v_m;
-    weight[i] = sheet.vertex_area[i] * std::exp(-(du * du + dv * dv) / (2 * 0.012 * 0.012));
-    sum += weight[i];
-  }
-  for (size_t i = 0; sum > 0 && i < mass.size(); ++i) mass[i] += m.local_mass_kg * weight[i] / sum;
-}
 
 template <class R>
 void fill_lane(LaneMaterial<R>& out, const SheetData& sheet, const Material& m, const Surroundings& s, int i) {
@@ -92,14 +72,9 @@ void fill_lane(LaneMaterial<R>& out, const SheetData& sheet, const Material& m, 
   out.uses_bend_stiffening |= m.bend_stiffening != 0;
   out.uses_normals |= m.bend_friction != 0 || m.rest_curvature_u != 0 || m.rest_curvature_v != 0 || m.added_mass != 0;
 
-  std::vector<double> mass(static_cast<size_t>(sheet.vertex_count));
+  const std::vector<double> mass = vertex_masses(sheet, m);
   for (size_t v = 0; v < mass.size(); ++v) {
-    const double share = hem_share(sheet.rim_distance[v], m.hem_width_m);
-    mass[v] = sheet.vertex_area[v] * (m.density + m.hem_density * share);
-    set_lane(out.bend_factor[v], i, 1 + m.hem_stiffness * share);
-  }
-  add_local_mass(sheet, m, mass);
-  for (size_t v = 0; v < mass.size(); ++v) {
+    set_lane(out.bend_factor[v], i, bend_factor(sheet, m, v));
     set_lane(out.mass[v], i, mass[v]);
     set_lane(out.inverse_mass[v], i, 1 / mass[v]);
   }
@@ -107,7 +82,8 @@ void fill_lane(LaneMaterial<R>& out, const SheetData& sheet, const Material& m, 
 
 // materials, surroundings: one a lane; lanes beyond `count` repeat the last.
 template <class R>
-LaneMaterial<R> unpack(const SheetData& sheet, const Material* materials, const Surroundings* surroundings, int count) {
+LaneMaterial<R> unpack(const SheetData& sheet, const Material* materials, const Surroundings* surroundings, int count,
+                       const std::vector<HeldVertex>& held) {
   LaneMaterial<R> out{};
   const auto n = static_cast<size_t>(sheet.vertex_count);
   out.mass.assign(n, R{});
@@ -116,6 +92,11 @@ LaneMaterial<R> unpack(const SheetData& sheet, const Material* materials, const 
   for (int i = 0; i < lanes_of<R>; ++i) {
     const int from = i < count ? i : count - 1;
     fill_lane(out, sheet, materials[from], surroundings[from], i);
+  }
+  for (const HeldVertex& h : held) {
+    if (h.bend_share == 1) continue;
+    out.uses_general_bending = true;
+    out.bend_factor[static_cast<size_t>(h.vertex)] *= broadcast<R>(h.bend_share);
   }
   return out;
 }

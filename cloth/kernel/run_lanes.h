@@ -122,7 +122,7 @@ void keep_sample(const Workspace<V>& w, const std::vector<V>& before, double sha
 
 template <class V>
 RunOutput run_lanes(const RunInput& in) {
-  const auto m = unpack_materials<V>(*in.sheet, in.materials.data(), in.surroundings.data(), in.lanes);
+  const auto m = unpack_materials<V>(*in.sheet, in.materials.data(), in.surroundings.data(), in.lanes, in.held);
   Workspace<V> w(*in.sheet);
   load_state(in, w);
   const size_t n = w.x.size(), samples = in.sample_s.size();
@@ -184,7 +184,7 @@ struct LaneRest {
 
 template <class V>
 RelaxOutput relax_lanes(const RunInput& in, const RelaxOptions& options) {
-  const auto m = unpack_materials<V>(*in.sheet, in.materials.data(), in.surroundings.data(), in.lanes);
+  const auto m = unpack_materials<V>(*in.sheet, in.materials.data(), in.surroundings.data(), in.lanes, in.held);
   Workspace<V> w(*in.sheet);
   RunInput still = in;
   still.steps = 0;  // held_corners hold one entry a lane

@@ -1,0 +1,81 @@
+// `./selvedge prove cloth`: the fabric model against closed forms, against itself on finer meshes, and against
+// the laws that it must keep.
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "cli/figures.h"
+#include "cli/proofs/cloth_cases.h"
+
+namespace selvedge::cli {
+
+namespace {
+
+constexpr double kSide_m = 0.3;
+
+geometry::TriangleMesh grid(int n) { return geometry::make_grid_mesh(kSide_m, kSide_m, n, n); }
+
+double percent(const Compared& c) { return 100 * c.relative_error(); }
+
+void add_closed_forms(const FigureOptions& options, std::vector<Figure>& out) {
+  const int n = options.quick ? 17 : 33;
+  const auto add = [&](const std::string& what, double error, const std::string& source) {
+    out.push_back({what, error, 1, "%", Relation::at_most, source});
+  };
+  const Compared cantilever = cantilever_sag(n);
+  add(fmt::format("cantilever's sag, {} rows: error", n), percent(cantilever), "elastica, solved by shooting");
+  out.push_back({"cantilever: order of convergence", order_of(percent(cantilever_sag((n + 1) / 2)), percent(cantilever)), 1.5, "",
+                 Relation::at_least, "second order expected"});
+  options.progress(0.1, "catenary");
+  add(fmt::format("catenary's sag, {} columns: error", n), percent(catenary_sag(n)), "catenary of equal length");
+  options.progress(0.2, "pendulum");
+  add(fmt::format("pendulum's period, {} rows: error", n), percent(pendulum_period(n)), "hanging chain, Bessel's J0");
+  options.progress(0.25, "free fall");
+  add(fmt::format("free fall's terminal speed, {0}x{0}: error", n), percent(terminal_speed(n)), "drag law of Bhat et al. 2003");
+  double grid_error = 0, irregular_error = 0;
+  for (const double angle : {0.0, 0.3, M_PI / 4, M_PI / 2}) {
+    grid_error = std::max(grid_error, percent(cylinder_energy(grid(n), angle)));
+    irregular_error = std::max(
+        irregular_error, percent(cylinder_energy(geometry::make_irregular_mesh(kSide_m, kSide_m, n, n, 0.4, options.seed), angle)));
+  }
+  add(fmt::format("bending energy of a cylinder, {0}x{0}, worst of four directions: error", n), grid_error, "1/2 B k^2 per area");
+  add(fmt::format("the same on an irregular, rotated mesh of {0}x{0} density: error", n), irregular_error, "1/2 B k^2 per area");
+  options.progress(0.3, "energy");
+  const double duration_s = options.quick ? 1 : 10;
+  out.push_back({fmt::format("energy drift of an undamped {0}x{0} sheet in {1} s", n, duration_s),
+                 100 * energy_drift(n, duration_s), 0.1, "% of its energy of motion", Relation::at_most, "none"});
+}
+
+void add_meshes(const FigureOptions& options, std::vector<Figure>& out) {
+  const int frames = options.quick ? 10 : 50, n = options.quick ? 9 : 17;
+  const Waving coarse = wave(grid(n), frames);
+  options.progress(0.5, "meshes");
+  const Waving middle = wave(grid(2 * n - 1), frames, &coarse);
+  options.progress(0.6, "meshes");
+  const Waving irregular =
+      wave(geometry::make_irregular_mesh(kSide_m, kSide_m, 2 * n - 1, 2 * n - 1, 0.4, options.seed), frames, &middle);
+  options.progress(0.7, "finest mesh");
+  const Waving fine = wave(grid(4 * n - 3), frames, &middle);
+  const double d_coarse = 1e3 * distance_m(coarse, middle), d_fine = 1e3 * distance_m(middle, fine);
+  const auto name = [](int m) { return fmt::format("{0}x{0}", m); };
+  const Relation judged = options.quick ? Relation::shown : Relation::at_most;
+  out.push_back({fmt::format("waving, {} frames, {} against {}", frames, name(2 * n - 1), name(4 * n - 3)), d_fine, 1, "mm rms", judged,
+                 "branch matched"});
+  out.push_back({fmt::format("waving, {} against {}", name(n), name(2 * n - 1)), d_coarse, 3, "mm rms", judged, "branch matched"});
+  out.push_back({fmt::format("waving, irregular mesh of {0} density against {0}", name(2 * n - 1)),
+                 1e3 * distance_m(irregular, middle), 3, "mm rms", judged, "branch matched"});
+  out.push_back({"waving: order of convergence", order_of(d_coarse, d_fine), 1, "", Relation::shown, "three meshes"});
+}
+
+}  // namespace
+
+std::vector<Figure> prove_cloth(const FigureOptions& options) {
+  std::vector<Figure> out;
+  add_closed_forms(options, out);
+  add_meshes(options, out);
+  options.progress(1, "done");
+  return out;
+}
+
+}  // namespace selvedge::cli

@@ -1,0 +1,52 @@
+// Fabric in situations with a known answer, each beside it.
+#pragma once
+
+#include <vector>
+
+#include "cloth/simulate.h"
+
+namespace selvedge::cli {
+
+struct Compared {
+  double simulated = 0;
+  double reference = 0;
+  double relative_error() const;
+};
+
+// Sag of the free edge of a sheet clamped along its top edge and held out level, against the elastica
+// B θ'' = −ρ g (L − s) cos θ, θ(0) = 0, θ'(L) = 0, m. B such that it droops by more than half its length.
+Compared cantilever_sag(int rows);
+
+// Sag of a limp sheet between two bars, against the catenary of its length, m.
+Compared catenary_sag(int columns);
+
+// Period of the slowest small swing of a limp sheet on a bar, against the hanging chain's 2π/(1.2024 √(g/L)), s.
+Compared pendulum_period(int rows);
+
+// Speed of a sheet that falls flat, against ρ g = c v²/(1 + f v²), m/s.
+Compared terminal_speed(int rows);
+
+// Bending energy of a sheet rolled to a cylinder of radius 10 cm about an axis turned by angle_rad in its
+// plane, against ½ B κ² per area, J.
+Compared cylinder_energy(const geometry::TriangleMesh& mesh, double angle_rad);
+
+// Largest change of total energy of a swinging sheet without any damping, as a share of the energy that it
+// has to move with.
+double energy_drift(int rows, double duration_s);
+
+// A 0.3 m sheet of 5e-5 N·m and 0.16 kg/m², its right corner moved 10 cm at 1.5 Hz, frames at 30 Hz. It starts from
+// the equilibrium next to that of `branch`, or next to a hung shape where there is none.
+struct Waving {
+  cloth::Sheet sheet;
+  cloth::Trajectory motion;
+};
+cloth::Experiment waving_experiment(double amplitude_m, int frames);
+Waving wave(const geometry::TriangleMesh& mesh, int frames, const Waving* branch = nullptr);
+
+// Root mean square distance over all frames at the vertices of a 17 × 17 grid, m.
+double distance_m(const Waving& a, const Waving& b);
+
+// Order p of an error C hᵖ from the differences of three meshes of spacing 4h, 2h and h.
+double order_of(double coarse_difference, double fine_difference);
+
+}  // namespace selvedge::cli
