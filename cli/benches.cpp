@@ -3,6 +3,7 @@
 namespace selvedge::cli {
 
 std::vector<Figure> bench_capture(const FigureOptions& options);
+std::vector<Figure> bench_cloth(const FigureOptions& options);
 std::vector<Figure> bench_contact(const FigureOptions& options);
 std::vector<Figure> bench_format(const FigureOptions& options);
 std::vector<Figure> bench_metric(const FigureOptions& options);
@@ -10,6 +11,7 @@ std::vector<Figure> bench_metric(const FigureOptions& options);
 const std::vector<FigureSet>& benches() {
   static const std::vector<FigureSet> list = {
       {"capture", "the camera daemon beside arv-camera-test on one simulated camera", bench_capture},
+      {"cloth", "seconds of work per simulated second, batches, cost of finer meshes", bench_cloth},
       {"contact", "a waved swatch with contact off and on", bench_contact},
       {"format", "reading and writing trials: CSV, PNG", bench_format},
       {"metric", "angle maps and pictures of 640x480 frames", bench_metric},

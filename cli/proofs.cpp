@@ -3,6 +3,7 @@
 namespace selvedge::cli {
 
 std::vector<Figure> prove_calibration(const FigureOptions& options);
+std::vector<Figure> prove_cloth(const FigureOptions& options);
 std::vector<Figure> prove_contact(const FigureOptions& options);
 std::vector<Figure> prove_format(const FigureOptions& options);
 std::vector<Figure> prove_metric(const FigureOptions& options);
@@ -11,6 +12,7 @@ const std::vector<FigureSet>& proofs() {
   static const std::vector<FigureSet> list = {
       {"calibration", "camera and projector against known truth, beside OpenCV and mrcal, and what must not pass silently",
        prove_calibration},
+      {"cloth", "the fabric against closed forms, finer meshes and conservation laws", prove_cloth},
       {"contact", "fabric over a rod and folded onto itself never intersects, contact gives no energy, friction holds its angle",
        prove_contact},
       {"format", "trials come back from disk unchanged, and every damage is refused", prove_format},
