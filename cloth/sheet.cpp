@@ -1,6 +1,7 @@
 #include "cloth/sheet.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numeric>
 #include <stdexcept>
@@ -29,6 +30,29 @@ kernel::Triangle make_triangle(const geometry::TriangleMesh& mesh, const std::ar
   t.gradient_v[0] = -t.gradient_v[1] - t.gradient_v[2];
   t.area = twice_area / 2;
   return t;
+}
+
+// Parts of a flat triangle that lie nearest to each corner (Meyer et al. 2003: Voronoi's, and where a corner is
+// obtuse half of the area for it). A third each would give the vertices of a grid with alternating diagonals
+// areas of 4/3 and 2/3 cells in turn, and a sheet finds the soft half of such a pattern when it bends: 5.6 %
+// less rigidity, on however fine a mesh.
+std::array<double, 3> corner_areas(const geometry::TriangleMesh& mesh, const std::array<int, 3>& corners, double area) {
+  std::array<Eigen::Vector2d, 3> side;  // opposite to each corner
+  for (size_t k = 0; k < 3; ++k)
+    side[k] = mesh.rest_uv[static_cast<size_t>(corners[(k + 2) % 3])] - mesh.rest_uv[static_cast<size_t>(corners[(k + 1) % 3])];
+  std::array<double, 3> cotangent;
+  for (size_t k = 0; k < 3; ++k) cotangent[k] = -side[(k + 1) % 3].dot(side[(k + 2) % 3]) / (2 * area);
+  std::array<double, 3> out;
+  for (size_t k = 0; k < 3; ++k) {
+    const size_t a = (k + 1) % 3, b = (k + 2) % 3;
+    if (cotangent[k] < 0)
+      out[k] = area / 2;
+    else if (cotangent[a] < 0 || cotangent[b] < 0)
+      out[k] = area / 4;
+    else
+      out[k] = (side[a].squaredNorm() * cotangent[a] + side[b].squaredNorm() * cotangent[b]) / 8;
+  }
+  return out;
 }
 
 // Second derivatives at `centre` from the neighbours within `radius`: weighted least squares for the five
@@ -111,7 +135,11 @@ Sheet make_sheet(const geometry::TriangleMesh& mesh) {
   s.vertex_area.assign(mesh.rest_uv.size(), 0);
   for (const auto& corners : mesh.triangles) {
     s.triangles.push_back(make_triangle(mesh, corners));
-    for (const int v : corners) s.vertex_area[static_cast<size_t>(v)] += s.triangles.back().area / 3;
+    const std::array<double, 3> parts = corner_areas(mesh, corners, s.triangles.back().area);
+    for (size_t k = 0; k < 3; ++k) {
+      s.triangles.back().corner_area[k] = parts[k];
+      s.vertex_area[static_cast<size_t>(corners[k])] += parts[k];
+    }
   }
   for (const Eigen::Vector2d& uv : mesh.rest_uv) {
     s.vertex_u.push_back(uv.x());

@@ -22,7 +22,10 @@ struct PackedTriangles {
       four.count = static_cast<int>(count - first < 4 ? count - first : 4);
       for (int i = 0; i < 4; ++i) {
         const Triangle& t = sheet.triangles[first + static_cast<size_t>(i < four.count ? i : four.count - 1)];
-        for (int a = 0; a < 3; ++a) four.vertex[a][i] = t.vertex[a];
+        for (int a = 0; a < 3; ++a) {
+          four.vertex[a][i] = t.vertex[a];
+          four.flat.corner[a][i] = t.corner_area[a];
+        }
         four.flat.u1[i] = t.gradient_u[1];
         four.flat.u2[i] = t.gradient_u[2];
         four.flat.v1[i] = t.gradient_v[1];
@@ -35,7 +38,8 @@ struct PackedTriangles {
 };
 
 inline FlatTriangle<double> flat(const Triangle& t) {
-  return {t.gradient_u[1], t.gradient_u[2], t.gradient_v[1], t.gradient_v[2], t.area};
+  return {t.gradient_u[1], t.gradient_u[2], t.gradient_v[1], t.gradient_v[2], t.area,
+          {t.corner_area[0], t.corner_area[1], t.corner_area[2]}};
 }
 
 template <class R>

@@ -14,6 +14,7 @@ struct Triangle {
   double gradient_u[3];  // 1/m
   double gradient_v[3];  // 1/m
   double area;           // m², flat
+  double corner_area[3]; // m², the parts of it nearest to each corner
 };
 
 // Second derivatives at a vertex by a least-squares quadratic through its neighbours:
@@ -44,7 +45,7 @@ struct HeldVertex {
 struct SheetData {
   int vertex_count = 0;
   std::vector<double> vertex_u, vertex_v;  // m
-  std::vector<double> vertex_area;         // m², a third of each triangle around it
+  std::vector<double> vertex_area;         // m², what lies nearer to it than to its neighbours
   std::vector<double> rim_distance;        // m, from the nearest rim
   std::vector<Triangle> triangles;
   BendStencils bend;

@@ -5,7 +5,7 @@
 //   P_u = A (σ_u ŵ_u + τ w_v),  P_v = A (σ_v ŵ_v + τ w_u),
 //   σ_u = k_u ε_u (1 + β|ε_u|) + c ε_v + d ε̇_u,  τ = shear s + d_s ṡ,
 //   force on corner a = −(g_u[a] P_u + g_v[a] P_v).
-// Drag (Bhat et al. 2003, section 3): on the triangle's mean velocity relative to the air, a third a corner.
+// Drag (Bhat et al. 2003, section 3): on the triangle's mean velocity relative to the air, shared out to its corners as its mass is.
 //
 // R: number type of the material and the motion. G: of the flat triangle: double where the lanes are runs of
 // one triangle, Lanes4 where they are four triangles of one run.
@@ -20,6 +20,7 @@ template <class G>
 struct FlatTriangle {
   G u1, u2, v1, v2;
   G area;  // m²
+  G corner[3];  // m², parts of the area nearest to each corner, as in SheetData::vertex_area
 };
 
 // Differences of corners 1 and 2 to corner 0: exact under translation.
@@ -55,17 +56,15 @@ inline CornerForces<R> corner_forces(const FlatTriangle<G>& t, const Vec3<R>& pu
   return {one + two, Vec3<R>{} - one, Vec3<R>{} - two};
 }
 
-// velocity_sum: of the three corners. A third of the triangle's drag.
-template <class G, class R>
-inline Vec3<R> third_of_drag(const FlatTriangle<G>& t, const Vec3<R>& w_u, const Vec3<R>& w_v, const Vec3<R>& velocity_sum,
-                             const LaneMaterial<R>& p) {
+// velocity_sum: of the three corners. N/m².
+template <class R>
+inline Vec3<R> drag_per_area(const Vec3<R>& w_u, const Vec3<R>& w_v, const Vec3<R>& velocity_sum, const LaneMaterial<R>& p) {
   const Vec3<R> area_normal = cross(w_u, w_v);
   const R inverse = 1.0 / (dot(area_normal, area_normal) + 1e-300);
   const Vec3<R> relative = scaled(1.0 / 3.0, velocity_sum) - p.air;
   const R along = dot(relative, area_normal), speed2 = along * along * inverse;
   const R on_normal = p.drag_normal * square_root(speed2) / (1.0 + p.drag_fade * speed2) + p.drag_linear;
-  const G share = t.area * (-1.0 / 3.0);
-  return (share * p.drag_tangent) * relative + (share * (on_normal - p.drag_tangent) * along * inverse) * area_normal;
+  return (-p.drag_tangent) * relative + ((p.drag_tangent - on_normal) * along * inverse) * area_normal;
 }
 
 template <class R>
@@ -107,10 +106,10 @@ inline CornerForces<R> triangle_forces(const FlatTriangle<G>& t, const Sides<R>&
   }
   const R pull_along_u = t.area * sigma_u * inverse_u, pull_along_v = t.area * sigma_v * inverse_v, across = t.area * tau;
   CornerForces<R> f = corner_forces(t, pull_along_u * w_u + across * w_v, pull_along_v * w_v + across * w_u);
-  const Vec3<R> drag = third_of_drag(t, w_u, w_v, velocity_sum, p);
-  f.zero += drag;
-  f.one += drag;
-  f.two += drag;
+  const Vec3<R> drag = drag_per_area(w_u, w_v, velocity_sum, p);
+  f.zero += scaled(t.corner[0], drag);
+  f.one += scaled(t.corner[1], drag);
+  f.two += scaled(t.corner[2], drag);
   return f;
 }
 
