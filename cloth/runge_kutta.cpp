@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 
+#include "cloth/held_motion.h"
 #include "cloth/kernel/force_field.h"
 
 namespace selvedge::cloth {
@@ -28,39 +29,22 @@ constexpr std::array<double, 7> kError = {71.0 / 57600,      0,           -71.0 
 class System {
  public:
   System(const Sheet& sheet, const Experiment& e)
-      : experiment_(e), held_(held_vertices(sheet, e.path.hold)), count_(3 * sheet.data.vertex_count),
-        field_(sheet.data, e.material, surroundings(e), held_) {}
+      : held_(sheet, e), count_(3 * sheet.data.vertex_count),
+        field_(sheet.data, e.material, surroundings_of(e), held_.vertices()) {}
 
   Eigen::Index size() const { return 2 * count_; }
 
-  void hold(double t, Vector& y) const {
-    const Eigen::Matrix<double, 3, 2> at = experiment_.path.at(t), rate = experiment_.path.velocity_at(t);
-    for (const kernel::HeldVertex& h : held_) {
-      y.segment<3>(3 * h.vertex) = at.col(0) + h.along * (at.col(1) - at.col(0)) + h.below_m * experiment_.path.clamp_direction;
-      y.segment<3>(count_ + 3 * h.vertex) = rate.col(0) + h.along * (rate.col(1) - rate.col(0));
-    }
-  }
-
   void derivative(double t, Vector& y, double memory_step_s, Vector& dy) {
-    hold(t, y);
+    held_.place(t, Eigen::Map<Eigen::Matrix3Xd>(y.data(), 3, count_ / 3));
+    held_.move(t, Eigen::Map<Eigen::Matrix3Xd>(y.data() + count_, 3, count_ / 3));
     dy.resize(size());
     dy.head(count_) = y.tail(count_);
     field_.accelerations(y.data(), y.data() + count_, memory_step_s, dy.data() + count_);
-    for (const kernel::HeldVertex& h : held_) dy.segment<3>(count_ + 3 * h.vertex).setZero();
+    for (const kernel::HeldVertex& h : held_.vertices()) dy.segment<3>(count_ + 3 * h.vertex).setZero();
   }
 
  private:
-  static kernel::Surroundings surroundings(const Experiment& e) {
-    kernel::Surroundings s;
-    for (int a = 0; a < 3; ++a) {
-      s.gravity[a] = e.gravity_m_s2(a);
-      s.air_velocity[a] = e.air_velocity_m_s(a);
-    }
-    return s;
-  }
-
-  const Experiment& experiment_;
-  std::vector<kernel::HeldVertex> held_;
+  HeldMotion held_;
   Eigen::Index count_;
   kernel::ForceField field_;
 };

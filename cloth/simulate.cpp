@@ -8,21 +8,14 @@
 
 #include <Eigen/Dense>
 
+#include "cloth/held_motion.h"
+#include "cloth/implicit_euler.h"
 #include "cloth/runge_kutta.h"
 #include "cloth/step_plan.h"
 
 namespace selvedge::cloth {
 
 namespace {
-
-kernel::Surroundings surroundings_of(const Experiment& e) {
-  kernel::Surroundings s;
-  for (int a = 0; a < 3; ++a) {
-    s.gravity[a] = e.gravity_m_s2(a);
-    s.air_velocity[a] = e.air_velocity_m_s(a);
-  }
-  return s;
-}
 
 void append(std::vector<double>& to, const Eigen::Matrix3Xd& columns) {
   to.insert(to.end(), columns.data(), columns.data() + columns.size());
@@ -203,6 +196,9 @@ std::vector<Trajectory> simulate(const Sheet& sheet, const std::vector<Experimen
   }
   if (options.integrator == Options::Integrator::runge_kutta_45)
     for (size_t i = 0; i < lanes.size(); ++i) run_runge_kutta(sheet, lanes[i], options.tolerance_m, out[i]);
+  else if (options.integrator == Options::Integrator::implicit_euler)
+    for (size_t i = 0; i < lanes.size(); ++i)
+      run_implicit_euler(sheet, lanes[i], options.step_s > 0 ? options.step_s : kImplicitStep_s, out[i]);
   else
     run_leapfrog(sheet, lanes, options.step_s > 0 ? options.step_s : common_step_s(sheet, lanes), out);
   return out;

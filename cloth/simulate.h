@@ -29,10 +29,12 @@ struct Experiment {
   std::function<kernel::StepFilter()> make_step_filter;  // contact (contact/solver.h), afresh for each run; null: none
 };
 
+inline constexpr double kImplicitStep_s = 1.0 / 120;
+
 struct Options {
-  enum class Integrator { leapfrog, runge_kutta_45 };
+  enum class Integrator { leapfrog, runge_kutta_45, implicit_euler };
   Integrator integrator = Integrator::leapfrog;
-  double step_s = 0;                  // leapfrog; 0: the stable step of the stiffest lane
+  double step_s = 0;                  // 0: leapfrog takes the stable step of the stiffest lane, implicit_euler kImplicitStep_s
   double tolerance_m = 1e-6;          // runge_kutta_45, error a step
   double rest_change_m = 2e-6;        // see kernel::RelaxOptions
   double rest_speed_m_s = 1e-4;
