@@ -22,13 +22,13 @@ double cpu_s() {
   return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
 }
 
-struct Fabric {
+struct BenchFabric {
   const char* name;
   double density, stretch_u, stretch_v, shear, target_s;
 };
-constexpr Fabric kFabrics[] = {{"knit", 0.187, 33, 69, 18, 0.3}, {"denim", 0.324, 411, 2028, 27, 1.5}};
+constexpr BenchFabric kFabrics[] = {{"knit", 0.187, 33, 69, 18, 0.3}, {"denim", 0.324, 411, 2028, 27, 1.5}};
 
-Experiment swatch(const cloth::Sheet& sheet, const Fabric& fabric) {
+Experiment swatch(const cloth::Sheet& sheet, const BenchFabric& fabric) {
   Experiment e = waving_experiment(0.1, 30);
   e.material.density = fabric.density;
   e.material.stretch = std::sqrt(fabric.stretch_u * fabric.stretch_v);
@@ -58,22 +58,22 @@ Timed timed(const cloth::Sheet& sheet, const std::vector<Experiment>& lanes, con
   return out;
 }
 
-double rms_mm(const cloth::Trajectory& a, const cloth::Trajectory& b) {
+double apart_mm(const cloth::Trajectory& a, const cloth::Trajectory& b) {
   double sum = 0;
   for (size_t k = 0; k < a.samples.size(); ++k) sum += (a.samples[k] - b.samples[k]).colwise().squaredNorm().mean();
   return 1e3 * std::sqrt(sum / static_cast<double>(a.samples.size()));
 }
 
-cloth::Sheet grid(int n) { return cloth::make_sheet(geometry::make_grid_mesh(0.3, 0.3, n, n)); }
+cloth::Sheet bench_sheet(int n) { return cloth::make_sheet(geometry::make_grid_mesh(0.3, 0.3, n, n)); }
 
 }  // namespace
 
 std::vector<Figure> bench_cloth(const FigureOptions& options) {
   std::vector<Figure> out;
   const int n = options.quick ? 9 : 33, repeats = options.quick ? 1 : 3;
-  const cloth::Sheet sheet = grid(n);
+  const cloth::Sheet sheet = bench_sheet(n);
   double one_s = 0;
-  for (const Fabric& fabric : kFabrics) {
+  for (const BenchFabric& fabric : kFabrics) {
     const Experiment e = swatch(sheet, fabric);
     cloth::Options tight;
     tight.integrator = cloth::Options::Integrator::runge_kutta_45;
@@ -82,7 +82,7 @@ std::vector<Figure> bench_cloth(const FigureOptions& options) {
     if (&fabric == kFabrics) one_s = own.seconds;
     const std::string label = fmt::format("{}, {}x{}", fabric.name, n, n);
     out.push_back({label + ": leapfrog", own.seconds, fabric.target_s, "s per simulated s", Relation::shown, "target at 33x33"});
-    out.push_back({label + ": leapfrog's distance from Runge-Kutta 4(5)", rms_mm(own.motion[0], reference.motion[0]), 0.5, "mm rms",
+    out.push_back({label + ": leapfrog's distance from Runge-Kutta 4(5)", apart_mm(own.motion[0], reference.motion[0]), 0.5, "mm rms",
                    Relation::at_most, "equal error asked"});
     out.push_back({label + ": Runge-Kutta 4(5) against leapfrog", reference.seconds / own.seconds, 1, "times", Relation::shown,
                    "same run"});
@@ -96,7 +96,7 @@ std::vector<Figure> bench_cloth(const FigureOptions& options) {
                  "target, with two threads"});
   options.progress(0.8, "mesh sizes");
   const int small = options.quick ? 5 : 17, large = options.quick ? 17 : 65;
-  const cloth::Sheet coarse = grid(small), fine = grid(large);
+  const cloth::Sheet coarse = bench_sheet(small), fine = bench_sheet(large);
   const double coarse_s = timed(coarse, {swatch(coarse, kFabrics[0])}, {}, repeats).seconds;
   const double fine_s = timed(fine, {swatch(fine, kFabrics[0])}, {}, 1).seconds;
   out.push_back({fmt::format("knit: cost from {0}x{0} to {1}x{1}", small, large), fine_s / coarse_s, 1, "times", Relation::shown, "same run"});

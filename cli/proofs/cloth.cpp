@@ -12,9 +12,9 @@ namespace selvedge::cli {
 
 namespace {
 
-constexpr double kSide_m = 0.3;
 
-geometry::TriangleMesh grid(int n) { return geometry::make_grid_mesh(kSide_m, kSide_m, n, n); }
+
+geometry::TriangleMesh swatch_mesh(int n) { return geometry::make_grid_mesh(kSwatch_m, kSwatch_m, n, n); }
 
 double percent(const Compared& c) { return 100 * c.relative_error(); }
 
@@ -35,9 +35,9 @@ void add_closed_forms(const FigureOptions& options, std::vector<Figure>& out) {
   add(fmt::format("free fall's terminal speed, {0}x{0}: error", n), percent(terminal_speed(n)), "drag law of Bhat et al. 2003");
   double grid_error = 0, irregular_error = 0;
   for (const double angle : {0.0, 0.3, M_PI / 4, M_PI / 2}) {
-    grid_error = std::max(grid_error, percent(cylinder_energy(grid(n), angle)));
+    grid_error = std::max(grid_error, percent(cylinder_energy(swatch_mesh(n), angle)));
     irregular_error = std::max(
-        irregular_error, percent(cylinder_energy(geometry::make_irregular_mesh(kSide_m, kSide_m, n, n, 0.4, options.seed), angle)));
+        irregular_error, percent(cylinder_energy(geometry::make_irregular_mesh(kSwatch_m, kSwatch_m, n, n, 0.4, options.seed), angle)));
   }
   add(fmt::format("bending energy of a cylinder, {0}x{0}, worst of four directions: error", n), grid_error, "1/2 B k^2 per area");
   add(fmt::format("the same on an irregular, rotated mesh of {0}x{0} density: error", n), irregular_error, "1/2 B k^2 per area");
@@ -49,14 +49,14 @@ void add_closed_forms(const FigureOptions& options, std::vector<Figure>& out) {
 
 void add_meshes(const FigureOptions& options, std::vector<Figure>& out) {
   const int frames = options.quick ? 10 : 50, n = options.quick ? 9 : 17;
-  const Waving coarse = wave(grid(n), frames);
+  const Waving coarse = wave(swatch_mesh(n), frames);
   options.progress(0.5, "meshes");
-  const Waving middle = wave(grid(2 * n - 1), frames, &coarse);
+  const Waving middle = wave(swatch_mesh(2 * n - 1), frames, &coarse);
   options.progress(0.6, "meshes");
   const Waving irregular =
-      wave(geometry::make_irregular_mesh(kSide_m, kSide_m, 2 * n - 1, 2 * n - 1, 0.4, options.seed), frames, &middle);
+      wave(geometry::make_irregular_mesh(kSwatch_m, kSwatch_m, 2 * n - 1, 2 * n - 1, 0.4, options.seed), frames, &middle);
   options.progress(0.7, "finest mesh");
-  const Waving fine = wave(grid(4 * n - 3), frames, &middle);
+  const Waving fine = wave(swatch_mesh(4 * n - 3), frames, &middle);
   const double d_coarse = 1e3 * distance_m(coarse, middle), d_fine = 1e3 * distance_m(middle, fine);
   const auto name = [](int m) { return fmt::format("{0}x{0}", m); };
   const Relation judged = options.quick ? Relation::shown : Relation::at_most;

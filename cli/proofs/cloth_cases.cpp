@@ -18,8 +18,8 @@ using cloth::Trajectory;
 
 namespace {
 
-constexpr double kSide_m = 0.3;
-constexpr double kGravity = 9.81;
+
+constexpr double kGravity_m_s2 = 9.81;
 
 Material without_losses(double density, double stretch, double bend) {
   Material m;
@@ -39,7 +39,7 @@ cloth::HeldPath still_path(Hold hold, double gap_m) {
   return cloth::make_path(hold, {0.0}, left, right);
 }
 
-Sheet grid(int rows) { return cloth::make_sheet(geometry::make_grid_mesh(kSide_m, kSide_m, rows, rows)); }
+Sheet swatch_sheet(int rows) { return cloth::make_sheet(geometry::make_grid_mesh(kSwatch_m, kSwatch_m, rows, rows)); }
 
 // Sag of the elastica's end for weight per length and rigidity q = ρ g / B, by shooting with RK4.
 double elastica_sag(double q, double length) {
@@ -96,8 +96,8 @@ double Compared::relative_error() const { return std::abs(simulated / reference 
 
 Compared cantilever_sag(int rows) {
   // Five columns: the sheet bends about one axis only.
-  const double spacing = kSide_m / (rows - 1);
-  const Sheet sheet = cloth::make_sheet(geometry::make_grid_mesh(4 * spacing, kSide_m, 5, rows));
+  const double spacing = kSwatch_m / (rows - 1);
+  const Sheet sheet = cloth::make_sheet(geometry::make_grid_mesh(4 * spacing, kSwatch_m, 5, rows));
   Experiment e;
   e.material = without_losses(0.16, 5000, 6e-3);
   e.path = still_path(Hold::top_edge_clamped, 4 * spacing);
@@ -108,12 +108,12 @@ Compared cantilever_sag(int rows) {
     e.start_shape.col(i) << uv.x() - 2 * spacing, uv.y(), -0.01 * uv.y() * uv.y();
   }
   const Eigen::Matrix3Xd rest = cloth::relax(sheet, {e})[0].position;
-  return {-at_point(sheet, rest, {2 * spacing, kSide_m}).z(), elastica_sag(0.16 * kGravity / 6e-3, kSide_m)};
+  return {-at_point(sheet, rest, {2 * spacing, kSwatch_m}).z(), elastica_sag(0.16 * kGravity_m_s2 / 6e-3, kSwatch_m)};
 }
 
 Compared catenary_sag(int columns) {
-  const double spacing = kSide_m / (columns - 1), gap = 0.25;
-  const Sheet sheet = cloth::make_sheet(geometry::make_grid_mesh(kSide_m, 4 * spacing, columns, 5));
+  const double spacing = kSwatch_m / (columns - 1), gap = 0.25;
+  const Sheet sheet = cloth::make_sheet(geometry::make_grid_mesh(kSwatch_m, 4 * spacing, columns, 5));
   Experiment e;
   e.material = without_losses(0.16, 2000, 1e-7);
   e.path = still_path(Hold::side_edges, gap);
@@ -121,16 +121,16 @@ Compared catenary_sag(int columns) {
   e.start_shape.resize(3, sheet.data.vertex_count);
   for (Eigen::Index i = 0; i < e.start_shape.cols(); ++i) {
     const Eigen::Vector2d& uv = sheet.mesh.rest_uv[static_cast<size_t>(i)];
-    const double from_middle = 2 * uv.x() / kSide_m - 1, depth = std::sqrt(kSide_m * kSide_m - gap * gap) / 2;
+    const double from_middle = 2 * uv.x() / kSwatch_m - 1, depth = std::sqrt(kSwatch_m * kSwatch_m - gap * gap) / 2;
     e.start_shape.col(i) << gap / 2 * from_middle, uv.y(), -depth * (1 - std::abs(from_middle));
   }
   const Eigen::Matrix3Xd rest = cloth::relax(sheet, {e})[0].position;
-  return {-at_point(sheet, rest, {kSide_m / 2, 2 * spacing}).z(), catenary_depth(kSide_m, gap)};
+  return {-at_point(sheet, rest, {kSwatch_m / 2, 2 * spacing}).z(), catenary_depth(kSwatch_m, gap)};
 }
 
 Compared pendulum_period(int rows) {
-  const double spacing = kSide_m / (rows - 1);
-  const Sheet sheet = cloth::make_sheet(geometry::make_grid_mesh(4 * spacing, kSide_m, 5, rows));
+  const double spacing = kSwatch_m / (rows - 1);
+  const Sheet sheet = cloth::make_sheet(geometry::make_grid_mesh(4 * spacing, kSwatch_m, 5, rows));
   Experiment e;
   e.material = without_losses(0.16, 300, 1e-7);
   e.path = still_path(Hold::top_edge, 4 * spacing);
@@ -139,8 +139,8 @@ Compared pendulum_period(int rows) {
   for (Eigen::Index i = 0; i < e.start_shape.cols(); ++i) {
     const Eigen::Vector2d& uv = sheet.mesh.rest_uv[static_cast<size_t>(i)];
     // Stretched by its weight below, so that no up-and-down swing is excited.
-    const double stretched = uv.y() + 0.16 * kGravity / 300 * (kSide_m * uv.y() - uv.y() * uv.y() / 2);
-    e.start_shape.col(i) << uv.x() - 2 * spacing, 2e-3 * bessel_j0(2.404826 * std::sqrt(1 - uv.y() / kSide_m)), -stretched;
+    const double stretched = uv.y() + 0.16 * kGravity_m_s2 / 300 * (kSwatch_m * uv.y() - uv.y() * uv.y() / 2);
+    e.start_shape.col(i) << uv.x() - 2 * spacing, 2e-3 * bessel_j0(2.404826 * std::sqrt(1 - uv.y() / kSwatch_m)), -stretched;
   }
   for (int k = 1; k <= 1000; ++k) e.sample_s.push_back(k * 1e-3);
   const Trajectory t = cloth::simulate(sheet, {e})[0];
@@ -148,18 +148,18 @@ Compared pendulum_period(int rows) {
   std::vector<double> crossings;
   double before = 1;
   for (size_t k = 0; k < t.samples.size(); ++k) {
-    const double y = at_point(sheet, t.samples[k], {2 * spacing, kSide_m}).y();
+    const double y = at_point(sheet, t.samples[k], {2 * spacing, kSwatch_m}).y();
     if (before * y < 0) crossings.push_back(e.sample_s[k] - 1e-3 * y / (y - before));
     before = y;
   }
-  const double strain = 0.16 * kGravity * kSide_m / 300 / 2;
-  const double length = kSide_m * (1 + strain);
+  const double strain = 0.16 * kGravity_m_s2 * kSwatch_m / 300 / 2;
+  const double length = kSwatch_m * (1 + strain);
   return {crossings.size() < 2 ? 0 : 2 * (crossings[1] - crossings[0]),
-          2 * M_PI / (2.404826 / 2 * std::sqrt(kGravity / length))};
+          2 * M_PI / (2.404826 / 2 * std::sqrt(kGravity_m_s2 / length))};
 }
 
 Compared terminal_speed(int rows) {
-  const Sheet sheet = grid(rows);
+  const Sheet sheet = swatch_sheet(rows);
   cloth::kernel::RunInput in;
   in.sheet = &sheet.data;
   in.materials.push_back(Material());
@@ -171,7 +171,7 @@ Compared terminal_speed(int rows) {
   in.held_corners.assign(static_cast<size_t>(in.steps + 1) * 6, 0);
   const cloth::kernel::RunOutput out = cloth::kernel::run(in);
   const Material& m = in.materials[0];
-  const double weight = m.density * kGravity;
+  const double weight = m.density * kGravity_m_s2;
   return {-out.final_velocity[2], std::sqrt(weight / (m.drag_normal - m.drag_fade * weight))};
 }
 
@@ -191,7 +191,7 @@ Compared cylinder_energy(const geometry::TriangleMesh& mesh, double angle_rad) {
 }
 
 double energy_drift(int rows, double duration_s) {
-  const Sheet sheet = grid(rows);
+  const Sheet sheet = swatch_sheet(rows);
   Experiment e;
   e.material = without_losses(0.16, 110, 5e-5);
   e.path = still_path(Hold::corners, 0.255);
@@ -256,7 +256,7 @@ Waving wave(const geometry::TriangleMesh& mesh, int frames, const Waving* branch
 
 double distance_m(const Waving& a, const Waving& b) {
   double sum = 0;
-  const geometry::TriangleMesh points = geometry::make_grid_mesh(kSide_m, kSide_m, 17, 17);
+  const geometry::TriangleMesh points = geometry::make_grid_mesh(kSwatch_m, kSwatch_m, 17, 17);
   for (const Eigen::Vector2d& uv : points.rest_uv) {
     const geometry::MaterialPoint p = geometry::locate(a.sheet.mesh, uv), q = geometry::locate(b.sheet.mesh, uv);
     for (size_t k = 0; k < a.motion.samples.size(); ++k) {

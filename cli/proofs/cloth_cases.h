@@ -7,6 +7,9 @@
 
 namespace selvedge::cli {
 
+// Side of the square sheets, m.
+inline constexpr double kSwatch_m = 0.3;
+
 struct Compared {
   double simulated = 0;
   double reference = 0;
