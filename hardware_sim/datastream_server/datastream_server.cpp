@@ -4,11 +4,8 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <deque>
-#include <map>
 #include <mutex>
-#include <random>
 #include <thread>
 
 #include "hardware_sim/datastream_server/frame_packet.h"
@@ -41,7 +38,7 @@ class DatastreamServer::Loop {
       : options_(options),
         markers_at_(std::move(markers_at)),
         listener_(wire::listen_tcp(options.address, options.port)),
-        random_(options.seed),
+        mocap_(options),
         start_s_(rig::host_now_s()),
         thread_([this] { run(); }) {}
 
@@ -65,7 +62,8 @@ class DatastreamServer::Loop {
       accept_clients();
       for (auto& client : clients_) serve(client);
       if (cut_.exchange(false)) cut_all();
-      while (rig::host_now_s() >= start_s_ + next_sample_ / options_.rate_hz) take_sample();
+      // One at a time: where looking takes longer than a period, frames come late, but they come.
+      if (rig::host_now_s() >= start_s_ + next_sample_ / options_.rate_hz) take_sample();
       while (!leaving_.empty() && rig::host_now_s() >= std::max<double>(leaving_.front().due_s, stalled_until_s_)) {
         for (auto& client : clients_) send_frame(client, leaving_.front().frame);
         leaving_.pop_front();
@@ -143,50 +141,18 @@ class DatastreamServer::Loop {
     std::vector<NamedPoint> points = markers_at_(t);
     for (const auto& point : points)
       if (!point.name.empty()) declared_.ids(point.subject, point.name);
+    auto seen = mocap_.see(std::move(points), t);
+    {
+      const std::lock_guard lock(mutex_);
+      static_cast<MocapCounts&>(counts_) = mocap_.counts();
+    }
+    if (!seen) return;
     datastream::Frame frame;
     frame.number = number;
     frame.rate_hz = options_.rate_hz;
     frame.latency_s = options_.stated_latency_s < 0 ? options_.latency_s : options_.stated_latency_s;
-    if (points.size() >= 2 && chance(options_.swap_probability)) {
-      std::swap(points[0].position_m, points[1].position_m);
-      count(&DatastreamServerCounts::swaps);
-    }
-    std::normal_distribution<double> noise(0, options_.noise_m);
-    for (auto& point : points) {
-      if (hidden(point.subject + "/" + point.name, t)) {
-        count(&DatastreamServerCounts::markers_hidden);
-        continue;
-      }
-      if (options_.noise_m > 0) point.position_m += Eigen::Vector3d(noise(random_), noise(random_), noise(random_));
-      frame.seen.push_back(point);
-    }
-    if (chance(options_.ghost_probability)) {
-      std::uniform_real_distribution<double> anywhere(-1, 1);
-      frame.seen.push_back({"", "", {anywhere(random_), anywhere(random_), 1 + anywhere(random_)}});
-      count(&DatastreamServerCounts::ghosts);
-    }
-    count(&DatastreamServerCounts::frames);
-    if (chance(options_.drop_probability)) {
-      count(&DatastreamServerCounts::frames_dropped);
-      return;
-    }
-    double due_s = t + options_.latency_s;
-    if (options_.jitter_s > 0) due_s += std::exponential_distribution<double>(1 / options_.jitter_s)(random_);
-    if (!leaving_.empty()) due_s = std::max(due_s, leaving_.back().due_s);
-    leaving_.push_back({due_s, std::move(frame)});
-  }
-
-  bool chance(double probability) {
-    return probability > 0 && std::bernoulli_distribution(probability)(random_);
-  }
-
-  // Disappearances begin at random and last an exponentially distributed time.
-  bool hidden(const std::string& marker, double t) {
-    if (options_.occlusions_per_s <= 0) return false;
-    double& until_s = hidden_until_s_[marker];
-    if (t >= until_s && chance(std::min(1.0, options_.occlusions_per_s / options_.rate_hz)))
-      until_s = t + std::exponential_distribution<double>(1 / options_.occlusion_s)(random_);
-    return t < until_s;
+    frame.seen = std::move(*seen);
+    leaving_.push_back({mocap_.leaves_at_s(t), std::move(frame)});
   }
 
   void send_frame(Client& client, const datastream::Frame& frame) {
@@ -218,13 +184,12 @@ class DatastreamServer::Loop {
   const DatastreamServerOptions options_;
   const std::function<std::vector<NamedPoint>(double)> markers_at_;
   const wire::Socket listener_;
-  std::mt19937 random_;
+  SimulatedMocap mocap_;
   const double start_s_;
   std::int64_t next_sample_ = 0;
   datastream::Declared declared_;
   std::deque<Leaving> leaving_;
   std::vector<Client> clients_;
-  std::map<std::string, double> hidden_until_s_;
   std::atomic<bool> stopping_ = false, cut_ = false;
   std::atomic<double> stalled_until_s_ = 0;
   mutable std::mutex mutex_;

@@ -7,42 +7,24 @@
 // description and not from that decoder.
 #pragma once
 
-#include <atomic>
 #include <cstdint>
 #include <functional>
 #include <memory>
 #include <string>
 #include <vector>
 
-#include <Eigen/Core>
+#include "hardware_sim/simulated_mocap/simulated_mocap.h"
 
 namespace selvedge::hardware_sim {
 
-struct NamedPoint {
-  std::string subject;  // "fabric", "grid"; empty for an unlabelled marker
-  std::string name;     // "left", "right", "g0_0"; empty for an unlabelled marker
-  Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
-};
-
-struct DatastreamServerOptions {
+struct DatastreamServerOptions : MocapOptions {
   std::string address = "127.0.0.1";
   int port = 0;                      // 0: the system chooses
-  double rate_hz = 120;
-  double noise_m = 0.2e-3;           // one standard deviation per axis
-  double latency_s = 5e-3;           // exposure to sending
   double stated_latency_s = -1;      // what LatencyInfo says; negative: the true one
-  double jitter_s = 0.3e-3;          // mean of the exponential delay on top, which nobody states
-  double occlusions_per_s = 0;       // per marker, how often it disappears
-  double occlusion_s = 0.05;         // mean length of a disappearance
-  double drop_probability = 0;       // of a whole frame (its number is then missing)
-  double swap_probability = 0;       // of a frame in which the first two markers carry each other's label
-  double ghost_probability = 0;      // of a frame with one unlabelled marker that does not exist
-  unsigned seed = 1;
 };
 
-struct DatastreamServerCounts {
-  std::int64_t frames = 0, frames_dropped = 0, markers_hidden = 0, swaps = 0, ghosts = 0, clients = 0,
-               disconnects = 0;
+struct DatastreamServerCounts : MocapCounts {
+  std::int64_t clients = 0, disconnects = 0;
 };
 
 class DatastreamServer {

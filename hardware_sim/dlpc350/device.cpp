@@ -233,7 +233,7 @@ Pattern Dlpc350Device::still_picture() const {
   const double foreground = registers_.contains(kTestColour) ? field(kTestColour, 2, 2) / 1023.0 : 1;  // green for all
   Pattern picture;
   if (field(kTestPattern, 0, 1) == 0) picture.kind = PatternKind::solid;
-  if (field(kTestPattern, 0, 1) == 3) picture = options_.lines;
+  if (field(kTestPattern, 0, 1) == 3) picture = options_.flash.lines.value_or(options_.lines);
   if (picture.kind != PatternKind::off) picture.level = foreground;
   return picture;
 }

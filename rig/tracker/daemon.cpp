@@ -125,18 +125,19 @@ class Connection {
 
 TrackerConfiguration read_configuration(rig::Section keys) {
   TrackerConfiguration result;
-  result.backend = keys.choice("backend", result.backend, {"datastream"});
+  result.backend = keys.choice("backend", result.backend, {"datastream", "natnet"});
   result.connection.host = keys.text("host", result.connection.host);
-  result.connection.port = static_cast<int>(keys.integer("port", result.connection.port, 1, 65535));
+  result.connection.port = static_cast<int>(keys.integer("port", result.connection.port, 0, 65535));
   result.connection.connect_timeout_s =
       keys.number("connect_timeout_s", result.connection.connect_timeout_s, 0.1, 60, "s");
+  result.connection.y_up = keys.flag("y_up", result.connection.y_up);
   result.silence_s = keys.number("silence_s", result.silence_s, 0.05, 60, "s");
   keys.finish();
   return result;
 }
 
 std::unique_ptr<Tracker> connect(const TrackerConfiguration& configuration) {
-  return connect_datastream(configuration.connection);
+  return configuration.backend == "natnet" ? connect_natnet(configuration.connection) : connect_datastream(configuration.connection);
 }
 
 void run_daemon(const rig::Configuration& configuration, const std::atomic<bool>& stopping,

@@ -14,8 +14,8 @@
 namespace selvedge::tracker {
 
 struct TrackerConfiguration {
-  std::string backend = "datastream";   // see connect()
-  TrackerOptions connection;            // host, port, connect_timeout_s
+  std::string backend = "datastream";   // or "natnet"
+  TrackerOptions connection;            // host, port, connect_timeout_s, y_up
   double silence_s = 1;                 // no frame for so long counts as a lost connection
 };
 

@@ -6,6 +6,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <string>
@@ -44,11 +45,14 @@ class Tracker {
 // Where the system is. Each back-end reads what it needs.
 struct TrackerOptions {
   std::string host = "127.0.0.1";
-  int port = 801;
+  int port = 0;               // 0: the protocol's own
+  bool y_up = false;          // natnet: the system's y axis points up (Motive's default)
   double connect_timeout_s = 2;
 };
 
 // Vicon DataStream over TCP (backends/datastream.cpp). Throws wire::Disconnected where nobody answers.
 std::unique_ptr<Tracker> connect_datastream(const TrackerOptions& options);
+// OptiTrack NatNet over UDP (backends/natnet.cpp). Throws as connect_datastream does.
+std::unique_ptr<Tracker> connect_natnet(const TrackerOptions& options);
 
 }  // namespace selvedge::tracker

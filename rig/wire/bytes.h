@@ -84,21 +84,24 @@ class Writer {
     std::uint8_t raw[sizeof(Number)];
     std::memcpy(raw, &value, sizeof(Number));
     if constexpr (order != std::endian::native) std::reverse(raw, raw + sizeof(Number));
-    bytes_.insert(bytes_.end(), raw, raw + sizeof(Number));
-    return *this;
+    return append(raw, sizeof(Number));
   }
   Writer& text(std::string_view value) {
-    bytes_.insert(bytes_.end(), value.begin(), value.end());
-    return *this;
+    return append(value.data(), value.size());
   }
   Writer& raw(std::span<const std::uint8_t> value) {
-    bytes_.insert(bytes_.end(), value.begin(), value.end());
-    return *this;
+    return append(value.data(), value.size());
   }
   const std::vector<std::uint8_t>& bytes() const { return bytes_; }
   size_t size() const { return bytes_.size(); }
 
  private:
+  Writer& append(const void* data, size_t count) {
+    const size_t at = bytes_.size();
+    bytes_.resize(at + count);
+    if (count > 0) std::memcpy(bytes_.data() + at, data, count);
+    return *this;
+  }
   std::vector<std::uint8_t> bytes_;
 };
 

@@ -183,6 +183,20 @@ Socket connect_udp(const std::string& host, int port) {
   return socket;
 }
 
+Socket join_multicast(const std::string& group, int port) {
+  Socket socket = make(AF_INET, SOCK_DGRAM);
+  const int on = 1;
+  ::setsockopt(socket.descriptor(), SOL_SOCKET, SO_REUSEADDR, &on, sizeof on);
+  // Bound to the group itself, or datagrams to any other group on that port would come in too.
+  const sockaddr_in address = resolve(group, port);
+  ip_mreq membership{};
+  membership.imr_multiaddr = address.sin_addr;
+  if (::bind(socket.descriptor(), plain(address), sizeof address) != 0 ||
+      ::setsockopt(socket.descriptor(), IPPROTO_IP, IP_ADD_MEMBERSHIP, &membership, sizeof membership) != 0)
+    throw Disconnected(fmt::format("{}:{}: {}", group, port, error_text()));
+  return socket;
+}
+
 Datagram receive_datagram(const Socket& socket) {
   Datagram datagram;
   datagram.bytes.resize(65536);

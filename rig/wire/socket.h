@@ -55,6 +55,8 @@ std::optional<Socket> accept(const Socket& listener, double timeout_s);
 // A UDP socket bound to address:port (0: any), and one connected to a peer.
 Socket bind_udp(const std::string& address, int port);
 Socket connect_udp(const std::string& host, int port);
+// A UDP socket that receives what is sent to group:port, on every interface.
+Socket join_multicast(const std::string& group, int port);
 // One datagram and who sent it; the answer goes to that peer.
 struct Datagram {
   std::vector<std::uint8_t> bytes;

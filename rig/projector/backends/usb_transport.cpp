@@ -24,7 +24,7 @@ class UsbTransport final : public ReportTransport {
     handle_ = libusb_open_device_with_vid_pid(context_, kVendor, kProduct);
     if (handle_ == nullptr) {
       libusb_exit(context_);
-      throw wire::Disconnected(fmt::format("usb {:04x}:{:04x}: not found, or no permission (see the udev rules)", kVendor, kProduct));
+      throw wire::Disconnected(fmt::format("usb {:04x}:{:04x}: not found, or no permission (data/udev/70-selvedge.rules gives it)", kVendor, kProduct));
     }
     try {
       // The kernel's HID driver holds the interface of a device like this one.
