@@ -78,7 +78,7 @@ class Connection {
  public:
   Connection(const TrackerConfiguration& configuration, rig::Bus& bus, rig::DeviceStatus& status,
              const std::string& device)
-      : configuration_(configuration), bus_(bus), status_(status), device_(device), tracker_(connect(configuration)) {}
+      : configuration_(configuration), bus_(bus), status_(status), device_(device), tracker_(connect_tracker(configuration)) {}
 
   void deliver(const std::atomic<bool>& stopping) {
     double last_frame_s = rig::host_now_s();
@@ -136,7 +136,7 @@ TrackerConfiguration read_configuration(rig::Section keys) {
   return result;
 }
 
-std::unique_ptr<Tracker> connect(const TrackerConfiguration& configuration) {
+std::unique_ptr<Tracker> connect_tracker(const TrackerConfiguration& configuration) {
   return configuration.backend == "natnet" ? connect_natnet(configuration.connection) : connect_datastream(configuration.connection);
 }
 

@@ -22,7 +22,7 @@ struct TrackerConfiguration {
 // [tracker] of the configuration. Throws BadInput.
 TrackerConfiguration read_configuration(rig::Section keys);
 
-std::unique_ptr<Tracker> connect(const TrackerConfiguration& configuration);
+std::unique_ptr<Tracker> connect_tracker(const TrackerConfiguration& configuration);
 
 // Runs until `stopping`. device: name of the section, which is also the prefix of its channels.
 void run_daemon(const rig::Configuration& configuration, const std::atomic<bool>& stopping,

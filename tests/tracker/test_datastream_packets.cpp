@@ -9,14 +9,14 @@ namespace selvedge {
 namespace {
 
 using tracker::datastream::Decoder;
-namespace server = hardware_sim::datastream;
+namespace datastream_server = hardware_sim::datastream;
 
 std::span<const std::uint8_t> body_of(const std::vector<std::uint8_t>& packet) {
   return std::span(packet).subspan(tracker::datastream::header_bytes);
 }
 
-server::Frame two_corners() {
-  server::Frame frame;
+datastream_server::Frame two_corners() {
+  datastream_server::Frame frame;
   frame.number = 7;
   frame.latency_s = 0.005;
   frame.rate_hz = 120;
@@ -25,9 +25,9 @@ server::Frame two_corners() {
 }
 
 TEST(DatastreamPackets, GiveNamesPositionsRateAndLatency) {
-  server::Declared declared;
+  datastream_server::Declared declared;
   Decoder decoder;
-  const auto packet = server::frame_packet(two_corners(), declared, true);
+  const auto packet = datastream_server::frame_packet(two_corners(), declared, true);
   EXPECT_EQ(tracker::datastream::packet_length(std::span(packet).first(8)), packet.size() - 8);
   const auto decoded = decoder.decode(body_of(packet));
   ASSERT_TRUE(decoded.frame);
@@ -44,15 +44,15 @@ TEST(DatastreamPackets, GiveNamesPositionsRateAndLatency) {
 }
 
 TEST(DatastreamPackets, AbsentMarkerIsOccludedAndNeverAtTheOrigin) {
-  server::Declared declared;
+  datastream_server::Declared declared;
   Decoder decoder;
-  decoder.decode(body_of(server::frame_packet(two_corners(), declared, true)));
+  decoder.decode(body_of(datastream_server::frame_packet(two_corners(), declared, true)));
   auto hidden = two_corners();
   hidden.seen.erase(hidden.seen.begin());
   auto zero = two_corners();
   zero.seen[0].position_m.setZero();  // what some servers write for a marker they did not see
   for (const auto& frame : {hidden, zero}) {
-    const auto decoded = decoder.decode(body_of(server::frame_packet(frame, declared, false)));
+    const auto decoded = decoder.decode(body_of(datastream_server::frame_packet(frame, declared, false)));
     ASSERT_TRUE(decoded.frame);
     ASSERT_EQ(decoded.frame->markers.size(), 3u);
     const auto& left = decoded.frame->markers[1];
@@ -74,8 +74,8 @@ TEST(DatastreamPackets, AbsurdLengthIsRefused) {
 }
 
 TEST(DatastreamPackets, EveryTruncationIsRefusedOrRead) {
-  server::Declared declared;
-  const auto packet = server::frame_packet(two_corners(), declared, true);
+  datastream_server::Declared declared;
+  const auto packet = datastream_server::frame_packet(two_corners(), declared, true);
   int refused = 0;
   for (size_t length = 0; length + 8 < packet.size(); ++length) {
     Decoder decoder;
@@ -89,8 +89,8 @@ TEST(DatastreamPackets, EveryTruncationIsRefusedOrRead) {
 }
 
 TEST(DatastreamPackets, SurvivesDamagedAndRandomBytes) {
-  server::Declared declared;
-  const auto sound = server::frame_packet(two_corners(), declared, true);
+  datastream_server::Declared declared;
+  const auto sound = datastream_server::frame_packet(two_corners(), declared, true);
   std::mt19937 random(20);
   int read = 0, refused = 0;
   for (int round = 0; round < 50000; ++round) {

@@ -8,27 +8,27 @@
 namespace selvedge {
 namespace {
 
-namespace client = tracker::natnet;
-namespace server = hardware_sim::natnet;
+namespace natnet_client = tracker::natnet;
+namespace natnet_server = hardware_sim::natnet;
 
-const server::MarkerSets kSets{{"fabric", {"left", "right"}}, {"grid", {"g0_0"}}};
+const natnet_server::MarkerSets kSets{{"fabric", {"left", "right"}}, {"grid", {"g0_0"}}};
 
-class NatnetPackets : public testing::TestWithParam<server::Bitstream> {
+class NatnetPackets : public testing::TestWithParam<natnet_server::Bitstream> {
  protected:
   std::vector<std::uint8_t> frame(const std::vector<hardware_sim::NamedPoint>& seen, bool fill_hidden = false) const {
-    return server::frame(GetParam(), 17, kSets, seen, fill_hidden, false, {1000, 1500, 2000});
+    return natnet_server::frame(GetParam(), 17, kSets, seen, fill_hidden, false, {1000, 1500, 2000});
   }
-  client::Frame decode(const std::vector<std::uint8_t>& datagram) const {
-    const auto info = client::decode_server_info(client::take_message(info_).payload);
-    const auto model = client::decode_model(client::take_message(model_).payload, info);
-    return client::decode_frame(client::take_message(datagram).payload, info, model);
+  natnet_client::Frame decode(const std::vector<std::uint8_t>& datagram) const {
+    const auto info = natnet_client::decode_server_info(natnet_client::take_message(info_).payload);
+    const auto model = natnet_client::decode_model(natnet_client::take_message(model_).payload, info);
+    return natnet_client::decode_frame(natnet_client::take_message(datagram).payload, info, model);
   }
-  const std::vector<std::uint8_t> info_ = server::server_info(GetParam(), 1e7);
-  const std::vector<std::uint8_t> model_ = server::model_definition(GetParam(), kSets);
+  const std::vector<std::uint8_t> info_ = natnet_server::server_info(GetParam(), 1e7);
+  const std::vector<std::uint8_t> model_ = natnet_server::model_definition(GetParam(), kSets);
 };
 
 TEST_P(NatnetPackets, GiveNamesPositionsAndTicks) {
-  const auto info = client::decode_server_info(client::take_message(info_).payload);
+  const auto info = natnet_client::decode_server_info(natnet_client::take_message(info_).payload);
   EXPECT_EQ(info.version[0], GetParam().major);
   EXPECT_EQ(info.ticks_per_s, 1e7);
   EXPECT_FALSE(info.multicast);
@@ -58,8 +58,8 @@ TEST_P(NatnetPackets, MissingAndFilledInMarkersAreOccluded) {
 }
 
 TEST_P(NatnetPackets, SurviveDamagedTruncatedAndRandomBytes) {
-  const auto info = client::decode_server_info(client::take_message(info_).payload);
-  const auto model = client::decode_model(client::take_message(model_).payload, info);
+  const auto info = natnet_client::decode_server_info(natnet_client::take_message(info_).payload);
+  const auto model = natnet_client::decode_model(natnet_client::take_message(model_).payload, info);
   const auto sound = frame({{"fabric", "right", {1, 2, 3}}, {"fabric", "left", {-1, 0, 2}}, {"", "", {5, 6, 7}}});
   std::mt19937 random(6);
   int read = 0, refused = 0;
@@ -70,10 +70,10 @@ TEST_P(NatnetPackets, SurviveDamagedTruncatedAndRandomBytes) {
     if (round % 7 == 0)
       for (auto& byte : bytes) byte = static_cast<std::uint8_t>(random());
     try {
-      const auto message = client::take_message(bytes);
-      client::decode_model(message.payload, info);
+      const auto message = natnet_client::take_message(bytes);
+      natnet_client::decode_model(message.payload, info);
       ++read;
-      for (const auto& marker : client::decode_frame(message.payload, info, model).markers) ASSERT_EQ(marker.occluded, marker.position_m.hasNaN());
+      for (const auto& marker : natnet_client::decode_frame(message.payload, info, model).markers) ASSERT_EQ(marker.occluded, marker.position_m.hasNaN());
     } catch (const wire::WireError&) {
       ++refused;
     }
@@ -82,7 +82,7 @@ TEST_P(NatnetPackets, SurviveDamagedTruncatedAndRandomBytes) {
   EXPECT_GT(refused, 1000);
 }
 
-INSTANTIATE_TEST_SUITE_P(Bitstreams, NatnetPackets, testing::Values(server::Bitstream{3, 0}, server::Bitstream{4, 1}),
+INSTANTIATE_TEST_SUITE_P(Bitstreams, NatnetPackets, testing::Values(natnet_server::Bitstream{3, 0}, natnet_server::Bitstream{4, 1}),
                          [](const auto& info) { return std::to_string(info.param.major) + "_" + std::to_string(info.param.minor); });
 
 }  // namespace

@@ -12,7 +12,7 @@ namespace {
 
 using namespace datastream;
 
-constexpr int kPort = 801;
+constexpr int kDatastreamPort = 801;
 
 void put_object(wire::LittleWriter& objects, std::uint32_t id, const wire::LittleWriter& body) {
   objects.number<std::uint32_t>(id).number<std::uint32_t>(body.size()).raw(body.bytes());
@@ -21,7 +21,7 @@ void put_object(wire::LittleWriter& objects, std::uint32_t id, const wire::Littl
 class DataStream final : public Tracker {
  public:
   explicit DataStream(const TrackerOptions& options)
-      : socket_(wire::connect_tcp(options.host, options.port == 0 ? kPort : options.port, options.connect_timeout_s)) {}
+      : socket_(wire::connect_tcp(options.host, options.port == 0 ? kDatastreamPort : options.port, options.connect_timeout_s)) {}
 
   std::optional<TrackerFrame> next(double timeout_s) override {
     const double end_s = rig::host_now_s() + timeout_s;

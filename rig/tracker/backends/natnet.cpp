@@ -11,14 +11,14 @@ namespace {
 
 using namespace natnet;
 
-constexpr int kPort = 1510;
+constexpr int kNatnetPort = 1510;
 constexpr double kKeepAlive_s = 1, kEcho_s = 0.2, kModelRetry_s = 0.5;
 constexpr double kSilence_s = 3;  // UDP has no end of a connection; echoes unanswered for so long are one
 
 class NatNet final : public Tracker {
  public:
   explicit NatNet(const TrackerOptions& options)
-      : options_(options), commands_(wire::connect_udp(options.host, options.port == 0 ? kPort : options.port)) {
+      : options_(options), commands_(wire::connect_udp(options.host, options.port == 0 ? kNatnetPort : options.port)) {
     const double end_s = rig::host_now_s() + options.connect_timeout_s;
     while (!server_) {
       if (rig::host_now_s() > end_s)
