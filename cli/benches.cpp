@@ -12,7 +12,7 @@ const std::vector<FigureSet>& benches() {
   static const std::vector<FigureSet> list = {
       {"capture", "the camera daemon beside arv-camera-test on one simulated camera", bench_capture},
       {"cloth", "seconds of work per simulated second, batches, cost of finer meshes", bench_cloth},
-      {"contact", "a waved swatch with contact off and on", bench_contact},
+      {"contact", "a waved swatch with contact off and on, and a skirt on a walking body", bench_contact},
       {"format", "reading and writing trials: CSV, PNG", bench_format},
       {"metric", "angle maps and pictures of 640x480 frames", bench_metric},
   };

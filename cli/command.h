@@ -18,6 +18,7 @@ void add_check(CLI::App& app, int& exit_status);
 void add_daemon(CLI::App& app, int& exit_status);
 void add_demo(CLI::App& app, int& exit_status);
 void add_fit(CLI::App& app, int& exit_status);
+void add_garment(CLI::App& app, int& exit_status);
 void add_prove(CLI::App& app, int& exit_status);
 void add_rig(CLI::App& app, int& exit_status);
 void add_simulate_devices(CLI::App& app, int& exit_status);

@@ -8,6 +8,7 @@ const std::vector<AddCommand>& commands() {
       add_check,
       add_calibrate,
       add_fit,
+      add_garment,
       add_prove,
       add_bench,
       add_rig,

@@ -13,7 +13,7 @@ const std::vector<FigureSet>& proofs() {
       {"calibration", "camera and projector against known truth, beside OpenCV and mrcal, and what must not pass silently",
        prove_calibration},
       {"cloth", "the fabric against closed forms, finer meshes and conservation laws", prove_cloth},
-      {"contact", "fabric over a rod and folded onto itself never intersects, contact gives no energy, friction holds its angle",
+      {"contact", "fabric over a rod and folded onto itself never intersects, contact gives no energy, friction holds its angle, a skirt is worn",
        prove_contact},
       {"format", "trials come back from disk unchanged, and every damage is refused", prove_format},
       {"metric", "the fold metric recovers stripes of known direction", prove_metric},

@@ -1,5 +1,7 @@
 #include "cloth/sheet.h"
 
+#include "cloth/bordered_sheet.h"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -126,6 +128,10 @@ kernel::BendMatrix make_bend_matrix(const kernel::SheetData& s) {
 }  // namespace
 
 Sheet make_sheet(const geometry::TriangleMesh& mesh) {
+  return make_bordered_sheet(mesh, static_cast<int>(mesh.rest_uv.size()));
+}
+
+Sheet make_bordered_sheet(const geometry::TriangleMesh& mesh, int own) {
   Sheet sheet;
   sheet.mesh = mesh;
   kernel::SheetData& s = sheet.data;
@@ -150,7 +156,8 @@ Sheet make_sheet(const geometry::TriangleMesh& mesh) {
   const double area = std::accumulate(s.vertex_area.begin(), s.vertex_area.end(), 0.0);
   const double spacing = std::sqrt(2 * area / static_cast<double>(mesh.triangles.size()));
   s.bend.start.push_back(0);
-  for (int i = 0; i < s.vertex_count; ++i) add_stencil(s.bend, mesh.rest_uv, i, spacing);
+  for (int i = 0; i < own; ++i) add_stencil(s.bend, mesh.rest_uv, i, spacing);
+  s.bend.start.resize(static_cast<size_t>(s.vertex_count) + 1, s.bend.start.back());
   s.bend_matrix = make_bend_matrix(s);
   return sheet;
 }

@@ -187,6 +187,8 @@ std::vector<Rest> relax(const Sheet& sheet, const std::vector<Experiment>& lanes
 
 std::vector<Trajectory> simulate(const Sheet& sheet, const std::vector<Experiment>& lanes, const Options& options) {
   check_lanes(lanes);
+  if (options.integrator != Options::Integrator::leapfrog && !lanes.empty() && lanes[0].make_step_filter)
+    throw std::invalid_argument("simulate: contact goes with the leapfrog integrator alone");
   std::vector<Trajectory> out(lanes.size());
   std::vector<Rest> rests;
   if (!lanes.empty() && lanes[0].starts_at_rest) rests = relax(sheet, lanes, options);

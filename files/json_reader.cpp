@@ -1,5 +1,6 @@
 #include "files/json_reader.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include <fmt/ranges.h>
@@ -45,6 +46,24 @@ JsonReader JsonReader::child(const std::string& key) const {
   const json& object = value(key);
   if (!object.is_object()) refuse(where(key), "found {}, expected an object", shown(object));
   return {object, path_, prefix_ + key + "."};
+}
+
+std::vector<JsonReader> JsonReader::children(const std::string& key) const {
+  const json& list = value(key);
+  if (!list.is_array()) refuse(where(key), "found {}, expected a list of objects", shown(list));
+  std::vector<JsonReader> children;
+  for (size_t i = 0; i < list.size(); ++i) {
+    const std::string name = key + "[" + std::to_string(i) + "]";
+    if (!list[i].is_object()) refuse(where(name), "found {}, expected an object", shown(list[i]));
+    children.push_back({list[i], path_, prefix_ + name + "."});
+  }
+  return children;
+}
+
+void JsonReader::allow_only(const std::vector<std::string>& keys) const {
+  for (const auto& [key, unused] : object_.items())
+    if (std::find(keys.begin(), keys.end(), key) == keys.end())
+      refuse(where(key), "found a key that nothing reads, expected one of \"{}\"", fmt::join(keys, "\", \""));
 }
 
 double JsonReader::number(const std::string& key) const {

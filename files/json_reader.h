@@ -17,7 +17,13 @@ class JsonReader {
 
   bool has(const std::string& key) const { return object_.contains(key); }
   JsonReader child(const std::string& key) const;  // must be an object
+  std::vector<JsonReader> children(const std::string& key) const;  // must be a list of objects
   const nlohmann::json& value(const std::string& key) const;  // must be there
+
+  // Throws BadInput naming a key that is none of these.
+  void allow_only(const std::vector<std::string>& keys) const;
+
+  const std::string& path() const { return path_; }
 
   // Each throws BadInput where the key is missing or of another kind.
   double number(const std::string& key) const;                   // finite

@@ -4,6 +4,7 @@
 
 #include "cli/figures.h"
 #include "cli/proofs/contact_cases.h"
+#include "cli/proofs/skirt_case.h"
 
 namespace selvedge::cli {
 
@@ -33,6 +34,11 @@ std::vector<Figure> bench_contact(const FigureOptions& options) {
     figures.push_back({what + "contact on", on, off, "s", Relation::shown, "contact off, the same run"});
     figures.push_back({what + "contact on, no curvature criterion", unculled, on, "s", Relation::shown, "with it, the same run"});
   }
+  const WornSkirt skirt = wear_walking_skirt(options.quick ? 1200 : 20000, options.quick ? 0.4 : 1.5, [&](double done, const std::string& what) {
+    options.progress(0.8 + 0.2 * done, "skirt: " + what);
+  });
+  figures.push_back({"skirt of " + std::to_string(skirt.triangles) + " triangles on a walking body: wall time per simulated second",
+                     skirt.worn.wall_s / skirt.worn.simulated_s, 30, "s", Relation::shown, "aim at 20000 triangles"});
   return figures;
 }
 
