@@ -84,49 +84,79 @@ Sparse third_differences(Eigen::Index n) {
   return d;
 }
 
-// Effective degrees of freedom tr((W + λDᵀD)⁻¹W) by Hutchinson's estimate with fixed signs.
-double degrees_of_freedom(const Eigen::SimplicialLDLT<Sparse>& solver, const Eigen::VectorXd& weight) {
+// As many regular times as there are samples, from the first to the last.
+std::vector<double> regular_times(const std::vector<double>& time_s) {
+  std::vector<double> regular(time_s.size());
+  const double step = (time_s.back() - time_s.front()) / static_cast<double>(time_s.size() - 1);
+  for (size_t i = 0; i < regular.size(); ++i) regular[i] = time_s.front() + static_cast<double>(i) * step;
+  return regular;
+}
+
+// Values at the seen samples from values at regular times: Lagrange's cubic through the four nearest of these.
+Sparse cubic_interpolation(const std::vector<double>& time_s, const std::vector<size_t>& seen) {
+  const auto n = static_cast<Eigen::Index>(time_s.size());
+  const double step = (time_s.back() - time_s.front()) / static_cast<double>(n - 1);
+  std::vector<Eigen::Triplet<double>> entries;
+  for (size_t row = 0; row < seen.size(); ++row) {
+    const double at = (time_s[seen[row]] - time_s.front()) / step;
+    const auto first = std::clamp<Eigen::Index>(static_cast<Eigen::Index>(std::floor(at)) - 1, 0, n - 4);
+    for (int k = 0; k < 4; ++k) {
+      double weight = 1;
+      for (int j = 0; j < 4; ++j)
+        if (j != k) weight *= (at - static_cast<double>(first + j)) / (k - j);
+      entries.emplace_back(static_cast<Eigen::Index>(row), first + k, weight);
+    }
+  }
+  Sparse interpolation(static_cast<Eigen::Index>(seen.size()), n);
+  interpolation.setFromTriplets(entries.begin(), entries.end());
+  return interpolation;
+}
+
+// Effective degrees of freedom tr((AᵀA + λDᵀD)⁻¹AᵀA) by Hutchinson's estimate with fixed signs.
+double degrees_of_freedom(const Eigen::SimplicialLDLT<Sparse>& solver, const Sparse& information) {
   double sum = 0;
   unsigned state = 12345;
   const int probes = 8;
   for (int k = 0; k < probes; ++k) {
-    Eigen::VectorXd z(weight.size());
+    Eigen::VectorXd z(information.rows());
     for (Eigen::Index i = 0; i < z.size(); ++i) {
       state = state * 1664525u + 1013904223u;
       z(i) = (state >> 16 & 1u) ? 1 : -1;
     }
-    sum += z.dot(solver.solve(weight.cwiseProduct(z)));
+    sum += z.dot(solver.solve(information * z));
   }
   return sum / probes;
 }
 
-Eigen::Matrix3Xd smooth_corner(const Eigen::Matrix3Xd& recorded) {
+// Positions at regular_times(time_s): penalised least squares against the seen samples.
+Eigen::Matrix3Xd smooth_corner(const std::vector<double>& time_s, const Eigen::Matrix3Xd& recorded) {
   const Eigen::Index n = recorded.cols();
-  Eigen::VectorXd weight(n);
-  Eigen::MatrixX3d values = Eigen::MatrixX3d::Zero(n, 3);
-  for (Eigen::Index i = 0; i < n; ++i) {
-    const bool seen = recorded.col(i).allFinite();
-    weight(i) = seen ? 1 : 0;
-    if (seen) values.row(i) = recorded.col(i).transpose();
-  }
-  const double seen = weight.sum();
-  if (seen < 4) throw std::invalid_argument("smooth_path: a held corner is seen in fewer than four samples");
-  const Sparse d = third_differences(n), penalty = d.transpose() * d;
-  Sparse diagonal(n, n);
-  diagonal.setIdentity();
-  for (Eigen::Index i = 0; i < n; ++i) diagonal.coeffRef(i, i) = weight(i) + 1e-12;
+  std::vector<size_t> seen;
+  for (Eigen::Index i = 0; i < n; ++i)
+    if (recorded.col(i).allFinite()) seen.push_back(static_cast<size_t>(i));
+  if (seen.size() < 4) throw std::invalid_argument("smooth_path: a held corner is seen in fewer than four samples");
+  Eigen::MatrixX3d values(static_cast<Eigen::Index>(seen.size()), 3);
+  for (size_t row = 0; row < seen.size(); ++row)
+    values.row(static_cast<Eigen::Index>(row)) = recorded.col(static_cast<Eigen::Index>(seen[row])).transpose();
+  const auto count = static_cast<double>(seen.size());
+
+  const Sparse interpolation = cubic_interpolation(time_s, seen), d = third_differences(n), penalty = d.transpose() * d;
+  const Sparse information = interpolation.transpose() * interpolation;
+  Sparse ridge(n, n);
+  ridge.setIdentity();
+  ridge *= 1e-12;
 
   Eigen::MatrixX3d best;
   double best_score = std::numeric_limits<double>::infinity();
   Eigen::SimplicialLDLT<Sparse> solver;
-  solver.analyzePattern(diagonal + penalty);
+  solver.analyzePattern(information + ridge + penalty);
   for (double exponent = -1; exponent <= 7; exponent += 0.5) {
-    solver.factorize(diagonal + std::pow(10.0, exponent) * penalty);
+    solver.factorize(information + ridge + std::pow(10.0, exponent) * penalty);
     if (solver.info() != Eigen::Success) continue;
-    const Eigen::MatrixX3d fit = solver.solve(weight.asDiagonal() * values);
-    const double misfit = (weight.asDiagonal() * (fit - values)).squaredNorm();
-    const double freedom = std::min(degrees_of_freedom(solver, weight), seen - 1);
-    const double score = misfit / std::pow(1 - freedom / seen, 2);
+    const Eigen::MatrixX3d fit = solver.solve(interpolation.transpose() * values);
+    const double misfit = (interpolation * fit - values).squaredNorm();
+    const double freedom = std::min(degrees_of_freedom(solver, information), count - 1);
+    const double score = misfit / std::pow(1 - freedom / count, 2);
     if (score < best_score) {
       best_score = score;
       best = fit;
@@ -187,7 +217,7 @@ HeldPath make_path(Hold hold, const std::vector<double>& time_s, const Eigen::Ma
 HeldPath smooth_path(Hold hold, const std::vector<double>& time_s, const Eigen::Matrix3Xd& left,
                      const Eigen::Matrix3Xd& right, bool still) {
   if (still) return make_path(hold, {time_s.front()}, robust_mean(left), robust_mean(right));
-  return make_path(hold, time_s, smooth_corner(left), smooth_corner(right));
+  return make_path(hold, regular_times(time_s), smooth_corner(time_s, left), smooth_corner(time_s, right));
 }
 
 }  // namespace selvedge::cloth

@@ -2,7 +2,9 @@
 //
 // Recorded corner positions carry sensor noise; taken as they are they would shake the sheet. A smoothing
 // spline (Whittaker's: least squares plus λ times squared third differences, the weight λ by generalised
-// cross-validation, hidden samples left out) gives the path; between samples it is a natural cubic.
+// cross-validation, hidden samples left out) gives the path at regular times, as many as there are samples;
+// between them it is a natural cubic. Recorded times need not be regular: trackers report twice within a tenth
+// of a millisecond, and differences over such a pair would throw the path metres off.
 #pragma once
 
 #include <vector>
