@@ -169,6 +169,12 @@ double from_rest(double time_s, double over_s) {
   return t + t * t / (2 * over_s);
 }
 
+// Share of the first pose that is taken up from the skeleton's own at a time before 0.
+double taken_up(double time_s, double over_s) {
+  const double x = over_s > 0 ? std::clamp(1 + time_s / over_s, 0.0, 1.0) : 1;
+  return x * x * (3 - 2 * x);
+}
+
 }  // namespace
 
 Motion read_bvh(const std::filesystem::path& path, const BvhOptions& options) {
@@ -210,7 +216,9 @@ std::vector<Eigen::Isometry3d> pose_at(const Motion& motion, double time_s, doub
   std::vector<Eigen::Isometry3d> world(motion.joints.size());
   for (size_t j = 0; j < motion.joints.size(); ++j) {
     Eigen::Isometry3d local = Eigen::Isometry3d::Identity();
-    local.linear() = motion.rotation[frame][j].slerp(share, motion.rotation[frame + 1][j]).normalized().toRotationMatrix();
+    Eigen::Quaterniond turned = motion.rotation[frame][j].slerp(share, motion.rotation[frame + 1][j]);
+    if (j > 0 && time_s < 0) turned = Eigen::Quaterniond::Identity().slerp(taken_up(time_s, run_up_s), turned);
+    local.linear() = turned.normalized().toRotationMatrix();
     if (j > 0) {
       local.translation() = motion.translation[frame][j];
     } else if (time_s < 0) {

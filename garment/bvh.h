@@ -43,8 +43,9 @@ Motion read_bvh(const std::filesystem::path& path, const BvhOptions& options = {
 // Throws BadInput naming the joints that there are, where `name` is none.
 int joint_index(const Motion& motion, const std::string& name, const std::string& where);
 
-// World frames of all joints at a time. Before the first frame the body comes from rest: the root over
-// run_up_s, the pose over the last quarter of a second. After the last frame it stands.
+// World frames of all joints at a time. Before the first frame the body comes from rest: over run_up_s the root
+// gathers its speed and the limbs go from the skeleton's own pose (no rotations: as a rule standing, legs down)
+// to the first frame's. After the last frame it stands.
 std::vector<Eigen::Isometry3d> pose_at(const Motion& motion, double time_s, double run_up_s);
 
 }  // namespace selvedge::garment

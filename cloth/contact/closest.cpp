@@ -72,7 +72,7 @@ Closest closest(Kind kind, const Four& x) {
   return out;
 }
 
-std::optional<double> time_of_approach(Kind kind, const Four& start, const Four& displacement, double least_m) {
+std::optional<double> time_of_approach(Kind kind, const Four& start, const Four& displacement, double distance_m, double least_m) {
   Four p = displacement, x = start;
   const Vector3d mean = 0.25 * (p[0] + p[1] + p[2] + p[3]);
   for (Vector3d& each : p) each -= mean;
@@ -81,7 +81,7 @@ std::optional<double> time_of_approach(Kind kind, const Four& start, const Four&
                               : largest_norm(p[0], p[1]) + largest_norm(p[2], p[3]);
   if (approach == 0) return std::nullopt;
   constexpr double kShare = 0.1;  // of the room at the start, at which the pair counts as come down
-  double room = closest(kind, x).distance - least_m;
+  double room = distance_m - least_m;
   const double enough = kShare * room;
   double time = 0;
   for (int k = 0; k < 1000; ++k) {

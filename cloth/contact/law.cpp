@@ -25,7 +25,8 @@ double least_speed(const Law& law, double step_s, double gap_m) {
 Eigen::Vector3d impulse_of(const Law& law, double step_s, double gap_m, const Eigen::Vector3d& normal,
                            const Eigen::Vector3d& relative_velocity, double inverse_mass, double least) {
   const double rate = std::min(law.rate_1_s, 0.3 / step_s), approach = normal.dot(relative_velocity);
-  const double overlap = law.thickness_m - gap_m;
+  // No deeper than the thickness: what lies within a body is let out, not shot out.
+  const double overlap = law.thickness_m - std::max(gap_m, 0.0);
   double change = std::max(0.0, least - approach);
   if (overlap > 0)
     change = std::max(change, rate * rate * step_s * overlap - 2 * law.damping_ratio * rate * step_s * approach);

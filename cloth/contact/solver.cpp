@@ -68,7 +68,7 @@ bool Solver::meets(const NearPair& pair, double step_s, double* when) const {
   const double least = std::min(0.05 * options_.fabric.thickness_m, 0.5 * pair.at.distance);
   Four displacement = columns(velocity_, pair.vertex);
   for (Eigen::Vector3d& each : displacement) each *= step_s;
-  const auto time = time_of_approach(pair.kind, columns(position_, pair.vertex), displacement, least);
+  const auto time = time_of_approach(pair.kind, columns(position_, pair.vertex), displacement, pair.at.distance, least);
   if (time) *when = *time;
   return time.has_value();
 }
@@ -153,9 +153,9 @@ void Solver::apply(const kernel::Step& step) {
     if (attempt == 0) repel(step.step_s, step.inverse_mass);
     stop_impacts(step.step_s, step.inverse_mass);
   }
-  // The bound, not the way gone: pairs sleep by it.
-  travel_m_ += bound;
-  body_travel_m_ += bound + body_m;
+  const double gone = step.step_s * fastest(velocity_, drift);
+  travel_m_ += gone;
+  body_travel_m_ += gone + body_m;
   ++statistics_.steps;
   statistics_.work_J += work(given_, step.inverse_mass);
   statistics_.most_work_J = std::max(statistics_.most_work_J, statistics_.work_J);

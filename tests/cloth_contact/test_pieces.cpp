@@ -59,7 +59,7 @@ TEST(Closest, ApproachesAreFoundInTimeAndNeverMissed) {
     const Four x = {dice.vector(), dice.vector(), dice.vector(), dice.vector()};
     Four p = {2 * dice.vector(), 2 * dice.vector(), 2 * dice.vector(), 2 * dice.vector()};
     const double least = 0.05 * closest(kind, x).distance;
-    const auto time = time_of_approach(kind, x, p, least);
+    const auto time = time_of_approach(kind, x, p, closest(kind, x).distance, least);
     met += time.has_value();
     for (int i = 0; i <= 400; ++i) {
       const double t = i / 400.0;
