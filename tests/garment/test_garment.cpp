@@ -163,6 +163,15 @@ TEST_F(Garments, DamagedMotionIsRefusedWithItsLine) {
     EXPECT_NE(refusal("a.bvh", std::string(kMotion).substr(0, cut)), "") << "cut after " << cut;
 }
 
+TEST_F(Garments, ExamplesAreWhatTheDocumentsSay) {
+  const fs::path examples = fs::path(SELVEDGE_SOURCE_DIR) / "examples";
+  EXPECT_EQ(files::read_whole(examples / "walk.bvh"), synthetic_walk(10));
+  const Pattern pattern = read_pattern(examples / "skirt.json");
+  EXPECT_EQ(pattern.panels.size(), 4u);
+  EXPECT_GT(sew(pattern).held.size(), 30u);
+  joint_index(read_bvh(examples / "walk.bvh"), pattern.held_by, "skirt.json");
+}
+
 TEST_F(Garments, ASkirtIsWornWithoutPassingThroughItself) {
   const auto motion = std::make_shared<const Motion>(read_bvh(file("walk.bvh", synthetic_walk(1.2))));
   Pattern pattern = make_gored_skirt(4, 0.72, 1.6, 0.55, 0.03);
