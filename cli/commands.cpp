@@ -11,6 +11,7 @@ const std::vector<AddCommand>& commands() {
       add_garment,
       add_prove,
       add_bench,
+      add_watch,
       add_rig,
       add_daemon,
       add_simulate_devices,

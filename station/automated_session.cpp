@@ -15,12 +15,13 @@ using session::RigClient;
 constexpr double kStart_s = 8;          // daemons connect, the camera's clock becomes known
 constexpr double kPose_s = 8;           // a grid pose with its patterns
 constexpr double kBeforeTrial_s = 6;    // to hang and come to rest
+constexpr double kWatch_s = 5;          // held corners sought in the frames
 
 // Hands the share [from, to] of the whole to one step, and says on the bus where the session stands.
 class Steps {
  public:
   Steps(RigClient& rig, const session::SessionPlan& plan, report::ProgressCallback progress) : rig_(rig), progress_(std::move(progress)) {
-    total_s_ = kStart_s + expected_calibration_s(plan);
+    total_s_ = kStart_s + expected_calibration_s(plan) + kWatch_s;
     for (const session::TrialPlan& trial : plan.trials) total_s_ += expected_trial_s(trial);
   }
 
@@ -85,6 +86,8 @@ SessionResult run_session(const rig::Configuration& configuration, const std::fi
   done.text = "the session is over";
   rig.ask(done);
   rig.show({});
+  result.watch = watch_calibration(trial::read_campaign(folder), steps.next("checking", "", kWatch_s));
+  write_watch(result.watch, folder);
   steps.next("done", "", 0)(1, "");
   return result;
 }

@@ -2,6 +2,7 @@
 // leave a campaign that `./selvedge fit` reads.
 //
 //   wait for the devices → calibrate (calibrating.h) → each trial in turn (capture/session/run_trial.h) → campaign.json
+//   → does the camera still stand where it was calibrated (calibration_watch.h)
 //
 // Prompts go out on OPERATOR_PROMPT, where the session stands on SESSION_STATUS.
 #pragma once
@@ -13,19 +14,22 @@
 #include "capture/session/run_trial.h"
 #include "capture/session/session_plan.h"
 #include "report/progress.h"
+#include "station/calibration_watch.h"
 
 namespace selvedge::station {
 
 struct SessionResult {
   calib::Calibration calibration;
   std::vector<session::TrialRecord> trials;
+  CalibrationWatch watch;
 };
 
 // About how long the session takes, s, from what was asked for; progress is shared out by it.
 double expected_calibration_s(const session::SessionPlan& plan);
 double expected_trial_s(const session::TrialPlan& trial);
 
-// Writes FOLDER/calibration.json, FOLDER/calibration/, FOLDER/NAME for each trial, FOLDER/campaign.json.
+// Writes FOLDER/calibration.json, FOLDER/calibration/, FOLDER/NAME for each trial, FOLDER/campaign.json,
+// FOLDER/calibration-watch.json.
 // Throws DeviceFailed where a device fails for good, and where the calibration's verdict is "refused".
 SessionResult run_session(const rig::Configuration& configuration, const std::filesystem::path& folder, const report::ProgressCallback& progress);
 

@@ -1,4 +1,5 @@
 // `./selvedge calibrate FOLDER --out DIR`: poses on disk to calibration.json and report.html.
+// `./selvedge calibrate --rig FILE --out DIR`: the same with poses captured on a running rig.
 #include <cmath>
 #include <filesystem>
 #include <memory>
@@ -11,12 +12,22 @@
 #include "calib/export.h"
 #include "calib/image_folder.h"
 #include "calib/poses.h"
+#include "capture/session/rig_client.h"
+#include "capture/session/session_plan.h"
 #include "cli/command.h"
+#include "files/bad_input.h"
+#include "report/progress.h"
 #include "report/text_table.h"
+#include "station/calibrating.h"
 
 namespace selvedge::cli {
 
 namespace {
+
+struct CalibrateArguments {
+  std::string folder, rig, out;
+  bool exports = false;
+};
 
 std::string px(double value) { return std::isfinite(value) ? fmt::format("{:.3f}", value) : "-"; }
 
@@ -53,8 +64,21 @@ void export_device(const calib::DeviceCalibration& device, const std::filesystem
   calib::export_mrcal_model(device.projection(), out / (name + ".cameramodel"));
 }
 
-void run(const std::filesystem::path& folder, const std::filesystem::path& out, bool exports) {
-  const calib::Calibration calibration = calibrate_folder(folder);
+// Captures the poses on the rig's bus; the operator's prompts are printed as they come.
+calib::Calibration calibrate_live(const std::filesystem::path& rig_file, const std::filesystem::path& out) {
+  const auto configuration = rig::Configuration::load(rig_file);
+  const session::SessionPlan plan = session::read_session_plan(configuration);
+  session::RigClient rig(configuration);
+  const report::ProgressCallback progress = report::terminal_progress("calibrate");
+  rig.wait_until_running(plan.answer_timeout_s, [&](const std::string& missing) { progress(0, missing); });
+  std::filesystem::create_directories(out);
+  return station::calibrate_rig(rig, plan, out, progress);
+}
+
+void run(const CalibrateArguments& a) {
+  const std::filesystem::path out = a.out;
+  const calib::Calibration calibration = a.rig.empty() ? calibrate_folder(a.folder) : calibrate_live(a.rig, out);
+  const bool exports = a.exports;
   std::filesystem::create_directories(out);
   calib::write_report(calibration, out / "report.html");
   if (exports) {
@@ -70,12 +94,16 @@ void run(const std::filesystem::path& folder, const std::filesystem::path& out, 
 
 void add_calibrate(CLI::App& app, int&) {
   CLI::App* sub = app.add_subcommand("calibrate", "Solve camera and projector from grid poses, and say how far to trust them");
-  auto folder = std::make_shared<std::string>(), out = std::make_shared<std::string>();
-  auto exports = std::make_shared<bool>(false);
-  sub->add_option("FOLDER", *folder, "Folder with poses.json and correspondences.csv, or with tracker.csv and images")->required();
-  sub->add_option("--out", *out, "Folder for calibration.json and report.html")->required();
-  sub->add_flag("--export", *exports, "Also write OpenCV's YAML and mrcal's camera model of each device");
-  sub->callback([folder, out, exports] { run(*folder, *out, *exports); });
+  auto a = std::make_shared<CalibrateArguments>();
+  auto* folder = sub->add_option("FOLDER", a->folder, "Folder with poses.json and correspondences.csv, or with tracker.csv and images");
+  auto* rig = sub->add_option("--rig", a->rig, "Capture the poses on this running rig instead (its configuration, TOML)");
+  folder->excludes(rig);
+  sub->add_option("--out", a->out, "Folder for calibration.json and report.html")->required();
+  sub->add_flag("--export", a->exports, "Also write OpenCV's YAML and mrcal's camera model of each device");
+  sub->callback([a] {
+    if (a->folder.empty() && a->rig.empty()) refuse("calibrate", "found neither FOLDER nor --rig FILE, expected one of them");
+    run(*a);
+  });
 }
 
 }  // namespace selvedge::cli
