@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <stdexcept>
 #include <tuple>
@@ -60,8 +61,7 @@ std::vector<std::vector<size_t>> grouped(const std::vector<Experiment>& lanes,
 // that ripples do not pass for peaks of the sheet's own motion.
 constexpr double kRelaxStep_s = 1e-4;
 
-Experiment made_to_relax(const Sheet& sheet, const Experiment& lane) {
-  const Spectrum s = spectrum_of(sheet, lane.material);
+Experiment made_to_relax(const Experiment& lane, const Spectrum& s) {
   const double omega = std::sqrt(std::max(s.membrane_omega2, s.bend_omega2)), ratio = 0.1;
   const double step = 0.85 * 2 / omega * (std::sqrt(1 + ratio * ratio) - ratio);
   const double speed_up = step / kRelaxStep_s, mass = 1 / (speed_up * speed_up);
@@ -79,12 +79,12 @@ Experiment made_to_relax(const Sheet& sheet, const Experiment& lane) {
   return e;
 }
 
-void relax_group(const Sheet& sheet, const std::vector<Experiment>& lanes, const std::vector<size_t>& members,
-                 const Options& options, std::vector<Rest>& out) {
+void relax_group(const Sheet& sheet, const std::vector<Experiment>& lanes, const std::vector<Spectrum>& spectra,
+                 const std::vector<size_t>& members, const Options& options, std::vector<Rest>& out) {
   std::vector<Experiment> free;
   std::vector<const Experiment*> group;
   std::vector<const Eigen::Matrix3Xd*> start;
-  for (const size_t i : members) free.push_back(made_to_relax(sheet, lanes[i]));
+  for (const size_t i : members) free.push_back(made_to_relax(lanes[i], spectra[i]));
   for (const Experiment& e : free) {
     group.push_back(&e);
     start.push_back(&e.start_shape);
@@ -140,14 +140,31 @@ void run_group(const Sheet& sheet, const std::vector<Experiment>& lanes, const s
   }
 }
 
-// Leapfrog for all lanes from their starts in `out`.
-void run_leapfrog(const Sheet& sheet, const std::vector<Experiment>& lanes, double step_s, std::vector<Trajectory>& out) {
+std::vector<Spectrum> spectra_of(const Sheet& sheet, const std::vector<Experiment>& lanes) {
   std::vector<Spectrum> spectra;
+  for (const Experiment& lane : lanes) spectra.push_back(spectrum_of(sheet, lane.material));
+  return spectra;
+}
+
+double shortest_step_s(const std::vector<Spectrum>& spectra) {
+  double step = std::numeric_limits<double>::infinity();
+  for (const Spectrum& s : spectra) step = std::min(step, plan_step(s).step_s);
+  return step;
+}
+
+std::vector<Rest> relax_all(const Sheet& sheet, const std::vector<Experiment>& lanes, const std::vector<Spectrum>& spectra,
+                            const Options& options) {
+  std::vector<Rest> rests(lanes.size());
+  for (const std::vector<size_t>& members : grouped(lanes, std::vector<kernel::DampingStages>(lanes.size())))
+    relax_group(sheet, lanes, spectra, members, options, rests);
+  return rests;
+}
+
+// Leapfrog for all lanes from their starts in `out`.
+void run_leapfrog(const Sheet& sheet, const std::vector<Experiment>& lanes, const std::vector<Spectrum>& spectra, double step_s,
+                  std::vector<Trajectory>& out) {
   std::vector<kernel::DampingStages> stages;
-  for (const Experiment& lane : lanes) {
-    spectra.push_back(spectrum_of(sheet, lane.material));
-    stages.push_back(stages_for(spectra.back(), step_s));
-  }
+  for (const Spectrum& s : spectra) stages.push_back(stages_for(s, step_s));
   for (const std::vector<size_t>& members : grouped(lanes, stages))
     run_group(sheet, lanes, members, step_s, stages[members[0]], out);
   for (size_t i = 0; i < lanes.size(); ++i)
@@ -172,26 +189,22 @@ double stable_step_s(const Sheet& sheet, const Material& material) {
 }
 
 double common_step_s(const Sheet& sheet, const std::vector<Experiment>& lanes) {
-  double step = std::numeric_limits<double>::infinity();
-  for (const Experiment& lane : lanes) step = std::min(step, stable_step_s(sheet, lane.material));
-  return step;
+  return shortest_step_s(spectra_of(sheet, lanes));
 }
 
 std::vector<Rest> relax(const Sheet& sheet, const std::vector<Experiment>& lanes, const Options& options) {
   check_lanes(lanes);
-  std::vector<Rest> rests(lanes.size());
-  for (const std::vector<size_t>& members : grouped(lanes, std::vector<kernel::DampingStages>(lanes.size())))
-    relax_group(sheet, lanes, members, options, rests);
-  return rests;
+  return relax_all(sheet, lanes, spectra_of(sheet, lanes), options);
 }
 
 std::vector<Trajectory> simulate(const Sheet& sheet, const std::vector<Experiment>& lanes, const Options& options) {
   check_lanes(lanes);
   if (options.integrator != Options::Integrator::leapfrog && !lanes.empty() && lanes[0].make_step_filter)
     throw std::invalid_argument("simulate: contact goes with the leapfrog integrator alone");
+  const std::vector<Spectrum> spectra = spectra_of(sheet, lanes);
   std::vector<Trajectory> out(lanes.size());
   std::vector<Rest> rests;
-  if (!lanes.empty() && lanes[0].starts_at_rest) rests = relax(sheet, lanes, options);
+  if (!lanes.empty() && lanes[0].starts_at_rest) rests = relax_all(sheet, lanes, spectra, options);
   for (size_t i = 0; i < lanes.size(); ++i) {
     out[i].start = rests.empty() ? lanes[i].start_shape : rests[i].position;
     out[i].at_rest = rests.empty() || rests[i].at_rest;
@@ -202,7 +215,7 @@ std::vector<Trajectory> simulate(const Sheet& sheet, const std::vector<Experimen
     for (size_t i = 0; i < lanes.size(); ++i)
       run_implicit_euler(sheet, lanes[i], options.step_s > 0 ? options.step_s : kImplicitStep_s, out[i]);
   else
-    run_leapfrog(sheet, lanes, options.step_s > 0 ? options.step_s : common_step_s(sheet, lanes), out);
+    run_leapfrog(sheet, lanes, spectra, options.step_s > 0 ? options.step_s : shortest_step_s(spectra), out);
   return out;
 }
 

@@ -102,7 +102,7 @@ bool mode_is_stable(const Polynomial& p, double h, double omega2, double lambda)
 }
 
 bool is_stable(const Polynomial& p, double h, const Spectrum& s) {
-  const int points = 60;
+  const int points = 30;
   for (int i = 0; i <= points; ++i) {
     const double share = static_cast<double>(i) / points;
     const double membrane = share * s.membrane_lambda, bend = share * s.bend_lambda;
@@ -120,12 +120,13 @@ double longest_step(const Polynomial& p, const Spectrum& s) {
   double h = 0.2 / std::sqrt(std::max({s.membrane_omega2, s.bend_omega2, 1.0}));
   h = std::min(h, 0.5 / std::max({s.membrane_lambda, s.bend_lambda, 1.0}));
   const double most = 1.5 * kLongestStep_s;
-  while (h < most && is_stable(p, 1.02 * h, s)) h *= 1.02;
+  for (const double growth : {1.04, 1.01})
+    while (h < most && is_stable(p, growth * h, s)) h *= growth;
   return std::min(h, most);
 }
 
 constexpr double kMargin = 0.85;
-constexpr double kStageCost = 0.45;  // of one evaluation of all forces
+constexpr double kStageCost = 0.53;  // of one evaluation of all forces
 constexpr std::array<double, 3> kAmplitudes = {0.8, 0.5, 0.3};
 
 std::vector<Polynomial> candidates() {

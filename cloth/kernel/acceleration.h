@@ -31,11 +31,14 @@ struct Workspace {
       : packed(sheet), x(count(sheet)), v(count(sheet)), acceleration(count(sheet)), normal(count(sheet)),
         scratch(count(sheet)), membrane(sheet.triangles.size()), bend(count(sheet)) {}
 
+  void keep_frames() { frames.resize(membrane.size()); }
+
   static size_t count(const SheetData& sheet) { return static_cast<size_t>(sheet.vertex_count); }
 
   PackedTriangles packed;
   std::vector<V> x, v, acceleration, normal, scratch;
   std::vector<MembraneMemory<Lanes4>> membrane;
+  std::vector<typename KeptFrame<V>::Type> frames;  // of the last accelerations; empty where no stages of damping follow
   std::vector<BendMemory<ScalarOf<V>>> bend;
 };
 
@@ -73,22 +76,23 @@ void accelerations(const SheetData& sheet, const Materials<V>& m, Workspace<V>& 
     for (size_t i = 0; i < n; ++i) a[i] = V{};
     general_bending(sheet, p, w.x.data(), w.v.data(), w.normal.data(), w.bend.data(), step_s, a);
   } else {
-    for (size_t i = 0; i < n; ++i) w.scratch[i] = p.bend_uv * w.x[i] + p.bend_damping * w.v[i];
+    for (size_t i = 0; i < n; ++i) w.scratch[i] = add_scaled(p.bend_uv, w.x[i], p.bend_damping * w.v[i]);
     uniform_bending(sheet, w.scratch.data(), a);
   }
-  membrane_and_drag(sheet, w.packed, m.triangle, w.x.data(), w.v.data(), w.membrane.data(), step_s, a);
-  for (size_t i = 0; i < n; ++i) a[i] = p.inverse_mass[i] * a[i] + p.gravity;
+  membrane_and_drag(sheet, w.packed, m.triangle, w.x.data(), w.v.data(), w.membrane.data(), step_s,
+                    w.frames.empty() ? nullptr : w.frames.data(), a);
+  for (size_t i = 0; i < n; ++i) a[i] = add_scaled(p.inverse_mass[i], a[i], p.gravity);
   if (p.uses_added_mass) carry_air(sheet, p, w.normal.data(), a);
 }
 
-// Accelerations by the material damping of the velocities v alone, at w.x and its normals.
+// Accelerations by the material damping of the velocities v alone, at w.x and what the last accelerations kept of it.
 template <class V>
 void damping_accelerations(const SheetData& sheet, const Materials<V>& m, Workspace<V>& w, const std::vector<V>& v,
                            std::vector<V>& out) {
   const auto& p = m.vertex;
   for (size_t i = 0; i < out.size(); ++i) w.scratch[i] = p.bend_damping * v[i];
   uniform_bending(sheet, w.scratch.data(), out.data());
-  membrane_damping(sheet, w.packed, m.triangle, w.x.data(), v.data(), out.data());
+  membrane_damping(sheet, w.packed, m.triangle, w.frames.data(), w.x.data(), v.data(), out.data());
   for (size_t i = 0; i < out.size(); ++i) out[i] = p.inverse_mass[i] * out[i];
   if (p.uses_added_mass) carry_air(sheet, p, w.normal.data(), out.data());
 }

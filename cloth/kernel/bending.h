@@ -27,18 +27,18 @@ struct SecondDerivatives {
 // force = −Q y.
 template <class V>
 void uniform_bending(const SheetData& sheet, const V* y, V* force) {
-  const BendMatrix& q = sheet.bend_matrix;
-  for (size_t i = 0; i < static_cast<size_t>(sheet.vertex_count); ++i) {
+  const int *start = sheet.bend_matrix.start.data(), *index = sheet.bend_matrix.index.data();
+  const double* value = sheet.bend_matrix.value.data();
+  for (int i = 0; i < sheet.vertex_count; ++i) {
     V even{}, odd{};  // two sums, so that one addition need not wait for the other
-    int k = q.start[i];
-    const int end = q.start[i + 1];
+    int k = start[i];
+    const int end = start[i + 1];
     for (; k + 1 < end; k += 2) {
-      const auto at = static_cast<size_t>(k);
-      even -= scaled(q.value[at], y[q.index[at]]);
-      odd -= scaled(q.value[at + 1], y[q.index[at + 1]]);
+      even = add_scaled(value[k], y[index[k]], even);
+      odd = add_scaled(value[k + 1], y[index[k + 1]], odd);
     }
-    if (k < end) even -= scaled(q.value[static_cast<size_t>(k)], y[q.index[static_cast<size_t>(k)]]);
-    force[i] = even + odd;
+    if (k < end) even = add_scaled(value[k], y[index[k]], even);
+    force[i] = V{} - (even + odd);
   }
 }
 
@@ -48,9 +48,9 @@ inline SecondDerivatives<V> second_derivatives(const BendStencils& b, size_t ver
   for (int k = b.start[vertex]; k < b.start[vertex + 1]; ++k) {
     const auto at = static_cast<size_t>(k);
     const V& value = y[b.index[at]];
-    d.uu += scaled(b.uu[at], value);
-    d.uv += scaled(b.uv[at], value);
-    d.vv += scaled(b.vv[at], value);
+    d.uu = add_scaled(b.uu[at], value, d.uu);
+    d.uv = add_scaled(b.uv[at], value, d.uv);
+    d.vv = add_scaled(b.vv[at], value, d.vv);
   }
   return d;
 }
@@ -63,7 +63,7 @@ inline void add_moments(const SheetData& sheet, size_t vertex, const SecondDeriv
   const V uu = scaled(area, moment.uu), uv = scaled(2 * area, moment.uv), vv = scaled(area, moment.vv);
   for (int k = b.start[vertex]; k < b.start[vertex + 1]; ++k) {
     const auto j = static_cast<size_t>(k);
-    force[b.index[j]] -= scaled(b.uu[j], uu) + scaled(b.uv[j], uv) + scaled(b.vv[j], vv);
+    force[b.index[j]] -= add_scaled(b.uu[j], uu, add_scaled(b.uv[j], uv, scaled(b.vv[j], vv)));
   }
 }
 

@@ -64,14 +64,15 @@ inline void scatter(const PackedTriangles::Four& t, const CornerForces<Lanes4>& 
 }
 
 // Each adds to force. memory: one a triangle, or one a pack of four. step_s: of the memory; 0 leaves it.
+// frames: likewise, filled for membrane_damping where not null.
 inline void membrane_and_drag(const SheetData& sheet, const PackedTriangles&, const LaneMaterial<Lanes4>& p,
                               const Vec3<Lanes4>* x, const Vec3<Lanes4>* v, MembraneMemory<Lanes4>* memory,
-                              double step_s, Vec3<Lanes4>* force) {
+                              double step_s, DampingShares<Lanes4>* frames, Vec3<Lanes4>* force) {
   for (size_t i = 0; i < sheet.triangles.size(); ++i) {
     const Triangle& t = sheet.triangles[i];
     const int a = t.vertex[0], b = t.vertex[1], c = t.vertex[2];
     const auto f = triangle_forces(flat(t), sides(x[a], x[b], x[c]), sides(v[a], v[b], v[c]), v[a] + v[b] + v[c], p,
-                                   memory + i, step_s);
+                                   memory + i, step_s, frames ? frames + i : nullptr);
     force[a] += f.zero;
     force[b] += f.one;
     force[c] += f.two;
@@ -79,21 +80,40 @@ inline void membrane_and_drag(const SheetData& sheet, const PackedTriangles&, co
 }
 
 inline void membrane_and_drag(const SheetData&, const PackedTriangles& packed, const LaneMaterial<Lanes4>& p,
-                              const Quad* x, const Quad* v, MembraneMemory<Lanes4>* memory, double step_s, Quad* force) {
+                              const Quad* x, const Quad* v, MembraneMemory<Lanes4>* memory, double step_s,
+                              Frame<Lanes4>* frames, Quad* force) {
   for (size_t i = 0; i < packed.fours.size(); ++i) {
     const PackedTriangles::Four& t = packed.fours[i];
     const Vec3<Lanes4> v0 = gather(t.vertex[0], v), v1 = gather(t.vertex[1], v), v2 = gather(t.vertex[2], v);
     const auto x_sides = sides(gather(t.vertex[0], x), gather(t.vertex[1], x), gather(t.vertex[2], x));
-    scatter(t, triangle_forces(t.flat, x_sides, sides(v0, v1, v2), v0 + v1 + v2, p, memory + i, step_s), force);
+    scatter(t, triangle_forces(t.flat, x_sides, sides(v0, v1, v2), v0 + v1 + v2, p, memory + i, step_s, frames ? frames + i : nullptr),
+            force);
   }
 }
 
-// Membrane damping of the velocities v at the shape x.
+// What membrane_and_drag keeps of the shape for membrane_damping.
+template <class V>
+struct KeptFrame;
+template <>
+struct KeptFrame<Vec3<Lanes4>> {
+  using Type = DampingShares<Lanes4>;
+};
+template <>
+struct KeptFrame<Quad> {
+  using Type = Frame<Lanes4>;
+};
+
+// Membrane damping of the velocities v at the shape x; adds to force.
 inline void membrane_damping(const SheetData& sheet, const PackedTriangles&, const LaneMaterial<Lanes4>& p,
-                             const Vec3<Lanes4>* x, const Vec3<Lanes4>* v, Vec3<Lanes4>* force) {
-  for (const Triangle& t : sheet.triangles) {
+                             const DampingShares<Lanes4>* shares, const Vec3<Lanes4>* x, const Vec3<Lanes4>* v,
+                             Vec3<Lanes4>* force) {
+  for (size_t i = 0; i < sheet.triangles.size(); ++i) {
+    const Triangle& t = sheet.triangles[i];
     const int a = t.vertex[0], b = t.vertex[1], c = t.vertex[2];
-    const auto f = triangle_damping(flat(t), sides(x[a], x[b], x[c]), sides(v[a], v[b], v[c]), p);
+    const FlatTriangle<double> at_rest = flat(t);
+    const Sides<Lanes4> shape = sides(x[a], x[b], x[c]);
+    const Frame<Lanes4> frame{along_u(at_rest, shape), along_v(at_rest, shape), shares[i]};
+    const auto f = triangle_damping(at_rest, frame, sides(v[a], v[b], v[c]), p);
     force[a] += f.zero;
     force[b] += f.one;
     force[c] += f.two;
@@ -101,11 +121,11 @@ inline void membrane_damping(const SheetData& sheet, const PackedTriangles&, con
 }
 
 inline void membrane_damping(const SheetData&, const PackedTriangles& packed, const LaneMaterial<Lanes4>& p,
-                             const Quad* x, const Quad* v, Quad* force) {
-  for (const PackedTriangles::Four& t : packed.fours) {
-    const auto x_sides = sides(gather(t.vertex[0], x), gather(t.vertex[1], x), gather(t.vertex[2], x));
+                             const Frame<Lanes4>* frames, const Quad*, const Quad* v, Quad* force) {
+  for (size_t i = 0; i < packed.fours.size(); ++i) {
+    const PackedTriangles::Four& t = packed.fours[i];
     const auto v_sides = sides(gather(t.vertex[0], v), gather(t.vertex[1], v), gather(t.vertex[2], v));
-    scatter(t, triangle_damping(t.flat, x_sides, v_sides, p), force);
+    scatter(t, triangle_damping(t.flat, frames[i], v_sides, p), force);
   }
 }
 

@@ -56,7 +56,7 @@ void staged_change(const RunInput& in, const Materials<V>& m, Workspace<V>& w, s
     zero_held(in, next);
     const double mu = s.mu[j], nu = j > 1 ? s.nu[j] : 0, gain = s.gain[j] * in.step_s;
     for (size_t i = 0; i < n; ++i)
-      next[i] = scaled(mu, now[i]) + scaled(nu, before[i]) + scaled(gain, w.acceleration[i] + next[i]);
+      next[i] = add_scaled(mu, now[i], add_scaled(nu, before[i], scaled(gain, w.acceleration[i] + next[i])));
     std::swap(before, now);
     std::swap(now, next);
   }
@@ -69,15 +69,15 @@ void leap(const RunInput& in, const Materials<V>& m, Workspace<V>& w, std::vecto
   accelerations(*in.sheet, m, w, h);
   if (in.stages.count == 1) {
     for (size_t i = 0; i < n; ++i) {
-      w.v[i] += scaled(h, w.acceleration[i]);
-      w.x[i] += scaled(h, w.v[i]);
+      w.v[i] = add_scaled(h, w.acceleration[i], w.v[i]);
+      w.x[i] = add_scaled(h, w.v[i], w.x[i]);
     }
   } else {
     zero_held(in, w.acceleration);
     staged_change(in, m, w, change);
     for (size_t i = 0; i < n; ++i) {
       w.v[i] += change[0][i];
-      w.x[i] += scaled(h, w.v[i]);
+      w.x[i] = add_scaled(h, w.v[i], w.x[i]);
     }
   }
   for (const HeldVertex& held : in.held) {
@@ -124,6 +124,7 @@ template <class V>
 RunOutput run_lanes(const RunInput& in) {
   const auto m = unpack_materials<V>(*in.sheet, in.materials.data(), in.surroundings.data(), in.lanes, in.held);
   Workspace<V> w(*in.sheet);
+  if (in.stages.count > 1) w.keep_frames();
   load_state(in, w);
   const size_t n = w.x.size(), samples = in.sample_s.size();
   RunOutput out;
@@ -205,9 +206,9 @@ RelaxOutput relax_lanes(const RunInput& in, const RelaxOptions& options) {
   int open = in.lanes;
   for (int step = 0; step < options.max_steps && open > 0; ++step) {
     accelerations(*in.sheet, m, w, 0);
-    for (size_t v = 0; v < n; ++v) w.v[v] += scaled(options.step_s, w.acceleration[v]);
+    for (size_t v = 0; v < n; ++v) w.v[v] = add_scaled(options.step_s, w.acceleration[v], w.v[v]);
     zero_held(in, w.v);
-    for (size_t v = 0; v < n; ++v) w.x[v] += scaled(options.step_s, w.v[v]);
+    for (size_t v = 0; v < n; ++v) w.x[v] = add_scaled(options.step_s, w.v[v], w.x[v]);
     if ((step + 1) % look_every != 0) continue;
 
     const auto now = motion_of_all(m.vertex, w);

@@ -43,28 +43,46 @@ struct MembraneMemory {
 
 template <class G, class R>
 inline Vec3<R> along_u(const FlatTriangle<G>& t, const Sides<R>& s) {
-  return scaled(t.u1, s.one) + scaled(t.u2, s.two);
+  return add_scaled(t.u2, s.two, scaled(t.u1, s.one));
 }
 template <class G, class R>
 inline Vec3<R> along_v(const FlatTriangle<G>& t, const Sides<R>& s) {
-  return scaled(t.v1, s.one) + scaled(t.v2, s.two);
+  return add_scaled(t.v2, s.two, scaled(t.v1, s.one));
 }
 
 template <class G, class R>
 inline CornerForces<R> corner_forces(const FlatTriangle<G>& t, const Vec3<R>& pull_u, const Vec3<R>& pull_v) {
-  const Vec3<R> one = scaled(t.u1, pull_u) + scaled(t.v1, pull_v), two = scaled(t.u2, pull_u) + scaled(t.v2, pull_v);
+  const Vec3<R> one = add_scaled(t.u1, pull_u, scaled(t.v1, pull_v)), two = add_scaled(t.u2, pull_u, scaled(t.v2, pull_v));
   return {one + two, Vec3<R>{} - one, Vec3<R>{} - two};
 }
 
-// velocity_sum: of the three corners. N/m².
+// How a triangle lies, kept from the forces for the stages of damping. Lanes of runs keep the shares alone and find
+// w_u, w_v again: reading them back from beyond the nearest cache would take longer.
 template <class R>
-inline Vec3<R> drag_per_area(const Vec3<R>& w_u, const Vec3<R>& w_v, const Vec3<R>& velocity_sum, const LaneMaterial<R>& p) {
-  const Vec3<R> area_normal = cross(w_u, w_v);
-  const R inverse = 1.0 / (dot(area_normal, area_normal) + 1e-300);
+struct DampingShares {
+  R u, v;  // N·s: area · stretch_damping / |w|²
+};
+template <class R>
+struct Frame {
+  Vec3<R> w_u, w_v;
+  DampingShares<R> share;
+};
+template <class R>
+inline void keep(const Vec3<R>& w_u, const Vec3<R>& w_v, const DampingShares<R>& share, Frame<R>& to) {
+  to = {w_u, w_v, share};
+}
+template <class R>
+inline void keep(const Vec3<R>&, const Vec3<R>&, const DampingShares<R>& share, DampingShares<R>& to) {
+  to = share;
+}
+
+// velocity_sum: of the three corners; inverse: 1/|normal|² of normal = w_u × w_v. N/m².
+template <class R>
+inline Vec3<R> drag_per_area(const Vec3<R>& normal, const R& inverse, const Vec3<R>& velocity_sum, const LaneMaterial<R>& p) {
   const Vec3<R> relative = scaled(1.0 / 3.0, velocity_sum) - p.air;
-  const R along = dot(relative, area_normal), speed2 = along * along * inverse;
+  const R along = dot(relative, normal), speed2 = along * along * inverse;
   const R on_normal = p.drag_normal * square_root(speed2) / (1.0 + p.drag_fade * speed2) + p.drag_linear;
-  return (-p.drag_tangent) * relative + ((p.drag_tangent - on_normal) * along * inverse) * area_normal;
+  return add_scaled((p.drag_tangent - on_normal) * along * inverse, normal, (-p.drag_tangent) * relative);
 }
 
 template <class R>
@@ -79,14 +97,17 @@ inline void remember(MembraneMemory<R>& k, const LaneMaterial<R>& p, double step
   k.crept_shear += step_s * p.creep_rate * (strain.z - k.crept_shear);
 }
 
-// memory: read and advanced by step_s only where p.uses_membrane_memory.
-template <class G, class R>
+// memory: read and advanced by step_s only where p.uses_membrane_memory. frame: filled where not null.
+template <class G, class R, class Kept>
 inline CornerForces<R> triangle_forces(const FlatTriangle<G>& t, const Sides<R>& x, const Sides<R>& v,
                                        const Vec3<R>& velocity_sum, const LaneMaterial<R>& p, MembraneMemory<R>* memory,
-                                       double step_s) {
+                                       double step_s, Kept* frame) {
   const Vec3<R> w_u = along_u(t, x), w_v = along_v(t, x), rate_u = along_u(t, v), rate_v = along_v(t, v);
-  const R length_u = norm(w_u), length_v = norm(w_v);
-  const R inverse_u = 1.0 / length_u, inverse_v = 1.0 / length_v;
+  const Vec3<R> normal = cross(w_u, w_v);
+  const R length_u = norm(w_u), length_v = norm(w_v), normal2 = dot(normal, normal);
+  // One division for three reciprocals.
+  const R both = length_u * length_v, shared = 1.0 / fused(both, normal2, broadcast<R>(1e-300));
+  const R inverse_u = shared * length_v * normal2, inverse_v = shared * length_u * normal2, inverse_normal2 = shared * both;
   // u, v and shear parts of strain and its rate.
   const Vec3<R> strain{length_u - 1.0, length_v - 1.0, dot(w_u, w_v)};
   const Vec3<R> rate{dot(w_u, rate_u) * inverse_u, dot(w_v, rate_v) * inverse_v, dot(w_u, rate_v) + dot(w_v, rate_u)};
@@ -95,33 +116,36 @@ inline CornerForces<R> triangle_forces(const FlatTriangle<G>& t, const Sides<R>&
     sigma_u = sigma_u * (1.0 + p.stiffening * absolute(strain.x)) + p.coupling * strain.y;
     sigma_v = sigma_v * (1.0 + p.stiffening * absolute(strain.y)) + p.coupling * strain.x;
   }
-  sigma_u += p.stretch_damping * rate.x;
-  sigma_v += p.stretch_damping * rate.y;
-  tau += p.shear_damping * rate.z;
+  sigma_u = fused(p.stretch_damping, rate.x, sigma_u);
+  sigma_v = fused(p.stretch_damping, rate.y, sigma_v);
+  tau = fused(p.shear_damping, rate.z, tau);
   if (p.uses_membrane_memory) {
     remember(*memory, p, step_s, strain, rate);
     sigma_u += memory->friction_u + p.creep * p.stretch_u * (strain.x - memory->crept_u);
     sigma_v += memory->friction_v + p.creep * p.stretch_v * (strain.y - memory->crept_v);
     tau += memory->friction_shear + p.creep * p.shear * (strain.z - memory->crept_shear);
   }
+  if (frame) {
+    const R damping = t.area * p.stretch_damping;
+    keep(w_u, w_v, DampingShares<R>{damping * inverse_u * inverse_u, damping * inverse_v * inverse_v}, *frame);
+  }
   const R pull_along_u = t.area * sigma_u * inverse_u, pull_along_v = t.area * sigma_v * inverse_v, across = t.area * tau;
-  CornerForces<R> f = corner_forces(t, pull_along_u * w_u + across * w_v, pull_along_v * w_v + across * w_u);
-  const Vec3<R> drag = drag_per_area(w_u, w_v, velocity_sum, p);
-  f.zero += scaled(t.corner[0], drag);
-  f.one += scaled(t.corner[1], drag);
-  f.two += scaled(t.corner[2], drag);
+  CornerForces<R> f =
+      corner_forces(t, add_scaled(pull_along_u, w_u, across * w_v), add_scaled(pull_along_v, w_v, across * w_u));
+  const Vec3<R> drag = drag_per_area(normal, inverse_normal2, velocity_sum, p);
+  f.zero = add_scaled(t.corner[0], drag, f.zero);
+  f.one = add_scaled(t.corner[1], drag, f.one);
+  f.two = add_scaled(t.corner[2], drag, f.two);
   return f;
 }
 
-// The damping alone of the velocities v, at the shape x.
+// The damping alone of the velocities v.
 template <class G, class R>
-inline CornerForces<R> triangle_damping(const FlatTriangle<G>& t, const Sides<R>& x, const Sides<R>& v,
-                                        const LaneMaterial<R>& p) {
-  const Vec3<R> w_u = along_u(t, x), w_v = along_v(t, x), rate_u = along_u(t, v), rate_v = along_v(t, v);
-  const R rate_along_u = dot(w_u, rate_u) / dot(w_u, w_u), rate_along_v = dot(w_v, rate_v) / dot(w_v, w_v);
-  const R skew_rate = dot(w_u, rate_v) + dot(w_v, rate_u);
-  const R damping = t.area * p.stretch_damping, across = t.area * p.shear_damping * skew_rate;
-  return corner_forces(t, damping * rate_along_u * w_u + across * w_v, damping * rate_along_v * w_v + across * w_u);
+inline CornerForces<R> triangle_damping(const FlatTriangle<G>& t, const Frame<R>& k, const Sides<R>& v, const LaneMaterial<R>& p) {
+  const Vec3<R> rate_u = along_u(t, v), rate_v = along_v(t, v);
+  const R pull_along_u = k.share.u * dot(k.w_u, rate_u), pull_along_v = k.share.v * dot(k.w_v, rate_v);
+  const R across = t.area * p.shear_damping * (dot(k.w_u, rate_v) + dot(k.w_v, rate_u));
+  return corner_forces(t, add_scaled(pull_along_u, k.w_u, across * k.w_v), add_scaled(pull_along_v, k.w_v, across * k.w_u));
 }
 
 }  // namespace selvedge::cloth::kernel
