@@ -5,6 +5,7 @@ namespace selvedge::cli {
 std::vector<Figure> bench_capture(const FigureOptions& options);
 std::vector<Figure> bench_cloth(const FigureOptions& options);
 std::vector<Figure> bench_contact(const FigureOptions& options);
+std::vector<Figure> bench_diagnose(const FigureOptions& options);
 std::vector<Figure> bench_format(const FigureOptions& options);
 std::vector<Figure> bench_metric(const FigureOptions& options);
 
@@ -13,6 +14,8 @@ const std::vector<FigureSet>& benches() {
       {"capture", "the camera daemon beside arv-camera-test on one simulated camera", bench_capture},
       {"cloth", "seconds of work per simulated second, batches, cost of finer meshes", bench_cloth},
       {"contact", "a waved swatch with contact off and on, and a skirt on a walking body", bench_contact},
+      {"contact", "a waved swatch with contact off and on", bench_contact},
+      {"diagnose", "a marker campaign diagnosed, stage by stage", bench_diagnose},
       {"format", "reading and writing trials: CSV, PNG", bench_format},
       {"metric", "angle maps and pictures of 640x480 frames", bench_metric},
   };

@@ -13,10 +13,12 @@ namespace selvedge::cli {
 using AddCommand = void (*)(CLI::App& app, int& exit_status);
 
 void add_bench(CLI::App& app, int& exit_status);
+void add_blind(CLI::App& app, int& exit_status);
 void add_calibrate(CLI::App& app, int& exit_status);
 void add_check(CLI::App& app, int& exit_status);
 void add_daemon(CLI::App& app, int& exit_status);
 void add_demo(CLI::App& app, int& exit_status);
+void add_diagnose(CLI::App& app, int& exit_status);
 void add_fit(CLI::App& app, int& exit_status);
 void add_garment(CLI::App& app, int& exit_status);
 void add_prove(CLI::App& app, int& exit_status);

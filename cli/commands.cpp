@@ -9,6 +9,8 @@ const std::vector<AddCommand>& commands() {
       add_calibrate,
       add_fit,
       add_garment,
+      add_diagnose,
+      add_blind,
       add_prove,
       add_bench,
       add_watch,

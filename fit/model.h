@@ -15,6 +15,7 @@ namespace selvedge::fit {
 // How the simulated fabric is seen.
 struct Seeing {
   double delay_s = 0;             // observations stamped t show the fabric at t − delay
+  double drift = 0;               // s/s: the delay grows by this much a second of the recording
   double row_delay_s = 0;         // a rolling shutter: the last row is seen this much after the first
   Eigen::Vector3d projector_shift_m = Eigen::Vector3d::Zero();  // the projector moved by this since calibration
   double radial_distortion = 0;   // added to the camera's k1
@@ -23,6 +24,7 @@ struct Seeing {
 struct Prediction {
   cloth::Experiment experiment;
   Seeing seeing;
+  double beyond_mesh = 0;         // share of Objective's mesh correction that is added once more
 };
 
 struct Parameter {

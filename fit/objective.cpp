@@ -51,9 +51,21 @@ auto catmull_rom(const Between& b, size_t count, const Pick& pick) {
   return Value(0.5 * ((-x + 2 * x2 - x3) * p0 + (2 - 5 * x2 + 3 * x3) * p1 + (x + 4 * x2 - 3 * x3) * p2 + (x3 - x2) * p3));
 }
 
+// The time at which the fabric was as an observation stamped t shows it.
+double shown_at(const Prediction& p, double t) {
+  return t - p.seeing.delay_s - p.seeing.drift * (t - p.experiment.start_s);
+}
+
 Eigen::Vector3d point_on(const Eigen::Matrix3Xd& position, const geometry::MaterialPoint& p) {
   return p.weights(0) * position.col(p.vertices[0]) + p.weights(1) * position.col(p.vertices[1]) +
          p.weights(2) * position.col(p.vertices[2]);
+}
+
+// A shape on one mesh, interpolated to the vertices of another.
+Eigen::Matrix3Xd on_mesh(const geometry::TriangleMesh& to, const geometry::TriangleMesh& from, const Eigen::Matrix3Xd& shape) {
+  Eigen::Matrix3Xd out(3, static_cast<Index>(to.rest_uv.size()));
+  for (size_t i = 0; i < to.rest_uv.size(); ++i) out.col(static_cast<Index>(i)) = point_on(shape, geometry::locate(from, to.rest_uv[i]));
+  return out;
 }
 
 std::vector<size_t> all_of(size_t count) {
@@ -91,6 +103,11 @@ Objective::Objective(std::vector<ObservedTrial> trials, const ObjectiveOptions& 
       for (const Eigen::Vector2d& uv : trial.markers->uv) points.push_back(geometry::locate(sheet_.mesh, uv));
     marker_points_.push_back(std::move(points));
     scenes_.push_back({std::move(trial), {}});
+  }
+  if (options.branch_of) {
+    for (size_t i = 0; i < scenes_.size(); ++i) scenes_[i].start_shape = on_mesh(sheet_.mesh, options.branch_of->sheet().mesh, options.branch_of->scenes()[i].start_shape);
+    options_.branch_of = nullptr;
+    return;
   }
   tbb::parallel_for(size_t{0}, scenes_.size(), [&](size_t i) { choose_branch(scenes_[i], parameters, usual); });
 }
@@ -185,7 +202,7 @@ Eigen::VectorXd Objective::residual_of(const ObservedTrial& trial, const Predict
     const MarkerTrack& m = *trial.markers;
     for (size_t k = 0; k < m.uv.size(); ++k)
       for (size_t j = 0; j < m.time_s.size(); ++j) {
-        const Between b = between(e.sample_s, m.time_s[j] - prediction.seeing.delay_s);
+        const Between b = between(e.sample_s, shown_at(prediction, m.time_s[j]));
         const Eigen::Vector3d x = catmull_rom(b, trajectory.samples.size(), [&](size_t i) -> Eigen::Vector3d {
           return point_on(trajectory.samples[i], points[k]);
         });
@@ -195,8 +212,23 @@ Eigen::VectorXd Objective::residual_of(const ObservedTrial& trial, const Predict
   }
   if (trial.stripes)
     for (const StripeFrame& frame : trial.stripes->frames) {
-      const Eigen::Matrix3Xd x = position_at(e, trajectory, frame.time_s - prediction.seeing.delay_s);
-      stripe_residuals(*trial.stripes, frame, sheet_.mesh, x, prediction.seeing, r.data() + at);
+      const auto residuals_at = [&](double t, double* out) {
+        stripe_residuals(*trial.stripes, frame, sheet_.mesh, position_at(e, trajectory, shown_at(prediction, t)), prediction.seeing, out);
+      };
+      const double rolling_s = prediction.seeing.row_delay_s;
+      residuals_at(frame.time_s - 0.5 * rolling_s, r.data() + at);
+      if (rolling_s != 0) {
+        // Rows between the first and the last lie between the two times.
+        const auto points = static_cast<Index>(frame.depth.size() + frame.outline.size());
+        Eigen::VectorXd last(points);
+        residuals_at(frame.time_s + 0.5 * rolling_s, last.data());
+        for (Index k = 0; k < points; ++k) {
+          const auto i = static_cast<size_t>(k);
+          const double row = i < frame.depth.size() ? frame.depth[i].pixel.y() : frame.outline[i - frame.depth.size()].pixel.y();
+          const double share = row / trial.stripes->camera.height_px;
+          r(at + k) = (1 - share) * r(at + k) + share * last(k);
+        }
+      }
       at += static_cast<Index>(frame.depth.size() + frame.outline.size());
     }
   return r;
@@ -230,8 +262,10 @@ std::vector<Residuals> Objective::evaluate(const std::vector<Parameter>& paramet
       Residuals& r = out[static_cast<size_t>(first + i)];
       const cloth::Trajectory& run = runs[static_cast<size_t>(i)];
       r.start[trial] = run.start;
-      if (run.finite) r.mm[trial] = residual_of(scenes_[trial].trial, predicted[static_cast<size_t>(i)], run);
-      else finite[static_cast<size_t>(first + i) * scenes_.size() + trial] = 0;
+      if (run.finite) {
+        r.mm[trial] = residual_of(scenes_[trial].trial, predicted[static_cast<size_t>(i)], run);
+        if (!mesh_correction_.empty()) r.mm[trial] += (1 + predicted[static_cast<size_t>(i)].beyond_mesh) * mesh_correction_[trial];
+      } else finite[static_cast<size_t>(first + i) * scenes_.size() + trial] = 0;
     }
   });
   for (size_t i = 0; i < finite.size(); ++i)

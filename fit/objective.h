@@ -13,6 +13,8 @@
 
 namespace selvedge::fit {
 
+class Objective;
+
 // One trial on one mesh, with the shape from which its equilibrium is sought.
 struct Scene {
   ObservedTrial trial;
@@ -29,6 +31,7 @@ struct ObjectiveOptions {
   int columns = 17;                        // of the mesh along the width
   double model_sd_mm = 0.5;                // what the mesh alone may be off by, added to sensor noise
   cloth::Options simulation;
+  const Objective* branch_of = nullptr;    // equilibria start from this one's, on another mesh, and are not sought
 };
 
 class Objective {
@@ -54,6 +57,11 @@ class Objective {
   // Start equilibria for the next evaluations.
   void set_start(const std::vector<Eigen::Matrix3Xd>& start);
 
+  // What a finer mesh adds to the residuals, mm, one a trial (empty: nothing). It is added to all later residuals,
+  // so that a coarse mesh serves for derivatives and a fine one for what they are derivatives of.
+  void set_mesh_correction(std::vector<Eigen::VectorXd> correction) { mesh_correction_ = std::move(correction); }
+  const std::vector<Eigen::VectorXd>& mesh_correction() const { return mesh_correction_; }
+
   // Simulated positions of a trial's samples for one set, for pictures and maps.
   cloth::Trajectory trajectory(const std::vector<Parameter>& parameters, const Eigen::VectorXd& coordinates,
                                size_t trial) const;
@@ -69,6 +77,7 @@ class Objective {
   ObjectiveOptions options_;
   std::vector<Scene> scenes_;
   std::vector<std::vector<geometry::MaterialPoint>> marker_points_;  // a trial, a marker
+  std::vector<Eigen::VectorXd> mesh_correction_;
 };
 
 // Positions of all vertices between the samples of a trajectory (cubic in time).

@@ -30,6 +30,15 @@ struct Optics {
   double focal_px = 1;
 };
 
+render::StripePattern pattern_of(const trial::StripePattern& recorded) {
+  render::StripePattern pattern;
+  pattern.horizontal = recorded.orientation == "horizontal";
+  pattern.period_px = recorded.period_px;
+  pattern.duty = recorded.duty;
+  pattern.first_bright_px = recorded.first_bright_row_px;
+  return pattern;
+}
+
 std::vector<DepthPoint> depth_points(const StripeObservation& seen, const Optics& o) {
   std::vector<DepthPoint> points;
   for (const StripeEdge& edge : seen.edges) {
@@ -40,6 +49,7 @@ std::vector<DepthPoint> depth_points(const StripeObservation& seen, const Optics
     if (!at || !shifted) continue;
     DepthPoint p;
     p.pixel = edge.pixel;
+    p.projector_px = edge.projector_px;
     p.depth_m = geometry::depth(o.camera, *at);
     const Eigen::Vector3d centre = geometry::centre(o.camera);
     p.ray_m_per_depth_m = (*at - centre).norm() / p.depth_m;
@@ -129,11 +139,7 @@ std::shared_ptr<const StripeTrack> track_stripes(const trial::Trial& trial, cons
   track->camera = *trial.camera;
   track->projector = *trial.projector;
   track->pattern = *trial.pattern;
-  Optics o{*trial.camera, *trial.projector, {}, geometry::decompose(*trial.camera).intrinsics(0, 0)};
-  o.pattern.horizontal = trial.pattern->orientation == "horizontal";
-  o.pattern.period_px = trial.pattern->period_px;
-  o.pattern.duty = trial.pattern->duty;
-  o.pattern.first_bright_px = trial.pattern->first_bright_row_px;
+  Optics o{*trial.camera, *trial.projector, pattern_of(*trial.pattern), geometry::decompose(*trial.camera).intrinsics(0, 0)};
   double next = -1e300;
   size_t labelled = 0;
   for (size_t i = 0; i < trial.frames->time_s.size(); ++i) {
@@ -156,9 +162,17 @@ void stripe_residuals(const StripeTrack& track, const StripeFrame& frame, const 
   camera.distortion[0] += seeing.radial_distortion;
   render::RowMap map(camera, track.projector);
   map.rasterise(position, mesh.triangles);
+  // A moved projector or another lens puts the seen point elsewhere on its ray.
+  const bool moved = seeing.radial_distortion != 0 || !seeing.projector_shift_m.isZero(0);
+  geometry::Projection projector = track.projector;
+  projector.matrix.col(3) -= projector.matrix.leftCols<3>() * seeing.projector_shift_m;
+  const render::StripePattern pattern = pattern_of(track.pattern);
   for (const DepthPoint& p : frame.depth) {
     const auto sample = map.at(p.pixel);
-    *residual_mm++ = sample ? std::clamp(1e3 * (sample->depth_m - p.depth_m) * p.ray_m_per_depth_m, -50.0, 50.0) : kUncoveredMm;
+    double depth_m = p.depth_m;
+    if (moved)
+      if (const auto at = triangulate(camera, projector, pattern, p.pixel, p.projector_px)) depth_m = geometry::depth(camera, *at);
+    *residual_mm++ = sample ? std::clamp(1e3 * (sample->depth_m - depth_m) * p.ray_m_per_depth_m, -50.0, 50.0) : kUncoveredMm;
   }
   std::vector<Eigen::Vector2d> rim;
   for (const int v : rim_of(mesh)) rim.push_back(geometry::project(camera, position.col(v)));

@@ -15,6 +15,7 @@ namespace selvedge::fit {
 
 struct DepthPoint {
   Eigen::Vector2d pixel;
+  double projector_px = 0;   // row of the stripe's border
   double depth_m = 0;        // along the optical axis
   double ray_m_per_depth_m = 1;  // length along the ray for a metre of depth
   double sd_mm = 0;          // along the ray

@@ -30,6 +30,8 @@ LatticeSheet::LatticeSheet(const FabricTruth& truth, const LatticeOptions& optio
     for (int c = 0; c < columns_; ++c)
       mass_[r * columns_ + c] = truth.density * hu_ * hv_ * (c == 0 || c + 1 == columns_ ? 0.5 : 1) *
                                 (r == 0 || r + 1 == rows_ ? 0.5 : 1);
+  area_ = mass_;
+  for (double& area : area_) area /= truth.density;
   scratch_.assign(9 * (columns_ + 2), 0.0);
 
   // Shortest waves in the sheet's plane and out of it; rim nodes have half the mass and half the springs.
@@ -149,15 +151,32 @@ void LatticeSheet::forces() {
       }
       for (int k = 0; k < 3; ++k) add(k, r + k, 0, columns_);
     }
-    // Node areas from the masses; the forces so far are per node already.
-    for (int c = 0; c < columns_; ++c) scratch[c] = mass_[size_t(r) * columns_ + c] / truth_.density;
+    for (int c = 0; c < columns_; ++c) scratch[c] = area_[size_t(r) * columns_ + c];
     lattice::drag(row(x_, r), row(x_, above), row(x_, below), row(v_, r), force(r), columns_, scratch, options_.air_m_s.data(),
                   truth_.drag_normal, truth_.drag_tangent, truth_.drag_fade);
   }
 }
 
+LatticeView LatticeSheet::view() {
+  LatticeView out{columns_, rows_, hu_, hv_, time_s_, &truth_, {}, {}, {}, mass_.data(), options_.gravity_m_s2};
+  for (size_t a = 0; a < 3; ++a) {
+    out.x[a] = x_.axis[a].data();
+    out.v[a] = v_.axis[a].data();
+    out.f[a] = f_.axis[a].data();
+  }
+  return out;
+}
+
+void LatticeSheet::add_extra(std::shared_ptr<LatticeExtra> extra, double step_share) {
+  extra->begin(view());
+  step_s_ *= step_share;
+  extras_.push_back(std::move(extra));
+}
+
 void LatticeSheet::step(double dt, double brake, bool held) {
   forces();
+  for (const auto& extra : extras_) extra->add(view(), dt);
+  time_s_ += dt;
   const double keep = std::exp(-brake * dt);
   const int n = count();
   for (int a = 0; a < 3; ++a) {

@@ -13,6 +13,7 @@
 #pragma once
 
 #include <array>
+#include <memory>
 #include <vector>
 
 #include <Eigen/Core>
@@ -40,11 +41,35 @@ struct LatticeOptions {
   Eigen::Vector3d air_m_s = Eigen::Vector3d::Zero();
 };
 
+// The lattice as an extra sees it: 3 planes each of positions, velocities and forces (gravity not among them).
+struct LatticeView {
+  int columns, rows;
+  double hu, hv, time_s;
+  const FabricTruth* truth;
+  const double* x[3];
+  const double* v[3];
+  double* f[3];
+  double* mass;
+  Eigen::Vector3d gravity_m_s2;
+};
+
+// Something that the fabric has beyond FabricTruth. `begin` may change masses; `add` adds forces, and is called
+// once a step of dt_s, so that it may keep a memory.
+class LatticeExtra {
+ public:
+  virtual ~LatticeExtra() = default;
+  virtual void begin(const LatticeView&) {}
+  virtual void add(const LatticeView& view, double dt_s) = 0;
+};
+
 struct LatticeEnergy { double stretch = 0, shear = 0, bend = 0, kinetic = 0, weight = 0; };  // J
 
 class LatticeSheet {
  public:
   explicit LatticeSheet(const FabricTruth& truth, const LatticeOptions& options = {});
+
+  // Extras act in the order in which they were added. step_share: of the step that a sheet without it may take.
+  void add_extra(std::shared_ptr<LatticeExtra> extra, double step_share);
 
   int columns() const { return columns_; }
   int rows() const { return rows_; }
@@ -75,6 +100,7 @@ class LatticeSheet {
  private:
   using Plane = std::vector<double>;  // one coordinate of all nodes
   struct Field { std::array<Plane, 3> axis; };
+  LatticeView view();
   void forces();
   void step(double dt, double brake, bool held);
 
@@ -83,8 +109,10 @@ class LatticeSheet {
   int columns_, rows_;
   double hu_, hv_, step_s_;
   Field x_, v_, f_;
-  Plane mass_;
+  Plane mass_, area_;  // of each node; extras may add to the mass alone
   std::vector<double> scratch_;
+  std::vector<std::shared_ptr<LatticeExtra>> extras_;
+  double time_s_ = 0;
 };
 
 }  // namespace selvedge::hardware_sim

@@ -1,0 +1,126 @@
+// ./selvedge blind make|answer|open: diagnoses of campaigns whose keys are sealed until all are answered.
+#include <algorithm>
+#include <chrono>
+#include <filesystem>
+#include <memory>
+#include <random>
+#include <set>
+#include <string>
+
+#include <fmt/format.h>
+
+#include "cli/command.h"
+#include "diagnose/blind.h"
+#include "diagnose/effects/library.h"
+#include "files/bad_input.h"
+#include "files/whole_file.h"
+#include "hardware_sim/bank/bank_campaign.h"
+#include "report/progress.h"
+
+namespace selvedge::cli {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+struct BlindArguments {
+  fs::path folder;
+  int none = 25, known = 50, outside = 15;
+  unsigned long long seed = 0;
+  double minutes = 1e9;
+  bool partial = false;
+};
+
+std::string hex_words(std::mt19937_64& g, int words) {
+  std::string text;
+  for (int i = 0; i < words; ++i) text += fmt::format("{:016x}", g());
+  return text;
+}
+
+// Keys are drawn and sealed before the first campaign is simulated; a second call goes on where the first stopped.
+void make_bank(const BlindArguments& a) {
+  std::mt19937_64 g(a.seed);
+  std::vector<std::string> kinds;
+  for (const auto& [kind, count] : {std::pair{"none", a.none}, std::pair{"known", a.known}, std::pair{"outside", a.outside}})
+    kinds.insert(kinds.end(), static_cast<size_t>(count), kind);
+  std::shuffle(kinds.begin(), kinds.end(), g);
+  std::vector<hardware_sim::BankKey> keys;
+  std::vector<diagnose::SealedKey> sealed;
+  // Identifiers come from a generator of their own: they must not follow from the order of kinds.
+  std::mt19937_64 names(a.seed ^ 0x9e3779b97f4a7c15ULL);
+  std::random_device device;
+  for (const std::string& kind : kinds) {
+    keys.push_back(hardware_sim::draw_key(kind, g));
+    std::string salt;
+    for (int i = 0; i < 8; ++i) salt += fmt::format("{:08x}", device());
+    sealed.push_back({"c" + hex_words(names, 1), salt, hardware_sim::to_json(keys.back())});
+  }
+  if (!fs::exists(a.folder / "record.json"))
+    diagnose::seal_keys(a.folder, sealed, diagnose::library_hash(diagnose::effect_library(), diagnose::Calibration{}));
+  const diagnose::BlindRecord record = diagnose::read_record(a.folder);
+  for (size_t i = 0; i < sealed.size(); ++i)
+    if (i >= record.ids.size() || record.ids[i] != sealed[i].id)
+      refuse((a.folder / "record.json").string(), "found a blind check of another seed or other numbers, expected --seed, --none, --known and --outside as when it was made");
+  const auto progress = report::terminal_progress("blind make");
+  for (size_t i = 0; i < keys.size(); ++i) {
+    progress(static_cast<double>(i) / static_cast<double>(keys.size()), record.ids[i]);
+    if (!fs::exists(a.folder / "campaigns" / record.ids[i] / "campaign.json"))
+      hardware_sim::write_bank_campaign(keys[i], record.ids[i], a.folder / "campaigns" / record.ids[i]);
+  }
+  progress(1, "done");
+  fmt::print("{} campaigns in {}; their keys are sealed in record.json\n", keys.size(), (a.folder / "campaigns").string());
+}
+
+void answer_bank(const BlindArguments& a) {
+  const auto begin = std::chrono::steady_clock::now();
+  const auto enough = [&] { return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count() > 60 * a.minutes; };
+  const size_t total = diagnose::read_record(a.folder).ids.size();
+  const auto one = [&](const fs::path& campaign) {
+    diagnose::DiagnosisOptions options;
+    options.study.progress = report::terminal_progress("blind answer " + campaign.filename().string());
+    return diagnose::diagnose(trial::read_campaign(campaign), diagnose::effect_library(), options);
+  };
+  const size_t answered = diagnose::answer_all(a.folder, one, enough);
+  fmt::print("{} of {} campaigns are answered{}\n", answered, total, answered == total ? "; the answers are final" : "; run the command again to go on");
+}
+
+void print_rows(const std::vector<diagnose::ScoreRow>& rows) {
+  for (const diagnose::ScoreRow& r : rows)
+    fmt::print("{:<62} {:>4} of {:<4} {:>6} {:>17}  {}\n", r.what, r.hits, r.of, r.of ? fmt::format("{:.0f} %", 100.0 * r.hits / r.of) : "–",
+               r.of ? fmt::format("({:.0f} … {:.0f} %)", 100 * r.low, 100 * r.high) : "", r.wanted);
+}
+
+void open_bank(const BlindArguments& a) {
+  const diagnose::BlindScore s = diagnose::open_keys(a.folder, a.partial);
+  fmt::print("{} campaigns answered; shares with their exact 95 % intervals (Clopper and Pearson)\n\n", s.answered);
+  print_rows(s.rows);
+  fmt::print("\n");
+  print_rows(s.baselines);
+  fmt::print("\ncalibration error {:.3f} (at most 0.10); Brier score {:.3f}, of the base rates {:.3f}\n\n", s.calibration_error, s.brier, s.brier_base_rates);
+  for (const std::string& line : s.confusion) fmt::print("{}\n", line);
+}
+
+}  // namespace
+
+void add_blind(CLI::App& app, int&) {
+  auto* command = app.add_subcommand("blind", "diagnose campaigns whose keys are sealed, and score the answers afterwards");
+  command->require_subcommand(1);
+  auto a = std::make_shared<BlindArguments>();
+  auto* made = command->add_subcommand("make", "draw campaigns of the simulated world and seal their keys; goes on where it stopped");
+  made->add_option("DIR", a->folder, "folder of the blind check")->required();
+  made->add_option("--seed", a->seed, "draw it after library and thresholds are frozen")->required();
+  made->add_option("--none", a->none, "campaigns without an effect")->check(CLI::Range(0, 1000))->capture_default_str();
+  made->add_option("--known", a->known, "with an effect of the library")->check(CLI::Range(0, 1000))->capture_default_str();
+  made->add_option("--outside", a->outside, "with an effect outside it")->check(CLI::Range(0, 1000))->capture_default_str();
+  made->callback([a] { make_bank(*a); });
+  auto* answered = command->add_subcommand("answer", "diagnose every campaign that has no answer yet");
+  answered->add_option("DIR", a->folder, "folder of the blind check")->required();
+  answered->add_option("--minutes", a->minutes, "begin no further campaign after this time")->check(CLI::PositiveNumber);
+  answered->callback([a] { answer_bank(*a); });
+  auto* opened = command->add_subcommand("open", "check seals and answers, then score");
+  opened->add_option("DIR", a->folder, "folder of the blind check")->required();
+  opened->add_flag("--partial", a->partial, "score what is answered so far");
+  opened->callback([a] { open_bank(*a); });
+}
+
+}  // namespace selvedge::cli

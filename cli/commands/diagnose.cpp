@@ -1,0 +1,121 @@
+// ./selvedge diagnose CAMPAIGN --out DIR: where the gap lies, what causes it, how far it shrinks.
+#include <algorithm>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <fmt/format.h>
+
+#include "capture/trial/trial.h"
+#include "cli/command.h"
+#include "diagnose/blind.h"
+#include "diagnose/diagnosis_report.h"
+#include "diagnose/effects/library.h"
+#include "files/bad_input.h"
+#include "files/whole_file.h"
+#include "report/progress.h"
+
+namespace selvedge::cli {
+
+namespace {
+
+struct DiagnoseArguments {
+  std::filesystem::path path, out;
+  std::string base = "nonlinear_drag";
+  std::vector<std::string> effects, without;
+  diagnose::DiagnosisOptions options;
+};
+
+std::vector<diagnose::Effect> chosen_effects(const DiagnoseArguments& a) {
+  std::vector<diagnose::Effect> out;
+  std::vector<std::string> unknown = a.effects;
+  unknown.insert(unknown.end(), a.without.begin(), a.without.end());
+  for (const diagnose::Effect& effect : diagnose::effect_library()) {
+    const auto named = [&](const std::vector<std::string>& list) { return std::find(list.begin(), list.end(), effect.name) != list.end(); };
+    unknown.erase(std::remove(unknown.begin(), unknown.end(), effect.name), unknown.end());
+    if ((a.effects.empty() || named(a.effects)) && !named(a.without)) out.push_back(effect);
+  }
+  if (!unknown.empty()) {
+    std::string names;
+    for (const diagnose::Effect& effect : diagnose::effect_library()) names += (names.empty() ? "" : ", ") + effect.name;
+    refuse("--effects, --without", "found {}, expected some of {}", unknown[0], names);
+  }
+  return out;
+}
+
+// What the base fit rests on: every file of the campaign but its pictures, and the options.
+std::string input_hash(const trial::Campaign& campaign, const DiagnoseArguments& a) {
+  std::string all = fmt::format("{} {} {}\n", a.base, a.options.study.columns, a.options.study.fine_columns);
+  for (const trial::Trial& trial : campaign.trials)
+    for (const char* name : {"trial.json", "corners.csv", "markers.csv", "frames.csv"})
+      if (std::filesystem::exists(trial.folder / name)) all += diagnose::sha256_hex(files::read_whole(trial.folder / name));
+  return diagnose::sha256_hex(all);
+}
+
+// A run that was broken off after the base fit goes on from it: DIR/base_fit.json.
+void go_on_from(DiagnoseArguments& a, const std::string& hash) {
+  const std::filesystem::path file = a.out / "base_fit.json";
+  if (std::filesystem::exists(file)) {
+    const nlohmann::json stored = files::read_json(file);
+    if (stored.value("input", "") == hash) {
+      const auto values = stored.at("coordinates").get<std::vector<double>>();
+      a.options.base_fit = Eigen::Map<const Eigen::VectorXd>(values.data(), static_cast<Eigen::Index>(values.size()));
+    }
+  }
+  a.options.on_base_fit = [file, hash](const Eigen::VectorXd& x) {
+    std::filesystem::create_directories(file.parent_path());
+    files::write_json(file, {{"input", hash}, {"coordinates", std::vector<double>(x.data(), x.data() + x.size())}});
+  };
+}
+
+void print_diagnosis(const diagnose::Diagnosis& d) {
+  fmt::print("{}: cause {} (probability {:.2f}), side {}\n", d.campaign, d.cause, d.probability.at(d.cause), d.side);
+  fmt::print("held-out error {:.2f} mm, noise {:.2f} mm, a right model about {:.2f} mm; gap {:.2f} mm ({:.2f} … {:.2f}), p {:.3g}\n", d.before_mm, d.noise_floor_mm,
+             d.right_floor_mm, d.gap_mm, d.low_mm, d.high_mm, d.p_value);
+  fmt::print("none {:.3f}, unknown {:.3f}\n", d.probability.at("none"), d.probability.at("unknown"));
+  fmt::print("{:<20} {:>11} {:>9} {:>9} {:>7}  {}\n", "effect", "probability", "after, mm", "of gap", "absorbed", "size (90 %)");
+  for (const diagnose::EffectFinding& f : d.effects) {
+    if (!f.finalist) continue;
+    std::string size;
+    for (const diagnose::SizedParameter& p : f.size) size += fmt::format(" {} {:.3g} {} ({:.2g} … {:.2g})", p.name, p.value, p.unit, p.low, p.high);
+    fmt::print("{:<20} {:>11.3f} {:>9.2f} {:>9.2f} {:>7.2f} {}\n", f.name, f.probability, f.shrink.after_mm, f.shrink.fraction, f.absorbed, size);
+  }
+  if (!d.pair.empty()) fmt::print("two effects: {} leaves {:.2f} mm\n", d.pair, d.pair_shrink.after_mm);
+  if (d.cause != "none") {
+    std::string set;
+    for (const std::string& name : d.confusable) set += " " + name;
+    fmt::print("confusable:{}\n", set);
+  }
+  fmt::print("next: {}\n", d.next_experiment);
+}
+
+void run_diagnose(DiagnoseArguments& a) {
+  const trial::Campaign campaign = trial::read_campaign(a.path);
+  if (std::filesystem::exists(a.out) && !std::filesystem::is_directory(a.out)) refuse("--out " + a.out.string(), "found a file, expected a folder");
+  const std::vector<diagnose::Effect> effects = chosen_effects(a);
+  a.options.study.drag = a.base == "linear_drag" ? fit::Drag::linear : a.base == "no_drag" ? fit::Drag::none : fit::Drag::nonlinear;
+  a.options.study.progress = report::terminal_progress("diagnose " + campaign.folder.filename().string());
+  go_on_from(a, input_hash(campaign, a));
+  const diagnose::Diagnosis d = diagnose::diagnose(campaign, effects, a.options);
+  diagnose::write_diagnosis(d, a.out);
+  print_diagnosis(d);
+  fmt::print("wrote {} and {}; {} simulations, {:.0f} s of processor time\n", (a.out / "diagnosis.json").string(), (a.out / "report.html").string(), d.evaluations, d.cpu_s);
+}
+
+}  // namespace
+
+void add_diagnose(CLI::App& app, int&) {
+  auto* command = app.add_subcommand("diagnose", "where the simulated fabric departs from the recorded one, which effect causes it, how far it shrinks");
+  auto a = std::make_shared<DiagnoseArguments>();
+  command->add_option("CAMPAIGN", a->path, "folder of a campaign (or of one trial)")->required();
+  command->add_option("--out", a->out, "folder for diagnosis.json and report.html")->required();
+  command->add_option("--base", a->base, "drag law of the base model")->check(CLI::IsMember({"nonlinear_drag", "linear_drag", "no_drag"}))->capture_default_str();
+  command->add_option("--effects", a->effects, "try these effects alone, comma between")->delimiter(',');
+  command->add_option("--without", a->without, "leave these effects out, comma between")->delimiter(',');
+  command->add_option("--columns", a->options.study.columns, "mesh vertices along the width, for derivatives (9 to 33)")->check(CLI::Range(9, 33))->capture_default_str();
+  command->add_option("--fine-columns", a->options.study.fine_columns, "of the mesh that predictions are brought to (13 to 65)")->check(CLI::Range(13, 65))->capture_default_str();
+  command->callback([a] { run_diagnose(*a); });
+}
+
+}  // namespace selvedge::cli

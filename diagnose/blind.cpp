@@ -1,0 +1,296 @@
+#include "diagnose/blind.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include <boost/math/distributions/beta.hpp>
+#include <fmt/format.h>
+#include <openssl/evp.h>
+
+#include "diagnose/diagnosis_report.h"
+#include "files/bad_input.h"
+#include "files/json_reader.h"
+#include "files/whole_file.h"
+
+namespace selvedge::diagnose {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+std::string sha256_hex(const std::string& bytes) {
+  unsigned char digest[EVP_MAX_MD_SIZE];
+  unsigned int size = 0;
+  EVP_Digest(bytes.data(), bytes.size(), digest, &size, EVP_sha256(), nullptr);
+  std::string hex;
+  for (unsigned int i = 0; i < size; ++i) hex += fmt::format("{:02x}", digest[i]);
+  return hex;
+}
+
+std::string library_hash(const std::vector<Effect>& effects, const Calibration& c) {
+  std::string text = fmt::format("{} {} {} {} {} {} {} {} {}\n", c.kappa, c.cost_per_parameter, c.cost_unknown, c.prior_none, c.prior_unknown, c.mesh_share, c.form_mm,
+                                 c.null_mean, c.null_sd);
+  for (const Effect& e : effects) {
+    text += e.name + "\n";
+    for (const fit::Parameter& p : e.parameters) text += fmt::format("  {} {} {} {} {} {}\n", p.name, p.unit, p.start, p.lower, p.upper, p.scale);
+  }
+  return sha256_hex(text);
+}
+
+namespace {
+
+std::string sealed(const SealedKey& key) { return sha256_hex(key.key.dump() + key.salt); }
+
+std::string answers_hash(const fs::path& folder, const BlindRecord& record) {
+  std::string all;
+  for (const std::string& id : record.ids) all += sha256_hex(files::read_whole(folder / "answers" / id / "diagnosis.json"));
+  return sha256_hex(all);
+}
+
+void write_record(const fs::path& folder, const BlindRecord& record) {
+  json campaigns = json::array();
+  for (size_t i = 0; i < record.ids.size(); ++i) campaigns.push_back({{"id", record.ids[i]}, {"seal", record.seals[i]}});
+  files::write_json(folder / "record.json", {{"format", "blind/1"}, {"library", record.library}, {"campaigns", campaigns}, {"answers", record.answers}});
+}
+
+struct Answered {
+  std::string id, truth, named, side;
+  double probability = 0, ratio = 0;  // gap / floor
+  json diagnosis;
+};
+
+// What the named cause should be, for the side.
+std::string true_side(const std::string& cause, const std::map<std::string, std::string>& side_of) {
+  const auto at = side_of.find(cause);
+  return at == side_of.end() ? "" : at->second;
+}
+
+ScoreRow row(const std::string& what, const std::string& wanted, int hits, int of) {
+  const auto [low, high] = clopper_pearson(hits, of);
+  return {what, wanted, hits, of, low, high};
+}
+
+std::vector<double> where_vector(const json& diagnosis) {
+  std::map<std::string, double> shares;
+  for (const json& cell : diagnosis.at("where")) shares[cell.at("axis").get<std::string>() + cell.at("cell").get<std::string>()] = cell.at("share").get<double>();
+  std::vector<double> out = {std::log(std::max(0.01, diagnosis.at("gap").at("held_out_mm").get<double>()))};
+  for (const auto& [name, share] : shares) out.push_back(share);
+  return out;
+}
+
+// The nearest other campaign's class, by the residual map alone.
+std::string nearest_class(const std::vector<Answered>& all, size_t i) {
+  const std::vector<double> here = where_vector(all[i].diagnosis);
+  double least = 1e300;
+  std::string name = "none";
+  for (size_t j = 0; j < all.size(); ++j) {
+    if (j == i) continue;
+    const std::vector<double> there = where_vector(all[j].diagnosis);
+    double d = 0;
+    for (size_t k = 0; k < std::min(here.size(), there.size()); ++k) d += (here[k] - there[k]) * (here[k] - there[k]);
+    if (d < least) {
+      least = d;
+      name = all[j].truth;
+    }
+  }
+  return name;
+}
+
+// Forward selection by BIC over linear columns, every sample taken for independent.
+std::string by_bic(const json& diagnosis) {
+  constexpr double kSamples = 18000;
+  double best = 0;
+  std::string name = "none";
+  for (const auto& [effect, s] : diagnosis.at("screened").items()) {
+    const double gain = std::min(s.at("gain").get<double>(), 0.9999);
+    const double score = -kSamples * std::log(1 - gain) - std::log(kSamples);
+    if (score > best) {
+      best = score;
+      name = effect;
+    }
+  }
+  return name;
+}
+
+int right(const std::vector<Answered>& all, const std::function<std::string(size_t)>& says) {
+  int hits = 0;
+  for (size_t i = 0; i < all.size(); ++i) hits += says(i) == all[i].truth;
+  return hits;
+}
+
+void add_probabilities(BlindScore& out, const std::vector<Answered>& all) {
+  std::map<std::string, double> base_rate;
+  for (const Answered& a : all) base_rate[a.truth] += 1.0 / static_cast<double>(all.size());
+  std::vector<std::pair<double, bool>> confidence;
+  for (const Answered& a : all) {
+    const json& p = a.diagnosis.at("probabilities");
+    double brier = 0, base = 0;
+    for (const auto& [name, value] : p.items()) brier += std::pow(value.get<double>() - (name == a.truth), 2);
+    if (!p.contains(a.truth)) brier += 1;
+    for (const auto& [name, rate] : base_rate) base += std::pow(rate - (name == a.truth), 2);
+    out.brier += brier / static_cast<double>(all.size());
+    out.brier_base_rates += base / static_cast<double>(all.size());
+    confidence.emplace_back(a.probability, a.named == a.truth);
+  }
+  // Expected calibration error over five bins of the named cause's probability.
+  for (int bin = 0; bin < 5; ++bin) {
+    double p = 0, hit = 0, n = 0;
+    for (const auto& [c, ok] : confidence)
+      if (std::min(4, static_cast<int>(5 * c)) == bin) {
+        p += c;
+        hit += ok;
+        ++n;
+      }
+    if (n > 0) out.calibration_error += std::abs(p - hit) / static_cast<double>(confidence.size());
+  }
+}
+
+}  // namespace
+
+std::pair<double, double> clopper_pearson(int hits, int of, double level) {
+  if (of == 0) return {0, 1};
+  using Beta = boost::math::beta_distribution<>;
+  const double tail = 0.5 * (1 - level);
+  return {hits == 0 ? 0 : boost::math::quantile(Beta(hits, of - hits + 1), tail), hits == of ? 1 : boost::math::quantile(Beta(hits + 1, of - hits), 1 - tail)};
+}
+
+void seal_keys(const fs::path& folder, const std::vector<SealedKey>& keys, const std::string& library) {
+  if (fs::exists(folder / "record.json")) refuse((folder / "record.json").string(), "found a blind check, expected a folder without one");
+  BlindRecord record;
+  record.library = library;
+  json list = json::array();
+  for (const SealedKey& key : keys) {
+    record.ids.push_back(key.id);
+    record.seals.push_back(sealed(key));
+    list.push_back({{"id", key.id}, {"salt", key.salt}, {"key", key.key}});
+  }
+  fs::create_directories(folder);
+  files::write_json(folder / "keys.json", list);
+  write_record(folder, record);
+}
+
+BlindRecord read_record(const fs::path& folder) {
+  const files::JsonReader reader(folder / "record.json");
+  if (reader.text("format") != "blind/1") refuse(reader.where("format"), "found {}, expected blind/1", reader.text("format"));
+  BlindRecord record;
+  record.library = reader.text("library");
+  record.answers = reader.text("answers");
+  for (const json& c : reader.value("campaigns")) {
+    record.ids.push_back(c.at("id").get<std::string>());
+    record.seals.push_back(c.at("seal").get<std::string>());
+  }
+  return record;
+}
+
+size_t answer_all(const fs::path& folder, const std::function<Diagnosis(const fs::path&)>& diagnose, const std::function<bool()>& enough) {
+  BlindRecord record = read_record(folder);
+  if (!record.answers.empty()) refuse((folder / "record.json").string(), "found answers that are final already, expected none; keys may have been opened");
+  size_t answered = 0;
+  for (const std::string& id : record.ids) {
+    const fs::path out = folder / "answers" / id;
+    if (!fs::exists(out / "diagnosis.json")) {
+      if (enough()) continue;
+      write_diagnosis(diagnose(folder / "campaigns" / id), out);
+    }
+    ++answered;
+  }
+  if (answered == record.ids.size()) {
+    record.answers = answers_hash(folder, record);
+    write_record(folder, record);
+  }
+  return answered;
+}
+
+BlindScore open_keys(const fs::path& folder, bool partial) {
+  const BlindRecord record = read_record(folder);
+  if (!partial && record.answers.empty()) refuse((folder / "record.json").string(), "found campaigns without an answer; run `blind answer` first, or open with --partial");
+  if (!partial && answers_hash(folder, record) != record.answers) refuse((folder / "answers").string(), "found answers that were changed after they were final");
+  std::map<std::string, std::string> side_of;
+  std::vector<Answered> all;
+  for (const json& k : files::read_json(folder / "keys.json")) {
+    const SealedKey key{k.at("id").get<std::string>(), k.at("salt").get<std::string>(), k.at("key")};
+    const auto at = std::find(record.ids.begin(), record.ids.end(), key.id);
+    if (at == record.ids.end()) refuse((folder / "keys.json").string(), "found a key of {}, which the record has not", key.id);
+    if (sealed(key) != record.seals[static_cast<size_t>(at - record.ids.begin())]) refuse((folder / "keys.json").string(), "found a key of {} that is not the one sealed", key.id);
+    const fs::path file = folder / "answers" / key.id / "diagnosis.json";
+    if (!fs::exists(file)) continue;
+    Answered a;
+    a.id = key.id;
+    a.truth = key.key.at("cause").get<std::string>();
+    a.diagnosis = files::read_json(file);
+    a.named = a.diagnosis.at("cause").get<std::string>();
+    a.side = a.diagnosis.at("side").get<std::string>();
+    a.probability = a.diagnosis.at("probabilities").value(a.named, 0.0);
+    const double floor = a.diagnosis.at("gap").at("right_model_mm").get<double>();
+    a.ratio = (a.diagnosis.at("gap").at("held_out_mm").get<double>() - floor) / floor;
+    for (const auto& [name, value] : a.diagnosis.at("sides").items()) side_of[name] = value.get<std::string>();
+    all.push_back(std::move(a));
+  }
+
+  BlindScore out;
+  out.answered = all.size();
+  int none = 0, alarms = 0, known = 0, known_plain = 0, first = 0, in_set = 0, outside = 0, unknown = 0, confident_wrong = 0, sided = 0, side_right = 0;
+  std::vector<size_t> set_sizes;
+  std::map<std::string, int> confusion;
+  for (const Answered& a : all) {
+    ++confusion[fmt::format("{} → {}", a.truth, a.named)];
+    if (a.truth == "none") {
+      ++none;
+      alarms += a.named != "none";
+    } else if (a.truth == "unknown") {
+      ++outside;
+      unknown += a.named == "unknown";
+      confident_wrong += a.named != "unknown" && a.named != "none" && a.probability > 0.8;
+    } else {
+      ++known;
+      const std::string side = true_side(a.truth, side_of);
+      if (a.named != "none" && a.named != "unknown") {
+        ++sided;
+        side_right += (side == "measurement") == (a.side == "measurement");
+      }
+      if (a.ratio < 2) continue;
+      ++known_plain;
+      first += a.named == a.truth;
+      const auto set = a.diagnosis.at("confusable").get<std::vector<std::string>>();
+      in_set += std::find(set.begin(), set.end(), a.truth) != set.end();
+      set_sizes.push_back(set.size());
+    }
+  }
+  out.rows = {row("no effect: alarms", "at most 2 %", alarms, none),
+              row("known effect, gap at least twice the floor: named first", "at least 85 %", first, known_plain),
+              row("the same: the confusable set holds it", "at least 90 %", in_set, known_plain),
+              row("outside the library: unknown", "at least 80 %", unknown, outside),
+              row("outside the library: a confident wrong name", "at most 5 %", confident_wrong, outside),
+              row("known, some effect named: measurement or physics", "at least 95 %", side_right, sided)};
+  for (const double ratio : {0.5, 1.0, 2.0, 4.0}) {
+    int of = 0, detected = 0, named = 0;
+    for (const Answered& a : all)
+      if (a.truth != "none" && a.truth != "unknown" && a.ratio >= ratio / std::sqrt(2.0) && a.ratio < ratio * std::sqrt(2.0)) {
+        ++of;
+        detected += a.named != "none";
+        named += a.named == a.truth;
+      }
+    out.rows.push_back(row(fmt::format("power at gap/floor about {}: detected", ratio), "shown", detected, of));
+    out.rows.push_back(row(fmt::format("power at gap/floor about {}: named first", ratio), "shown", named, of));
+  }
+  if (!set_sizes.empty()) {
+    std::sort(set_sizes.begin(), set_sizes.end());
+    out.confusion.push_back(fmt::format("median size of the confusable set: {}", set_sizes[set_sizes.size() / 2]));
+  }
+  const int total = static_cast<int>(all.size());
+  std::map<std::string, int> count;
+  for (const Answered& a : all) ++count[a.truth];
+  std::string commonest = "none";
+  for (const auto& [name, n] : count)
+    if (n > count[commonest]) commonest = name;
+  out.baselines = {row("Selvedge", "right answer", right(all, [&](size_t i) { return all[i].named; }), total),
+                   row("always " + commonest, "right answer", right(all, [&](size_t) { return commonest; }), total),
+                   row("always unknown", "right answer", right(all, [](size_t) { return std::string("unknown"); }), total),
+                   row("nearest residual map", "right answer", right(all, [&](size_t i) { return nearest_class(all, i); }), total),
+                   row("forward selection by BIC", "right answer", right(all, [&](size_t i) { return by_bic(all[i].diagnosis); }), total)};
+  if (!all.empty()) add_probabilities(out, all);
+  for (const auto& [name, n] : confusion) out.confusion.push_back(fmt::format("{}: {}", name, n));
+  return out;
+}
+
+}  // namespace selvedge::diagnose

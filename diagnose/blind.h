@@ -1,0 +1,63 @@
+// A check that cannot leak: campaigns whose keys are sealed before they are answered, and scored only after.
+//
+// A folder holds record.json, campaigns/ID/, keys.json and answers/ID/diagnosis.json. Each key is sealed as
+// SHA-256 of its text and a 256-bit salt when the campaign is made; the record also holds the hash of the library
+// and its constants as they were then. Once all answers are there their hash is stored; only then are keys opened,
+// and both hashes are checked. Keys may come from someone else.
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+
+#include "diagnose/diagnosis.h"
+
+namespace selvedge::diagnose {
+
+std::string sha256_hex(const std::string& bytes);
+
+// Names, units, neutral values and bounds of the effects, and every constant of the verdict.
+std::string library_hash(const std::vector<Effect>& effects, const Calibration& calibration);
+
+struct SealedKey {
+  std::string id, salt;
+  nlohmann::json key;  // at least "cause"
+};
+
+// Writes record.json and keys.json of a new blind check. Throws BadInput where the folder has one already.
+void seal_keys(const std::filesystem::path& folder, const std::vector<SealedKey>& keys, const std::string& library);
+
+struct BlindRecord {
+  std::vector<std::string> ids, seals;
+  std::string library, answers;  // answers: empty until all are there
+};
+BlindRecord read_record(const std::filesystem::path& folder);
+
+// Diagnoses every campaign that has no answer yet, in the record's order, until `enough` says stop; stores the hash
+// of all answers once the last is there. Returns how many are answered.
+size_t answer_all(const std::filesystem::path& folder, const std::function<Diagnosis(const std::filesystem::path&)>& diagnose,
+              const std::function<bool()>& enough);
+
+struct ScoreRow {
+  std::string what, wanted;
+  int hits = 0, of = 0;
+  double low = 0, high = 1;  // Clopper–Pearson, 95 %
+};
+
+struct BlindScore {
+  std::vector<ScoreRow> rows, baselines;
+  double brier = 0, brier_base_rates = 0, calibration_error = 0;
+  std::vector<std::string> confusion;  // "true → named: count"
+  size_t answered = 0;
+};
+
+// Checks the seals and the answers' hash, then scores. partial: score what is answered, without the hash of all.
+BlindScore open_keys(const std::filesystem::path& folder, bool partial);
+
+// Exact binomial interval.
+std::pair<double, double> clopper_pearson(int hits, int of, double level = 0.95);
+
+}  // namespace selvedge::diagnose

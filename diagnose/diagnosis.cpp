@@ -1,0 +1,326 @@
+#include "diagnose/diagnosis.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <ctime>
+#include <random>
+
+#include <fmt/format.h>
+
+#include <Eigen/Cholesky>
+
+#include "diagnose/next_experiment.h"
+
+namespace selvedge::diagnose {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+namespace {
+
+constexpr double kAbsorbed = 0.995;     // share of an effect's trace beyond which a refit of the base hides it
+constexpr int kBootstraps = 2000;
+constexpr double kCredible = 0.9;       // of the confusable set
+constexpr double kPairGain = 0.15;      // ln of the error's square that a second effect must win on held-out trials
+
+class Stages {
+ public:
+  explicit Stages(Diagnosis& out) : out_(out), begin_(std::chrono::steady_clock::now()), last_(begin_) {}
+  void done(const std::string& name) {
+    const auto now = std::chrono::steady_clock::now();
+    out_.stage_s.emplace_back(name, std::chrono::duration<double>(now - last_).count());
+    last_ = now;
+  }
+  double total() const { return std::chrono::duration<double>(last_ - begin_).count(); }
+
+ private:
+  Diagnosis& out_;
+  std::chrono::steady_clock::time_point begin_, last_;
+};
+
+// Share of an effect's finite change that a refit of the base takes up.
+double absorbed_share(const Study& study, const Hypothesis& h) {
+  const Index base = static_cast<Index>(study.base_count), own = h.jacobian.cols() - base;
+  if (own <= 0) return 0;
+  const MatrixXd e = h.jacobian.rightCols(own);
+  const MatrixXd& j = study.jacobian;
+  const MatrixXd normal = j.transpose() * j + 1e-6 * j.squaredNorm() / static_cast<double>(base) * MatrixXd::Identity(base, base);
+  const MatrixXd left = e - j * normal.ldlt().solve(j.transpose() * e);
+  return e.squaredNorm() > 0 ? 1 - left.squaredNorm() / e.squaredNorm() : 1;
+}
+
+// The effects to refit on the fine mesh: those that explain most after their first refit.
+std::vector<Hypothesis> finalists(std::vector<Hypothesis> all, size_t count) {
+  std::stable_sort(all.begin() + 1, all.end(), [](const Hypothesis& a, const Hypothesis& b) { return a.cost < b.cost; });
+  all.resize(std::min(all.size(), count + 1));
+  return all;
+}
+
+// Pooled error of some groups, drawn with replacement where `draw` says so.
+struct GroupErrors {
+  std::vector<double> square, count;  // a group
+  double mm(const std::vector<size_t>& draw) const {
+    double s = 0, n = 0;
+    for (const size_t g : draw) {
+      s += square[g];
+      n += count[g];
+    }
+    return std::sqrt(s / std::max(n, 1.0));
+  }
+};
+
+GroupErrors errors_of(const Study& study, const VectorXd& mm_of_trial) {
+  GroupErrors out;
+  for (const std::vector<size_t>& group : study.groups) {
+    double s = 0, n = 0;
+    for (const size_t t : group) {
+      const double rows = study.rows->seen().segment(study.rows->first(t), study.rows->count(t)).sum();
+      const double mm = mm_of_trial(static_cast<Index>(t));
+      if (!std::isfinite(mm)) continue;
+      s += rows * mm * mm;
+      n += rows;
+    }
+    out.square.push_back(s);
+    out.count.push_back(n);
+  }
+  return out;
+}
+
+std::vector<size_t> in_order(size_t count) {
+  std::vector<size_t> all(count);
+  for (size_t i = 0; i < count; ++i) all[i] = i;
+  return all;
+}
+
+// 5 % and 95 % of a figure under resampled groups.
+template <class Figure>
+std::pair<double, double> bootstrap(size_t groups, const Figure& figure) {
+  std::mt19937 generator(20260101);
+  std::uniform_int_distribution<size_t> pick(0, groups - 1);
+  std::vector<double> values;
+  for (int b = 0; b < kBootstraps; ++b) {
+    std::vector<size_t> draw(groups);
+    for (size_t& g : draw) g = pick(generator);
+    const double v = figure(draw);
+    if (std::isfinite(v)) values.push_back(v);
+  }
+  if (values.empty()) return {0, 0};
+  std::sort(values.begin(), values.end());
+  const auto at = [&](double share) { return values[static_cast<size_t>(share * static_cast<double>(values.size() - 1))]; };
+  return {at(0.05), at(0.95)};
+}
+
+Shrink shrink_of(const GroupErrors& before, const GroupErrors& after, const GroupErrors& floor) {
+  const size_t groups = before.square.size();
+  const auto fraction = [&](const std::vector<size_t>& draw) {
+    const double gap = before.mm(draw) - floor.mm(draw);
+    return gap > 1e-6 ? (before.mm(draw) - after.mm(draw)) / gap : 0;
+  };
+  const std::vector<size_t> all = in_order(groups);
+  const auto [low, high] = bootstrap(groups, fraction);
+  return {before.mm(all), after.mm(all), fraction(all), low, high};
+}
+
+// Value at the fit to all trials, interval by the jackknife over groups.
+std::vector<SizedParameter> size_of(const Study& study, const Hypothesis& h, const MatrixXd& folds, size_t effect) {
+  std::vector<SizedParameter> out;
+  const Effect& e = study.effects[effect];
+  for (size_t k = 0; k < e.parameters.size(); ++k) {
+    const fit::Parameter& p = e.parameters[k];
+    const auto at = static_cast<Index>(study.first_parameter[effect] + k);
+    const VectorXd values = folds.row(at);
+    const auto n = static_cast<double>(values.size());
+    const double sd = std::sqrt((n - 1) / n * (values.array() - values.mean()).square().sum());
+    const double x = h.x(at);
+    out.push_back({p.name, p.unit, fit::to_value(p, x), std::max(p.lower, fit::to_value(p, x - 1.645 * sd)),
+                   std::min(p.upper, fit::to_value(p, x + 1.645 * sd))});
+  }
+  return out;
+}
+
+// The smallest set of effects that holds kCredible of what the effects have together.
+std::vector<std::string> credible_set(const std::map<std::string, double>& probability) {
+  std::vector<std::pair<double, std::string>> effects;
+  double sum = 0;
+  for (const auto& [name, p] : probability)
+    if (name != "none" && name != "unknown") {
+      effects.emplace_back(p, name);
+      sum += p;
+    }
+  std::sort(effects.rbegin(), effects.rend());
+  std::vector<std::string> set;
+  double held = 0;
+  for (const auto& [p, name] : effects) {
+    if (held >= kCredible * sum) break;
+    set.push_back(name);
+    held += p;
+  }
+  return set;
+}
+
+std::string best_of(const std::map<std::string, double>& probability) {
+  return std::max_element(probability.begin(), probability.end(), [](const auto& a, const auto& b) { return a.second < b.second; })->first;
+}
+
+// Two effects at once: the best one with each of the others that may add to it. Returns the better pairs.
+std::vector<Hypothesis> pairs_with(Study& study, const std::vector<Hypothesis>& held, size_t best, const MatrixXd& columns) {
+  std::vector<Hypothesis> pairs;
+  for (size_t i = 1; i < held.size(); ++i) {
+    if (i == best || held[i].effects[0] == held[best].effects[0]) continue;
+    if (!study.effects[held[i].effects[0]].starts.empty()) continue;
+    Hypothesis pair = held[best];
+    const size_t other = held[i].effects[0];
+    pair.effects.push_back(other);
+    const auto first = static_cast<Index>(study.first_parameter[other]);
+    for (size_t k = 0; k < study.effects[other].parameters.size(); ++k) {
+      const Index at = first + static_cast<Index>(k);
+      pair.active.push_back(at);
+      pair.jacobian.conservativeResize(Eigen::NoChange, pair.jacobian.cols() + 1);
+      pair.jacobian.rightCols(1) = columns.col(at).allFinite() ? VectorXd(columns.col(at)) : VectorXd::Zero(columns.rows());
+    }
+    pairs.push_back(std::move(pair));
+  }
+  return pairs;
+}
+
+void list_parameters(Diagnosis& out, const Study& study, const Hypothesis* named) {
+  for (size_t k = 0; k < study.base_count; ++k) {
+    const fit::Parameter& p = study.parameters[k];
+    const auto at = static_cast<Index>(k);
+    out.parameters.push_back({p.name, p.unit, fit::to_value(p, study.base(at)), fit::to_value(p, (named ? named->x : study.base)(at))});
+    if (study.base(at) >= fit::to_coordinate(p, p.upper) - 1e-3 || study.base(at) <= fit::to_coordinate(p, p.lower) + 1e-3)
+      out.remarks.push_back(fmt::format("{} of the base fit ends at its bound {:.3g} {}", p.name, fit::to_value(p, study.base(at)), p.unit));
+  }
+}
+
+const char* drag_text(fit::Drag drag) {
+  return drag == fit::Drag::nonlinear ? "nonlinear_drag" : drag == fit::Drag::linear ? "linear_drag" : "no_drag";
+}
+
+report::ProgressCallback part(const report::ProgressCallback& whole, double from, double to) {
+  return [=](double done, const std::string& what) { whole(from + (to - from) * done, what); };
+}
+
+void fill_gap(Diagnosis& out, const GroupErrors& before, const GroupErrors& noise, const GroupErrors& right) {
+  const std::vector<size_t> all = in_order(before.square.size());
+  out.before_mm = before.mm(all);
+  out.noise_floor_mm = noise.mm(all);
+  out.right_floor_mm = right.mm(all);
+  out.gap_mm = out.before_mm - out.noise_floor_mm;
+  std::tie(out.low_mm, out.high_mm) =
+      bootstrap(all.size(), [&](const std::vector<size_t>& draw) { return before.mm(draw) - noise.mm(draw); });
+}
+
+}  // namespace
+
+Diagnosis diagnose(const trial::Campaign& campaign, const std::vector<Effect>& effects, const DiagnosisOptions& options) {
+  Diagnosis out;
+  Stages stages(out);
+  const std::clock_t cpu = std::clock();
+  const report::ProgressCallback& progress = options.study.progress;
+  StudyOptions study_options = options.study;
+  study_options.progress = part(progress, 0, 0.5);
+  study_options.base_fit = options.base_fit;
+  Study study = make_study(campaign, effects, study_options);
+  if (options.on_base_fit) options.on_base_fit(study.base.head(static_cast<Index>(study.base_count)));
+  out.campaign = study.campaign;
+  out.base = drag_text(options.study.drag);
+  stages.done("base fit");
+
+  progress(0.5, "changing every effect by a finite size");
+  const MatrixXd columns = screen(study);
+  std::vector<Hypothesis> all = {base_hypothesis(study)};
+  for (size_t e = 0; e < study.effects.size(); ++e) all.push_back(make_hypothesis(study, {e}, columns));
+  stages.done("screening");
+  for (size_t e = 0; e < study.effects.size(); ++e) {
+    const Effect& effect = study.effects[e];
+    out.effects.push_back({effect.name, effect.summary, effect.side, absorbed_share(study, all[e + 1]), all[e + 1].screened_gain, false, {}, {}, 0});
+    if (out.effects.back().absorbed > kAbsorbed) out.cannot_tell.push_back(effect.name);
+  }
+
+  progress(0.62, "refitting with every effect");
+  refit(study, all, 1);
+  std::vector<Hypothesis> few = finalists(all, options.finalists);
+  refit(study, few, 1);
+  stages.done("refitting");
+  progress(0.75, "finer mesh for the best");
+  refine_mesh(study, few);
+  refit(study, few, 2);
+  stages.done("finer mesh for the best");
+  progress(0.88, "predicting held-out trials");
+  HeldOut held = hold_out(study, few);
+  stages.done("held-out trials");
+
+  const Floor floor = floor_of(study, options.calibration);
+  out.replicate_mm = floor.replicate_mm;
+  Scores scores = score(study, few, held, floor, options.calibration);
+  const GroupErrors before = errors_of(study, held.mm.row(0)), noise = errors_of(study, floor.noise_mm);
+  fill_gap(out, before, noise, errors_of(study, floor.right_mm));
+  out.p_value = scores.p_value;
+  out.probability = scores.probability;
+  out.cause = best_of(out.probability);
+
+  for (size_t i = 1; i < few.size(); ++i) {
+    const size_t e = few[i].effects[0];
+    EffectFinding& f = out.effects[e];
+    f.finalist = true;
+    f.size = size_of(study, few[i], held.coordinates[i], e);
+    f.shrink = shrink_of(before, errors_of(study, held.mm.row(static_cast<Index>(i))), noise);
+  }
+  for (EffectFinding& f : out.effects) f.probability = out.probability.at(f.name);
+
+  // A second effect, where the best one leaves a gap that an effect could still close.
+  size_t best = 0;
+  for (size_t i = 1; i < few.size(); ++i)
+    if (best == 0 || scores.log_ratio[i] > scores.log_ratio[best]) best = i;
+  if (best > 0 && out.cause != "none" && scores.log_ratio_unknown - scores.log_ratio[best] > kPairGain) {
+    progress(0.92, "two effects at once");
+    std::vector<Hypothesis> pairs = pairs_with(study, few, best, columns);
+    if (!pairs.empty()) {
+      refit(study, pairs, 2);
+      std::vector<Hypothesis> with_base = {few[0]};
+      with_base.insert(with_base.end(), pairs.begin(), pairs.end());
+      const HeldOut held_pairs = hold_out(study, with_base);
+      const Scores both = score(study, with_base, held_pairs, floor, options.calibration);
+      for (size_t i = 1; i < with_base.size(); ++i)
+        if (both.log_ratio[i] > scores.log_ratio[best] + kPairGain && both.log_ratio[i] + 1e-9 >= *std::max_element(both.log_ratio.begin() + 1, both.log_ratio.end())) {
+          out.pair = name_of(study, with_base[i]);
+          out.pair_shrink = shrink_of(before, errors_of(study, held_pairs.mm.row(static_cast<Index>(i))), noise);
+        }
+    }
+    stages.done("two effects");
+  }
+
+  const bool named = out.cause != "none" && out.cause != "unknown";
+  const Hypothesis* cause = nullptr;
+  for (const Hypothesis& h : few)
+    if (h.effects.size() == 1 && study.effects[h.effects[0]].name == out.cause) cause = &h;
+  list_parameters(out, study, cause);
+  out.side = out.cause;
+  if (named)
+    for (const EffectFinding& f : out.effects)
+      if (f.name == out.cause) out.side = to_text(f.side);
+  if (out.cause != "none") out.confusable = credible_set(out.probability);
+  const Where where = split_residual(study, held.residual[0], floor.noise_mm);
+  out.where = where.cells;
+  out.map = where.map;
+  stages.done("where");
+  progress(0.96, "what to record next");
+  const NextExperiment next = propose_experiment(study, few, out.probability);
+  out.separates = next.separates;
+  out.next_experiment = next.what;
+  out.next_session = next.session_toml;
+  stages.done("next experiment");
+  std::stable_sort(out.effects.begin(), out.effects.end(), [](const EffectFinding& a, const EffectFinding& b) {
+    return a.finalist != b.finalist ? a.finalist : a.probability > b.probability;
+  });
+  out.evaluations = study.evaluations;
+  out.wall_s = stages.total();
+  out.cpu_s = static_cast<double>(std::clock() - cpu) / CLOCKS_PER_SEC;
+  progress(1, "done");
+  return out;
+}
+
+}  // namespace selvedge::diagnose

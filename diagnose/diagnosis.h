@@ -1,0 +1,84 @@
+// Diagnosing a campaign: where the gap between recording and base model lies, what it is fixed to, which effect
+// closes it, how far, and what to record next.
+//
+//   1. base      fit the base model, with what a finer mesh adds (study.h)
+//   2. screen    change every effect by a finite size; keep what a refit of the base does not absorb
+//   3. refit     every effect together with the base; the best few on the fine mesh as well
+//   4. hold out  predict each group of trials from the others, with and without each effect
+//   5. judge     probabilities, confusable set, shrink, size (verdict.h); two effects where one does not suffice
+//   6. where     the base's residual split by region, time, frequency, regime and image row (where.h)
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "capture/trial/trial.h"
+#include "diagnose/effects/effect.h"
+#include "diagnose/verdict.h"
+#include "diagnose/where.h"
+
+namespace selvedge::diagnose {
+
+struct DiagnosisOptions {
+  StudyOptions study;
+  Calibration calibration;
+  std::optional<Eigen::VectorXd> base_fit;                        // of an earlier run: the base is not fitted again
+  std::function<void(const Eigen::VectorXd&)> on_base_fit;        // called once it is there
+  size_t finalists = 6;  // effects that are refitted on the fine mesh and held out
+};
+
+struct SizedParameter {
+  std::string name, unit;
+  double value = 0, low = 0, high = 0;  // 90 %, jackknife over groups of trials
+};
+
+struct Shrink {
+  double before_mm = 0, after_mm = 0, fraction = 0, low = 0, high = 0;  // 90 %, bootstrap over groups of trials
+};
+
+// What is known of one effect.
+struct EffectFinding {
+  std::string name, summary;
+  Side side = Side::elastic;
+  double absorbed = 0;        // share of its trace in the data that a refit of the base takes up
+  double screened_gain = 0;   // share of the base's squared residual that it explains beyond that, linearly
+  bool finalist = false;
+  std::vector<SizedParameter> size;
+  Shrink shrink;
+  double probability = 0;
+};
+
+struct BaseParameter {
+  std::string name, unit;
+  double value = 0, corrected = 0;  // alone, and with the named cause added
+};
+
+struct Diagnosis {
+  std::string campaign, base;
+  double gap_mm = 0, low_mm = 0, high_mm = 0, noise_floor_mm = 0, right_floor_mm = 0, replicate_mm = 0, p_value = 1;
+  double before_mm = 0;
+  std::string side, cause;
+  std::map<std::string, double> probability;
+  std::vector<std::string> confusable;
+  std::vector<std::string> cannot_tell;   // effects whose trace a refit of the base absorbs
+  std::vector<EffectFinding> effects;     // by probability
+  std::string pair;                       // "a+b" where two predict better than one, else empty
+  Shrink pair_shrink;
+  std::vector<BaseParameter> parameters;
+  std::vector<Cell> where;
+  ResidualMap map;
+  std::vector<std::string> separates;     // what the next experiment would tell apart
+  std::string next_experiment, next_session;  // in words, and as sections of a rig's configuration
+  std::vector<std::string> remarks;
+  std::vector<std::pair<std::string, double>> stage_s;  // wall time of each stage
+  int evaluations = 0;
+  double wall_s = 0, cpu_s = 0;
+};
+
+Diagnosis diagnose(const trial::Campaign& campaign, const std::vector<Effect>& effects, const DiagnosisOptions& options = {});
+
+}  // namespace selvedge::diagnose

@@ -1,0 +1,44 @@
+// One thing that a base model may lack: what it adds to a prediction, and how large a change is worth trying.
+//
+// An effect is one file, NAME.cpp, with one function `Effect NAME()`; library.h lists them all. Its parameters are
+// those of a fit (fit/model.h): unit, neutral value (start), bounds, and scale, the finite size at which it is
+// screened. Friction and slip are one-sided: their lower bound is the neutral value.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "fit/model.h"
+
+namespace selvedge::diagnose {
+
+enum class Side { measurement, boundary, elastic, dissipative, aerodynamic, inertial, numerical };
+const char* to_text(Side side);
+
+// What the effect is tried on.
+enum class AppliesTo {
+  anything,
+  images,          // what a camera sees: trials with markers alone say nothing of it
+  simple_drag,     // base models whose drag is linear or none
+};
+
+struct Effect {
+  std::string name;     // of the exchange format
+  Side side = Side::elastic;
+  std::string summary;  // one line: what would be so
+  std::vector<fit::Parameter> parameters;
+  AppliesTo applies_to = AppliesTo::anything;
+  // Further starting points beside neutral + scale of each parameter, as values: where the prediction depends on
+  // a parameter only once another is not neutral (the place of a weight).
+  std::vector<std::vector<double>> starts = {};
+};
+
+// A parameter of an effect: acts linearly on its value, neutral at `neutral`.
+fit::Parameter effect_parameter(const std::string& name, const std::string& unit, double neutral, double lower, double upper,
+                                double scale, std::function<void(fit::Prediction&, double)> apply);
+
+// The same for one member of the material.
+fit::Parameter material_parameter(const std::string& name, const std::string& unit, double neutral, double lower,
+                                  double upper, double scale, double cloth::Material::*member);
+
+}  // namespace selvedge::diagnose

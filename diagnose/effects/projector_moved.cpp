@@ -1,0 +1,13 @@
+#include "diagnose/effects/effect.h"
+
+namespace selvedge::diagnose::effects {
+
+Effect projector_moved() {
+  return {"projector_moved", Side::measurement, "the projector was moved after the calibration",
+          {effect_parameter("shift_x", "m", 0, -0.02, 0.02, 0.002, [](fit::Prediction& p, double v) { p.seeing.projector_shift_m.x() = v; }),
+            effect_parameter("shift_y", "m", 0, -0.02, 0.02, 0.002, [](fit::Prediction& p, double v) { p.seeing.projector_shift_m.y() = v; }),
+            effect_parameter("shift_z", "m", 0, -0.02, 0.02, 0.002, [](fit::Prediction& p, double v) { p.seeing.projector_shift_m.z() = v; })},
+          AppliesTo::images};
+}
+
+}  // namespace selvedge::diagnose::effects

@@ -1,0 +1,280 @@
+#include "diagnose/hypothesis.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include <Eigen/Cholesky>
+#include <Eigen/QR>
+
+namespace selvedge::diagnose {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+namespace {
+
+constexpr double kBaseSd = 2.5;    // of the pull on the base's coordinates towards the base fit, ln
+constexpr double kEffectSd = 20;   // and on an effect's, in its scales: it bounds what nothing determines
+
+std::vector<size_t> all_trials(const Study& study) {
+  std::vector<size_t> all(study.rows->trials());
+  for (size_t i = 0; i < all.size(); ++i) all[i] = i;
+  return all;
+}
+
+double bound(const fit::Parameter& p, bool upper) { return fit::to_coordinate(p, upper ? p.upper : p.lower); }
+
+VectorXd prior_precision(const Study& study, const std::vector<Index>& active) {
+  VectorXd out(static_cast<Index>(active.size()));
+  for (size_t k = 0; k < active.size(); ++k) {
+    const double sd = active[k] < static_cast<Index>(study.base_count) ? kBaseSd : kEffectSd;
+    out(static_cast<Index>(k)) = 1 / (sd * sd);
+  }
+  return out;
+}
+
+// Share of the weighted residual that `more` columns explain beyond `base` columns.
+double gain_of(const MatrixXd& base, const MatrixXd& more, const VectorXd& r, const VectorXd& weights) {
+  const VectorXd root = weights.cwiseSqrt();
+  const MatrixXd j = root.asDiagonal() * base, e = root.asDiagonal() * more;
+  const VectorXd wr = root.cwiseProduct(r);
+  const MatrixXd ridge = 1e-6 * (j.transpose() * j).trace() / static_cast<double>(j.cols()) * MatrixXd::Identity(j.cols(), j.cols());
+  const auto solver = (j.transpose() * j + ridge).ldlt();
+  const VectorXd left = wr - j * solver.solve(j.transpose() * wr);
+  const MatrixXd own = e - j * solver.solve(j.transpose() * e);
+  const VectorXd fitted = own.colPivHouseholderQr().solve(left);
+  return 1 - (left - own * fitted).squaredNorm() / left.squaredNorm();
+}
+
+}  // namespace
+
+std::string name_of(const Study& study, const Hypothesis& hypothesis) {
+  std::string name;
+  for (const size_t e : hypothesis.effects) name += (name.empty() ? "" : "+") + study.effects[e].name;
+  return name.empty() ? "none" : name;
+}
+
+double cauchy_constant(const Study& study) { return 3 * robust_scale(study.residual); }
+
+MatrixXd screen(Study& study) {
+  const auto total = static_cast<Index>(study.parameters.size()), base = static_cast<Index>(study.base_count);
+  // Both signs of what has two.
+  std::vector<std::pair<Index, double>> probes;
+  for (Index k = base; k < total; ++k) {
+    const fit::Parameter& p = study.parameters[static_cast<size_t>(k)];
+    probes.push_back({k, 1});
+    if (bound(p, false) <= study.base(k) - 1) probes.push_back({k, -1});
+  }
+  MatrixXd sets(total, static_cast<Index>(probes.size()));
+  for (size_t i = 0; i < probes.size(); ++i) {
+    sets.col(static_cast<Index>(i)) = study.base;
+    sets(probes[i].first, static_cast<Index>(i)) += probes[i].second;
+  }
+  const MatrixXd r = residuals_at(study, sets);
+  study.evaluations += static_cast<int>(sets.cols());
+  MatrixXd columns = MatrixXd::Constant(study.rows->size(), total, std::numeric_limits<double>::quiet_NaN());
+  VectorXd count = VectorXd::Zero(total);
+  for (size_t i = 0; i < probes.size(); ++i) {
+    const auto [k, sign] = probes[i];
+    const VectorXd slope = (r.col(static_cast<Index>(i)) - study.residual) / sign;
+    if (!slope.allFinite()) continue;
+    if (count(k) == 0) columns.col(k) = slope;
+    else columns.col(k) = (columns.col(k) * count(k) + slope) / (count(k) + 1);
+    ++count(k);
+  }
+  return columns;
+}
+
+Hypothesis base_hypothesis(const Study& study) {
+  Hypothesis h;
+  for (size_t k = 0; k < study.base_count; ++k) h.active.push_back(static_cast<Index>(k));
+  h.x = study.base;
+  h.residual = study.residual;
+  h.jacobian = study.jacobian;
+  h.cost = cauchy_cost(h.residual, cauchy_constant(study));
+  return h;
+}
+
+Hypothesis make_hypothesis(Study& study, const std::vector<size_t>& effects, const MatrixXd& columns) {
+  Hypothesis h = base_hypothesis(study);
+  h.effects = effects;
+  const VectorXd weights = cauchy_weights(study.residual, cauchy_constant(study));
+  MatrixXd own(study.rows->size(), 0);
+  for (const size_t e : effects) {
+    const Effect& effect = study.effects[e];
+    const auto first = static_cast<Index>(study.first_parameter[e]), count = static_cast<Index>(effect.parameters.size());
+    MatrixXd here = columns.middleCols(first, count);
+    if (!effect.starts.empty()) {
+      // The best of the starting points, with derivatives of every parameter there.
+      MatrixXd sets(h.x.size(), static_cast<Index>(effect.starts.size()));
+      for (Index i = 0; i < sets.cols(); ++i) {
+        sets.col(i) = study.base;
+        for (Index k = 0; k < count; ++k)
+          sets(first + k, i) = fit::to_coordinate(effect.parameters[static_cast<size_t>(k)], effect.starts[static_cast<size_t>(i)][static_cast<size_t>(k)]);
+      }
+      const MatrixXd r = residuals_at(study, sets);
+      Index best = 0;
+      double most = -1;
+      for (Index i = 0; i < sets.cols(); ++i) {
+        if (!r.col(i).allFinite()) continue;
+        const double gain = gain_of(study.jacobian, r.col(i) - study.residual, study.residual, weights);
+        if (gain > most) {
+          most = gain;
+          best = i;
+        }
+      }
+      MatrixXd around(h.x.size(), count);
+      for (Index k = 0; k < count; ++k) {
+        around.col(k) = sets.col(best);
+        around(first + k, k) += k == 0 ? 1.0 : 0.3;
+      }
+      const MatrixXd moved = residuals_at(study, around);
+      study.evaluations += static_cast<int>(sets.cols() + count);
+      h.x = sets.col(best);
+      h.residual = r.col(best);
+      for (Index k = 0; k < count; ++k) here.col(k) = (moved.col(k) - h.residual) / (k == 0 ? 1.0 : 0.3);
+    }
+    const Index before = own.cols();
+    own.conservativeResize(Eigen::NoChange, before + count);
+    for (Index k = 0; k < count; ++k) {
+      h.active.push_back(first + k);
+      own.col(before + k) = here.col(k).allFinite() ? VectorXd(here.col(k)) : VectorXd::Zero(own.rows());
+    }
+  }
+  h.screened_gain = gain_of(study.jacobian, own, study.residual, weights);
+  h.jacobian.conservativeResize(Eigen::NoChange, h.jacobian.cols() + own.cols());
+  h.jacobian.rightCols(own.cols()) = own;
+  h.cost = cauchy_cost(h.residual, cauchy_constant(study));
+  return h;
+}
+
+VectorXd step_from(const Study& study, const Hypothesis& h, const std::vector<size_t>& trials, double damping) {
+  const double c = cauchy_constant(study);
+  const auto n = static_cast<Index>(h.active.size());
+  MatrixXd normal = MatrixXd::Zero(n, n);
+  VectorXd gradient = VectorXd::Zero(n);
+  for (const size_t trial : trials) {
+    const Index first = study.rows->first(trial), count = study.rows->count(trial);
+    const VectorXd r = h.residual.segment(first, count), w = cauchy_weights(r, c);
+    const auto j = h.jacobian.middleRows(first, count);
+    normal += j.transpose() * w.asDiagonal() * j;
+    gradient += j.transpose() * w.cwiseProduct(r);
+  }
+  const VectorXd prior = prior_precision(study, h.active);
+  VectorXd offset(n);
+  for (Index k = 0; k < n; ++k) offset(k) = h.x(h.active[static_cast<size_t>(k)]) - study.base(h.active[static_cast<size_t>(k)]);
+  normal.diagonal() += prior + damping * normal.diagonal();
+  gradient += prior.cwiseProduct(offset);
+
+  // Coordinates that would leave their bounds are put on them, one after another, and the rest solved again.
+  VectorXd step = VectorXd::Zero(n);
+  std::vector<bool> fixed(static_cast<size_t>(n), false);
+  for (Index round = 0; round <= n; ++round) {
+    std::vector<Index> free;
+    for (Index k = 0; k < n; ++k)
+      if (!fixed[static_cast<size_t>(k)]) free.push_back(k);
+    if (free.empty()) break;
+    const VectorXd right = -(gradient + normal * [&] {
+      VectorXd held = step;
+      for (const Index k : free) held(k) = 0;
+      return held;
+    }());
+    const VectorXd solved = MatrixXd(normal(free, free)).ldlt().solve(VectorXd(right(free)));
+    step(free) = solved;
+    Index worst = -1;
+    double excess = 1e-9, at = 0;
+    for (const Index k : free) {
+      const Index coordinate = h.active[static_cast<size_t>(k)];
+      const fit::Parameter& p = study.parameters[static_cast<size_t>(coordinate)];
+      const double x = h.x(coordinate) + step(k);
+      for (const bool upper : {false, true}) {
+        const double beyond = upper ? x - bound(p, true) : bound(p, false) - x;
+        if (beyond > excess) {
+          excess = beyond;
+          worst = k;
+          at = bound(p, upper) - h.x(coordinate);
+        }
+      }
+    }
+    if (worst < 0) break;
+    step(worst) = at;
+    fixed[static_cast<size_t>(worst)] = true;
+  }
+  VectorXd x = h.x;
+  for (Index k = 0; k < n; ++k) {
+    const bool of_base = h.active[static_cast<size_t>(k)] < static_cast<Index>(study.base_count);
+    x(h.active[static_cast<size_t>(k)]) += of_base ? std::clamp(step(k), -1.0, 1.0) : step(k);
+  }
+  return x;
+}
+
+MatrixXd residuals_of(const Study& study, const std::vector<Hypothesis>& hypotheses, const MatrixXd& sets,
+                      const std::vector<size_t>& trials) {
+  MatrixXd r = residuals_at(study, sets, trials);
+  const Index each = sets.cols() / static_cast<Index>(hypotheses.size());
+  for (Index k = 0; k < r.cols(); ++k) {
+    const VectorXd& offset = hypotheses[static_cast<size_t>(k / each)].mesh_offset;
+    if (offset.size()) r.col(k) += offset;
+  }
+  return r;
+}
+
+void refine_mesh(Study& study, std::vector<Hypothesis>& hypotheses) {
+  MatrixXd sets(study.base.size(), static_cast<Index>(hypotheses.size()));
+  for (Index i = 0; i < sets.cols(); ++i) sets.col(i) = hypotheses[static_cast<size_t>(i)].x;
+  const std::vector<fit::Residuals> fine = study.fine->evaluate(study.parameters, sets);
+  const MatrixXd coarse = residuals_at(study, sets);
+  study.evaluations += 2 * static_cast<int>(sets.cols());
+  const double c = cauchy_constant(study);
+  for (Index i = 0; i < sets.cols(); ++i) {
+    Hypothesis& h = hypotheses[static_cast<size_t>(i)];
+    const auto own_mesh = [&](size_t e) { return study.effects[e].name == "mesh_resolution"; };
+    if (std::any_of(h.effects.begin(), h.effects.end(), own_mesh) || !fine[static_cast<size_t>(i)].finite || !coarse.col(i).allFinite()) continue;
+    h.mesh_offset = study.rows->whitened(fine[static_cast<size_t>(i)]) - coarse.col(i);
+    h.residual = coarse.col(i) + h.mesh_offset;
+    h.cost = cauchy_cost(h.residual, c);
+  }
+}
+
+void refit(Study& study, std::vector<Hypothesis>& hypotheses, int rounds) {
+  constexpr double kDampings[] = {1e-3, 0.3};
+  constexpr Index kTries = 2;
+  const double c = cauchy_constant(study);
+  const std::vector<size_t> all = all_trials(study);
+  for (int round = 0; round < rounds; ++round) {
+    const auto count = static_cast<Index>(hypotheses.size());
+    MatrixXd sets(study.base.size(), kTries * count);
+    for (Index i = 0; i < count; ++i)
+      for (Index k = 0; k < kTries; ++k) sets.col(kTries * i + k) = step_from(study, hypotheses[static_cast<size_t>(i)], all, kDampings[k]);
+    const MatrixXd r = residuals_of(study, hypotheses, sets);
+    study.evaluations += static_cast<int>(sets.cols());
+    for (Index i = 0; i < count; ++i) {
+      Hypothesis& h = hypotheses[static_cast<size_t>(i)];
+      Index best = -1;
+      double least = h.cost;
+      for (Index k = 0; k < kTries; ++k) {
+        const Index column = kTries * i + k;
+        if (!r.col(column).allFinite()) continue;
+        VectorXd moved(static_cast<Index>(h.active.size()));
+        for (size_t a = 0; a < h.active.size(); ++a) moved(static_cast<Index>(a)) = sets(h.active[a], column) - h.x(h.active[a]);
+        if (moved.squaredNorm() > 1e-12) {
+          const VectorXd wrong = r.col(column) - h.residual - h.jacobian * moved;
+          h.jacobian += wrong * moved.transpose() / moved.squaredNorm();
+        }
+        const double cost = cauchy_cost(r.col(column), c);
+        if (cost < least) {
+          least = cost;
+          best = column;
+        }
+      }
+      if (best < 0) continue;
+      h.x = sets.col(best);
+      h.residual = r.col(best);
+      h.cost = least;
+    }
+  }
+}
+
+}  // namespace selvedge::diagnose

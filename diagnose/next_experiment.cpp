@@ -1,0 +1,169 @@
+#include "diagnose/next_experiment.h"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <limits>
+
+#include <fmt/format.h>
+
+#include "cloth/simulate.h"
+
+namespace selvedge::diagnose {
+
+using Eigen::Index;
+using Eigen::VectorXd;
+
+namespace {
+
+struct Candidate {
+  std::string what, session;
+  std::function<void(fit::Prediction&)> change;
+};
+
+// The path run through `speed` times as fast, from the same start.
+void speed_up(fit::Prediction& p, double speed) {
+  cloth::Experiment& e = p.experiment;
+  const auto at = [&](double t) { return e.start_s + (t - e.start_s) / speed; };
+  for (double& t : e.path.time_s) t = at(t);
+  for (double& t : e.sample_s) t = at(t);
+  e.path.left_slope *= speed;
+  e.path.right_slope *= speed;
+}
+
+void spread_corners(fit::Prediction& p, double by_m) {
+  cloth::HeldPath& path = p.experiment.path;
+  const Eigen::Vector3d along = (path.right.col(0) - path.left.col(0)).normalized();
+  path.left.colwise() -= 0.5 * by_m * along;
+  path.right.colwise() += 0.5 * by_m * along;
+}
+
+std::vector<Candidate> candidates(double width_m, double height_m, double mass_kg) {
+  std::vector<Candidate> list = {
+      {"repeat the motion 1.5 times as fast", "frequency", [](fit::Prediction& p) { speed_up(p, 1.5); }},
+      {"repeat the motion at 0.6 of its speed", "frequency", [](fit::Prediction& p) { speed_up(p, 0.6); }},
+      {"bring the held corners 20 mm nearer together", "separation", [](fit::Prediction& p) { spread_corners(p, -0.02); }},
+      {"move the held corners 10 mm further apart", "separation", [](fit::Prediction& p) { spread_corners(p, 0.01); }},
+      {"turn the swatch over, the inside out", "flip",
+       [](fit::Prediction& p) {
+         p.experiment.material.rest_curvature_u *= -1;
+         p.experiment.material.rest_curvature_v *= -1;
+       }},
+      {fmt::format("hang a weight of {:.1f} g on the middle of the lower edge", 250 * mass_kg), "weight",
+       [=](fit::Prediction& p) {
+         cloth::Material& m = p.experiment.material;
+         if (m.local_mass_kg != 0) return;  // the fabric has one already, as the hypothesis has it
+         m.local_mass_kg = 0.25 * mass_kg;
+         m.local_u_m = 0.5 * width_m;
+         m.local_v_m = height_m;
+       }},
+  };
+  if (std::abs(width_m - height_m) < 1e-3)
+    list.push_back({"turn the swatch by 90 degrees, so that it is held at another edge", "turn", [](fit::Prediction& p) {
+                      cloth::Material& m = p.experiment.material;
+                      m.stretch_anisotropy *= -1;
+                      m.bend_anisotropy *= -1;
+                      std::swap(m.rest_curvature_u, m.rest_curvature_v);
+                    }});
+  return list;
+}
+
+fit::Prediction predicted(const Study& study, const Hypothesis& h, size_t trial) {
+  fit::Prediction p;
+  p.experiment = study.objective->scenes()[trial].trial.experiment;
+  p.experiment.start_shape = study.objective->scenes()[trial].start_shape;
+  for (size_t k = 0; k < study.parameters.size(); ++k)
+    study.parameters[k].apply(p, fit::to_value(study.parameters[k], h.x(static_cast<Index>(k))));
+  return p;
+}
+
+// Root mean square distance of what the two would show, over vertices and samples, mm.
+double apart_mm(const Study& study, const fit::Prediction& a, const fit::Prediction& b) {
+  const std::vector<cloth::Trajectory> runs =
+      cloth::simulate(study.objective->sheet(), {a.experiment, b.experiment}, study.objective->options().simulation);
+  if (!runs[0].finite || !runs[1].finite) return 0;
+  const auto shown = [](const fit::Prediction& p, const cloth::Trajectory& run, double t) {
+    return fit::position_at(p.experiment, run, t - p.seeing.delay_s - p.seeing.drift * (t - p.experiment.start_s));
+  };
+  double sum = 0, count = 0;
+  for (size_t i = 0; i < a.experiment.sample_s.size(); i += 6) {
+    const double t = a.experiment.sample_s[i];
+    sum += (shown(a, runs[0], t) - shown(b, runs[1], t)).squaredNorm();
+    count += static_cast<double>(runs[0].start.cols());
+  }
+  return 1e3 * std::sqrt(sum / std::max(count, 1.0));
+}
+
+// Excursion and frequency of the moved corner: half the span along its main axis, and crossings of the middle.
+struct Wave {
+  double amplitude_m = 0, frequency_hz = 1;
+};
+
+Wave wave_of(const cloth::HeldPath& path) {
+  Index axis = 0;
+  const Eigen::Vector3d span = path.right.rowwise().maxCoeff() - path.right.rowwise().minCoeff();
+  const double most = span.maxCoeff(&axis), middle = 0.5 * (path.right.row(axis).maxCoeff() + path.right.row(axis).minCoeff());
+  int crossings = 0;
+  for (Index i = 0; i + 1 < path.right.cols(); ++i) crossings += (path.right(axis, i) < middle) != (path.right(axis, i + 1) < middle);
+  const double duration_s = path.time_s.back() - path.time_s.front();
+  return {0.5 * most, duration_s > 0 ? std::max(0.2, 0.5 * crossings / duration_s) : 1};
+}
+
+std::string session_of(const Candidate& c, const fit::ObservedTrial& t, const fit::Prediction& changed) {
+  const Wave wave = wave_of(changed.experiment.path);
+  std::string text = fmt::format("# Proposed by `./selvedge diagnose`: {}.\n# Put these sections into the rig's configuration and run a session.\n", c.what);
+  if (c.session == "flip" || c.session == "turn" || c.session == "weight") text += fmt::format("# By hand, before the trial: {}.\n", c.what);
+  if (c.session == "separation")
+    text += fmt::format("\n[arm]\ncorner_distance_m = {:.3f}\n", (changed.experiment.path.right.col(0) - changed.experiment.path.left.col(0)).norm());
+  text += fmt::format("\n[session]\ntrials = [\"next-1\", \"next-2\"]\n");
+  for (const char* name : {"next-1", "next-2"})
+    text += fmt::format("\n[session.{}]\nkind = \"{}\"\nduration_s = {:.1f}\namplitude_m = {:.3f}\nfrequency_hz = {:.2f}\n", name,
+                        t.kind == trial::Experiment::robot ? "robot" : "waving", std::max(2.0, changed.experiment.sample_s.back() - changed.experiment.start_s + 0.7),
+                        wave.amplitude_m, wave.frequency_hz);
+  return text;
+}
+
+}  // namespace
+
+NextExperiment propose_experiment(const Study& study, const std::vector<Hypothesis>& hypotheses,
+                                  const std::map<std::string, double>& probability) {
+  NextExperiment out;
+  // The likeliest two of those that were refitted.
+  std::vector<const Hypothesis*> order;
+  for (const Hypothesis& h : hypotheses)
+    if (h.effects.size() <= 1) order.push_back(&h);
+  const auto chance = [&](const Hypothesis* h) { return probability.at(name_of(study, *h)); };
+  std::stable_sort(order.begin(), order.end(), [&](const Hypothesis* a, const Hypothesis* b) { return chance(a) > chance(b); });
+  size_t moving = study.rows->trials();
+  for (size_t i = 0; i < study.rows->trials(); ++i)
+    if (!study.objective->scenes()[i].trial.still && moving == study.rows->trials()) moving = i;
+  if (order.size() < 2 || moving == study.rows->trials()) {
+    out.what = "record a trial in which the fabric moves";
+    return out;
+  }
+  const fit::Prediction a = predicted(study, *order[0], moving), b = predicted(study, *order[1], moving);
+  out.separates = {name_of(study, *order[0]), name_of(study, *order[1])};
+  out.present_mm = apart_mm(study, a, b);
+  const fit::ObservedTrial& t = study.objective->scenes()[moving].trial;
+  const double mass_kg = t.experiment.material.density * t.width_m * t.height_m;
+  std::string best;
+  for (const Candidate& c : candidates(t.width_m, t.height_m, mass_kg)) {
+    fit::Prediction with_a = a, with_b = b;
+    c.change(with_a);
+    c.change(with_b);
+    const double mm = apart_mm(study, with_a, with_b);
+    if (mm > out.predicted_mm) {
+      out.predicted_mm = mm;
+      best = c.what;
+      out.session = c.session;
+      out.session_toml = session_of(c, t, with_a);
+    }
+  }
+  if (best.empty()) best = "repeat the trials";
+  out.what = fmt::format("{}: {} and {} would then lie {:.1f} mm apart, {:.1f} mm as recorded in {}", best, out.separates[0], out.separates[1],
+                         out.predicted_mm, out.present_mm, t.name);
+  out.like_trial = t.name;
+  return out;
+}
+
+}  // namespace selvedge::diagnose

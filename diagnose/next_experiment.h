@@ -1,0 +1,29 @@
+// What to record next so that the effects that are still confusable come apart.
+//
+// Candidates are trials that the rig can run (faster or slower, corners nearer together or further apart, the swatch
+// turned by 90° or over, a weight, a longer hang). Each is simulated under the two likeliest hypotheses at
+// their fitted values; the one whose markers differ most, beyond the sensor's noise, is proposed.
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "diagnose/hypothesis.h"
+
+namespace selvedge::diagnose {
+
+struct NextExperiment {
+  std::vector<std::string> separates;  // two names, or none
+  std::string what;                    // in words
+  std::string session;                 // what a session changes: frequency, separation, flip, turn, weight
+  std::string like_trial;              // the trial that it varies
+  std::string session_toml;            // sections for the rig's configuration, as capture/session reads them
+  double predicted_mm = 0;             // how far the two predictions lie apart
+  double present_mm = 0;               // in the trials at hand
+};
+
+NextExperiment propose_experiment(const Study& study, const std::vector<Hypothesis>& hypotheses,
+                                  const std::map<std::string, double>& probability);
+
+}  // namespace selvedge::diagnose

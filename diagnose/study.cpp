@@ -1,0 +1,210 @@
+#include "diagnose/study.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include <fmt/format.h>
+
+#include "files/bad_input.h"
+#include "fit/coarse_search.h"
+#include "fit/least_squares.h"
+#include "fit/observed_trial.h"
+
+namespace selvedge::diagnose {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+namespace {
+
+report::ProgressCallback part(const report::ProgressCallback& whole, double from, double to, const std::string& name) {
+  return [=](double done, const std::string& what) { whole(from + (to - from) * done, name + ": " + what); };
+}
+
+std::vector<fit::ObservedTrial> observe_all(const trial::Campaign& campaign, const StudyOptions& options) {
+  std::vector<fit::ObservedTrial> trials;
+  for (const trial::Trial& trial : campaign.trials) {
+    fit::ObserveOptions observe;
+    observe.rate_hz = trial.markers ? options.rate_hz : options.image_rate_hz;
+    trials.push_back(fit::observe_trial(trial, observe));
+    const trial::Fabric &a = trial.fabric, &b = campaign.trials[0].fabric;
+    if (a.width_m != b.width_m || a.height_m != b.height_m)
+      refuse((trial.folder / "trial.json").string(), "found a fabric of {} x {} m, expected that of the campaign's other trials, {} x {} m", a.width_m,
+             a.height_m, b.width_m, b.height_m);
+  }
+  return trials;
+}
+
+bool applies(const Effect& effect, const std::vector<fit::ObservedTrial>& trials, fit::Drag drag) {
+  if (effect.applies_to == AppliesTo::simple_drag) return drag != fit::Drag::nonlinear;
+  if (effect.applies_to == AppliesTo::images)
+    return std::any_of(trials.begin(), trials.end(), [](const fit::ObservedTrial& t) { return t.stripes != nullptr; });
+  return true;
+}
+
+// Replicates share a group; so do all still trials, which say too little to stand alone.
+std::vector<std::vector<size_t>> group_trials(const trial::Campaign& campaign, const std::vector<fit::ObservedTrial>& trials) {
+  std::vector<std::vector<size_t>> groups;
+  std::vector<bool> placed(trials.size(), false);
+  for (const std::vector<std::string>& names : campaign.replicates) {
+    std::vector<size_t> group;
+    for (size_t i = 0; i < trials.size(); ++i)
+      if (!placed[i] && !trials[i].still && std::find(names.begin(), names.end(), trials[i].name) != names.end()) {
+        placed[i] = true;
+        group.push_back(i);
+      }
+    if (!group.empty()) groups.push_back(group);
+  }
+  std::vector<size_t> still;
+  for (size_t i = 0; i < trials.size(); ++i) {
+    if (trials[i].still) still.push_back(i);
+    else if (!placed[i]) groups.push_back({i});
+  }
+  std::sort(groups.begin(), groups.end());
+  if (!still.empty()) groups.push_back(still);
+  return groups;
+}
+
+VectorXd usual(const std::vector<fit::Parameter>& parameters) {
+  VectorXd x(static_cast<Index>(parameters.size()));
+  for (size_t k = 0; k < parameters.size(); ++k) x(static_cast<Index>(k)) = fit::to_coordinate(parameters[k], parameters[k].start);
+  return x;
+}
+
+// Still trials and three that move: enough to start from.
+std::vector<size_t> first_few(const std::vector<fit::ObservedTrial>& trials) {
+  std::vector<size_t> few;
+  size_t moved = 0;
+  for (size_t i = 0; i < trials.size(); ++i)
+    if (trials[i].still || moved++ < 3) few.push_back(i);
+  return few;
+}
+
+// What the fine mesh adds to each residual at these parameters, mm; zero where it blew up.
+std::vector<VectorXd> mesh_change(const fit::Objective& objective, const fit::Objective& fine, const std::vector<fit::Parameter>& parameters,
+                                  const VectorXd& x) {
+  const fit::Residuals coarse_r = objective.evaluate(parameters, x).front(), fine_r = fine.evaluate(parameters, x).front();
+  std::vector<VectorXd> change;
+  for (size_t i = 0; i < coarse_r.mm.size(); ++i) {
+    VectorXd d = VectorXd::Zero(objective.time_s(i).size());
+    if (coarse_r.mm[i].size() == d.size() && fine_r.mm[i].size() == d.size()) d = fine_r.mm[i] - coarse_r.mm[i];
+    for (double& value : d)
+      if (!std::isfinite(value)) value = 0;
+    change.push_back(d);
+  }
+  // Residuals already hold the correction that was set before.
+  if (!objective.mesh_correction().empty())
+    for (size_t i = 0; i < change.size(); ++i) change[i] += objective.mesh_correction()[i];
+  return change;
+}
+
+// A grid over the decisive parameters, then a first fit, on a coarse mesh and few trials.
+VectorXd coarse_start(const std::vector<fit::ObservedTrial>& trials, const fit::ObjectiveOptions& on, const std::vector<fit::Parameter>& base,
+                      const report::ProgressCallback& progress) {
+  fit::LeastSquaresOptions search;
+  search.trials = first_few(trials);
+  search.max_iterations = 6;
+  search.progress = part(progress, 0.02, 0.12, "coarse grid");
+  fit::Objective coarse(trials, on, base, usual(base));
+  const VectorXd x = fit::coarse_search(coarse, base, search).coordinates;
+  search.progress = part(progress, 0.12, 0.25, "coarse mesh");
+  return fit::minimise(coarse, base, x, search).coordinates;
+}
+
+MatrixXd base_jacobian(Study& study) {
+  constexpr double kStep = 0.04;
+  const auto n = static_cast<Index>(study.base_count);
+  MatrixXd sets(study.base.size(), 2 * n + 1);
+  for (Index k = 0; k < sets.cols(); ++k) sets.col(k) = study.base;
+  for (Index k = 0; k < n; ++k) {
+    sets(k, 2 * k + 1) += kStep;
+    sets(k, 2 * k + 2) -= kStep;
+  }
+  const MatrixXd r = residuals_at(study, sets);
+  study.evaluations += static_cast<int>(sets.cols());
+  study.residual = r.col(0);
+  MatrixXd jacobian(r.rows(), n);
+  for (Index k = 0; k < n; ++k) {
+    jacobian.col(k) = (r.col(2 * k + 1) - r.col(2 * k + 2)) / (2 * kStep);
+    if (!jacobian.col(k).allFinite()) jacobian.col(k).setZero();
+  }
+  return jacobian;
+}
+
+}  // namespace
+
+MatrixXd residuals_at(const Study& study, const MatrixXd& coordinates, const std::vector<size_t>& trials) {
+  const std::vector<fit::Residuals> evaluated = study.objective->evaluate(study.parameters, coordinates, trials);
+  MatrixXd out(study.rows->size(), coordinates.cols());
+  for (Index k = 0; k < coordinates.cols(); ++k) {
+    if (evaluated[static_cast<size_t>(k)].finite) out.col(k) = study.rows->whitened(evaluated[static_cast<size_t>(k)]);
+    else out.col(k).setConstant(std::numeric_limits<double>::quiet_NaN());
+  }
+  return out;
+}
+
+Study make_study(const trial::Campaign& campaign, const std::vector<Effect>& effects, const StudyOptions& options) {
+  Study study;
+  study.campaign = campaign.folder.filename().string();
+  const std::vector<fit::ObservedTrial> trials = observe_all(campaign, options);
+  const std::vector<fit::Parameter> base = fit::base_parameters(options.drag);
+  study.base_count = base.size();
+  study.parameters = base;
+  for (const Effect& effect : effects) {
+    if (!applies(effect, trials, options.drag)) continue;
+    study.first_parameter.push_back(study.parameters.size());
+    study.effects.push_back(effect);
+    study.parameters.insert(study.parameters.end(), effect.parameters.begin(), effect.parameters.end());
+  }
+  for (const trial::Trial& trial : campaign.trials) study.cameras.push_back(trial.camera);
+  study.groups = group_trials(campaign, trials);
+
+  const auto objective_on = [&](int columns) {
+    fit::ObjectiveOptions o;
+    o.columns = columns;
+    // A hundredth of a millimetre is far below what a tracker sees, and half of all work is relaxation.
+    o.simulation.rest_change_m = 1e-5;
+    o.simulation.rest_speed_m_s = 5e-4;
+    o.simulation.longest_rest_s = 5;
+    return o;
+  };
+  const auto fine_after = [&](const VectorXd& x) {
+    fit::ObjectiveOptions on_fine = objective_on(options.fine_columns);
+    on_fine.branch_of = study.objective.get();  // the equilibrium that was matched to the recording
+    study.fine = std::make_shared<fit::Objective>(trials, on_fine, base, x);
+  };
+  VectorXd x;
+  if (options.base_fit && options.base_fit->size() == static_cast<Index>(base.size())) {
+    x = *options.base_fit;
+    study.objective = std::make_shared<fit::Objective>(trials, objective_on(options.columns), base, x);
+    fine_after(x);
+    study.mesh_change = mesh_change(*study.objective, *study.fine, base, x);
+    study.objective->set_mesh_correction(study.mesh_change);
+  } else {
+    x = coarse_start(trials, objective_on(options.coarse_columns), base, options.progress);
+    study.objective = std::make_shared<fit::Objective>(trials, objective_on(options.columns), base, x);
+    fit::LeastSquaresOptions search;
+    search.max_iterations = 6;
+    search.progress = part(options.progress, 0.25, 0.55, "base fit");
+    x = fit::minimise(*study.objective, base, x, search).coordinates;
+    fine_after(x);
+    search.max_iterations = 2;
+    for (int round = 0; round < 2; ++round) {
+      study.mesh_change = mesh_change(*study.objective, *study.fine, base, x);
+      study.objective->set_mesh_correction(study.mesh_change);
+      search.progress = part(options.progress, 0.6 + 0.2 * round, 0.75 + 0.2 * round, "base fit, finer mesh");
+      x = fit::minimise(*study.objective, base, x, search).coordinates;
+    }
+  }
+
+  study.rows = std::make_unique<Rows>(*study.objective);
+  study.base = usual(study.parameters);
+  study.base.head(static_cast<Index>(study.base_count)) = x;
+  study.jacobian = base_jacobian(study);
+  options.progress(1, "base model fitted");
+  return study;
+}
+
+}  // namespace selvedge::diagnose

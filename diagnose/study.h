@@ -1,0 +1,54 @@
+// The campaign under the base model, ready for questions: fitted parameters, what a finer mesh adds, and how the
+// residual changes with every parameter of the base and of every effect.
+//
+// All parameters, the base's and the effects', stand in one list; a hypothesis is the set of those that may leave
+// their neutral value. Coordinates of effects are zero at neutral.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "capture/trial/trial.h"
+#include "diagnose/effects/effect.h"
+#include "diagnose/rows.h"
+#include "fit/objective.h"
+#include "geometry/projection.h"
+#include "report/progress.h"
+
+namespace selvedge::diagnose {
+
+struct StudyOptions {
+  fit::Drag drag = fit::Drag::nonlinear;
+  int coarse_columns = 7, columns = 13, fine_columns = 25;  // start, derivatives, and what they are derivatives of
+  double rate_hz = 30, image_rate_hz = 10;
+  std::optional<Eigen::VectorXd> base_fit;  // coordinates of the base, found before: they are taken as they are
+  report::ProgressCallback progress = [](double, const std::string&) {};
+};
+
+struct Study {
+  std::string campaign;
+  std::vector<Effect> effects;
+  std::vector<fit::Parameter> parameters;   // base, then every effect's
+  size_t base_count = 0;
+  std::vector<size_t> first_parameter;      // of each effect
+  std::vector<std::optional<geometry::Projection>> cameras;  // of each trial
+  std::vector<std::vector<size_t>> groups;  // trials that are held out together: replicates, and all still ones
+  std::shared_ptr<fit::Objective> objective;
+  std::shared_ptr<fit::Objective> fine;     // the same trials on the fine mesh
+  std::unique_ptr<Rows> rows;
+  Eigen::VectorXd base;                     // coordinates of all parameters, effects neutral
+  Eigen::VectorXd residual;                 // whitened, at base
+  Eigen::MatrixXd jacobian;                 // whitened residual per base coordinate
+  std::vector<Eigen::VectorXd> mesh_change; // mm, what the fine mesh adds, one a trial
+  int evaluations = 0;
+};
+
+// Fits the base model; effects that the campaign cannot show are left out.
+Study make_study(const trial::Campaign& campaign, const std::vector<Effect>& effects, const StudyOptions& options);
+
+// Residuals of many coordinate sets (columns), whitened; a column of NaN where a simulation blew up.
+Eigen::MatrixXd residuals_at(const Study& study, const Eigen::MatrixXd& coordinates, const std::vector<size_t>& trials = {});
+
+}  // namespace selvedge::diagnose

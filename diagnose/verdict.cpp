@@ -1,0 +1,116 @@
+#include "diagnose/verdict.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace selvedge::diagnose {
+
+using Eigen::Index;
+using Eigen::VectorXd;
+
+namespace {
+
+// Noise of a marker track from second differences over neighbouring times, which motion hardly reaches, mm in space.
+double noise_from_differences(const Study& study, size_t trial) {
+  const auto& markers = study.objective->scenes()[trial].trial.markers;
+  if (!markers || markers->time_s.size() < 5) return 0;
+  const Index first = study.rows->first(trial);
+  const auto times = static_cast<Index>(markers->time_s.size());
+  const double sd = study.rows->sd_mm()(first);
+  std::vector<double> all;
+  for (Index k = 0; k < static_cast<Index>(markers->uv.size()); ++k)
+    for (Index j = 1; j + 1 < times; ++j)
+      for (Index axis = 0; axis < 3; ++axis) {
+        const Index at = first + 3 * (k * times + j) + axis;
+        if (study.rows->seen()(at - 3) * study.rows->seen()(at) * study.rows->seen()(at + 3) == 0) continue;
+        all.push_back(std::abs(study.residual(at - 3) - 2 * study.residual(at) + study.residual(at + 3)) * sd);
+      }
+  if (all.size() < 30) return 0;
+  std::nth_element(all.begin(), all.begin() + static_cast<std::ptrdiff_t>(all.size() / 2), all.end());
+  return std::sqrt(3.0) * 1.4826 * all[all.size() / 2] / std::sqrt(6.0);
+}
+
+double stated_noise(const Study& study, size_t trial) {
+  const fit::ObservedTrial& t = study.objective->scenes()[trial].trial;
+  if (t.markers) return std::sqrt(3.0) * 1e3 * t.markers->noise_m / (t.still ? std::sqrt(20.0) : 1);
+  const VectorXd sd = study.rows->sd_mm().segment(study.rows->first(trial), study.rows->count(trial));
+  const double model = study.objective->options().model_sd_mm;
+  return std::sqrt(std::max(0.0, sd.squaredNorm() / static_cast<double>(std::max<Index>(sd.size(), 1)) - model * model));
+}
+
+double replicate_mm(const Study& study) {
+  double sum = 0, count = 0;
+  for (const std::vector<size_t>& group : study.groups)
+    for (size_t i = 0; i + 1 < group.size(); ++i) {
+      const size_t a = group[i], b = group[i + 1];
+      if (study.objective->scenes()[a].trial.still || study.rows->count(a) != study.rows->count(b)) continue;
+      const Index n = study.rows->count(a);
+      const VectorXd d = study.residual.segment(study.rows->first(a), n) - study.residual.segment(study.rows->first(b), n);
+      const VectorXd mm = d.cwiseProduct(study.rows->sd_mm().segment(study.rows->first(a), n));
+      sum += 0.5 * mm.squaredNorm();
+      count += static_cast<double>(n);
+    }
+  const bool markers = study.objective->scenes()[0].trial.markers.has_value();
+  return count > 0 ? std::sqrt((markers ? 3 : 1) * sum / count) : std::numeric_limits<double>::quiet_NaN();
+}
+
+double mesh_mm(const Study& study, size_t trial) {
+  const VectorXd& d = study.mesh_change[trial];
+  if (d.size() == 0) return 0;
+  return std::sqrt((study.objective->scenes()[trial].trial.markers ? 3 : 1) * d.squaredNorm() / static_cast<double>(d.size()));
+}
+
+}  // namespace
+
+Floor floor_of(const Study& study, const Calibration& calibration) {
+  const auto trials = static_cast<Index>(study.rows->trials());
+  Floor floor{VectorXd(trials), VectorXd(trials), replicate_mm(study)};
+  for (Index t = 0; t < trials; ++t) {
+    const auto trial = static_cast<size_t>(t);
+    floor.noise_mm(t) = std::max(stated_noise(study, trial), noise_from_differences(study, trial));
+    floor.right_mm(t) = std::sqrt(std::pow(floor.noise_mm(t), 2) + std::pow(calibration.mesh_share * mesh_mm(study, trial), 2) +
+                                  std::pow(calibration.form_mm, 2));
+  }
+  return floor;
+}
+
+std::vector<double> group_mm(const Study& study, const VectorXd& mm_of_trial) {
+  std::vector<double> out;
+  for (const std::vector<size_t>& group : study.groups) out.push_back(pooled_mm(study, mm_of_trial, group));
+  return out;
+}
+
+Scores score(const Study& study, const std::vector<Hypothesis>& hypotheses, const HeldOut& held_out, const Floor& floor,
+             const Calibration& c) {
+  Scores out;
+  const std::vector<double> base = group_mm(study, held_out.mm.row(0)), right = group_mm(study, floor.right_mm);
+  const auto mean_log_ratio = [&](const std::vector<double>& after) {
+    double sum = 0;
+    for (size_t g = 0; g < base.size(); ++g) sum += 2 * std::log(base[g] / after[g]);
+    return sum / static_cast<double>(base.size());
+  };
+  std::map<std::string, double> score_of;
+  const double prior_effect = (1 - c.prior_none - c.prior_unknown) / static_cast<double>(std::max<size_t>(1, study.effects.size()));
+  for (const Effect& e : study.effects)
+    score_of[e.name] = std::log(prior_effect) - c.cost_per_parameter * static_cast<double>(e.parameters.size());
+  for (size_t i = 0; i < hypotheses.size(); ++i) {
+    const Hypothesis& h = hypotheses[i];
+    const VectorXd mm = held_out.mm.row(static_cast<Index>(i));
+    double ratio = mm.allFinite() ? mean_log_ratio(group_mm(study, mm)) : -1;
+    out.log_ratio.push_back(ratio);
+    if (h.effects.size() == 1) score_of[study.effects[h.effects[0]].name] += c.kappa * ratio;
+  }
+  out.log_ratio_unknown = mean_log_ratio(right);
+  score_of["none"] = std::log(c.prior_none);
+  score_of["unknown"] = std::log(c.prior_unknown) + c.kappa * out.log_ratio_unknown - c.cost_unknown;
+  double most = -1e300, sum = 0;
+  for (const auto& [name, value] : score_of) most = std::max(most, value);
+  for (const auto& [name, value] : score_of) sum += std::exp(value - most);
+  for (const auto& [name, value] : score_of) out.probability[name] = std::exp(value - most) / sum;
+  const double z = (0.5 * out.log_ratio_unknown - c.null_mean) / c.null_sd;
+  out.p_value = 0.5 * std::erfc(z / std::sqrt(2.0));
+  return out;
+}
+
+}  // namespace selvedge::diagnose

@@ -1,0 +1,56 @@
+// From held-out errors to probabilities over {none, every effect, unknown}.
+//
+// Every hypothesis h is scored by how much better than the base it predicts groups of trials that it was not
+// fitted to, each group speaking once, however long it is:
+//   L_h = mean over groups of ln(m_base² / m_h²),   score_h = κ L_h − c · parameters + ln prior.
+// `unknown` stands for an effect that would explain the gap down to the floor f, what a right model leaves:
+//   L_unknown = mean over groups of ln(m_base² / f²), at a cost c_unknown.
+// So a name wins where it explains the gap about as well as any right answer could; unknown where a gap is
+// plain and no effect closes it; none where nothing predicts better than the base.
+// f² = sensor noise² + (mesh share · what the last refinement changed)² + form². Samples of one motion err
+// together, so κ is not their number: it and the other constants were set on a bank of simulated campaigns
+// (docs/diagnosis.md says which), whose world shares no code with the model.
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "diagnose/held_out.h"
+
+namespace selvedge::diagnose {
+
+struct Calibration {
+  double kappa = 12;
+  double cost_per_parameter = 1.0;
+  double cost_unknown = 4.0;
+  double prior_none = 0.38, prior_unknown = 0.15;  // the rest is shared by the effects alike
+  double mesh_share = 0.3;
+  double form_mm = 0.2;
+  // Of ln(held-out base error / floor) in campaigns that lack nothing: mean and spread.
+  double null_mean = 0.0, null_sd = 0.12;
+};
+
+struct Floor {
+  Eigen::VectorXd noise_mm;   // a trial: sensor noise alone
+  Eigen::VectorXd right_mm;   // a trial: what a right model leaves, f
+  double replicate_mm = 0;    // half the difference of replicates' residuals; NaN without replicates
+};
+
+Floor floor_of(const Study& study, const Calibration& calibration);
+
+struct Scores {
+  std::vector<double> log_ratio;           // L of each hypothesis
+  double log_ratio_unknown = 0;
+  std::map<std::string, double> probability;  // "none", "unknown", and every effect of the study; adds up to 1
+  double p_value = 1;                      // of the gap
+};
+
+// hypotheses: base first. Effects that are in none of them count as explaining nothing.
+Scores score(const Study& study, const std::vector<Hypothesis>& hypotheses, const HeldOut& held_out, const Floor& floor,
+             const Calibration& calibration);
+
+// One number a group: pooled root mean square of its trials.
+std::vector<double> group_mm(const Study& study, const Eigen::VectorXd& mm_of_trial);
+
+}  // namespace selvedge::diagnose

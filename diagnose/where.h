@@ -1,0 +1,45 @@
+// Where on the fabric, when, how fast and at which camera row the residual lies.
+//
+// Cells of five axes are compared by their share of the squared held-out residual of the base model, less what
+// noise alone leaves. A cell stands out where its mean square exceeds that of the rest of its axis in trial after
+// trial: a t test over groups of trials on the log ratio, Holm's correction for all cells looked at.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "diagnose/study.h"
+
+namespace selvedge::diagnose {
+
+struct Cell {
+  std::string axis;     // region, time, frequency, regime, image
+  std::string cell;
+  double share = 0;     // of the squared residual above noise, within its axis
+  double mm = 0;        // root mean square there
+  double p_value = 1;   // corrected
+};
+
+// For pictures: root mean square at each marker, at each time of each trial, and in each frequency band.
+struct ResidualMap {
+  double width_m = 0, height_m = 0;
+  std::vector<Eigen::Vector2d> uv;       // markers, or centres of a grid
+  std::vector<double> at_mm;
+  struct OverTime {
+    std::string trial;
+    std::vector<double> time_s, mm;
+  };
+  std::vector<OverTime> over_time;
+  std::vector<double> frequency_hz, frequency_mm;
+  std::vector<double> image_row_px, image_mm;
+};
+
+struct Where {
+  std::vector<Cell> cells;
+  ResidualMap map;
+};
+
+// residual: whitened, each trial as predicted without its group; noise_mm: a trial.
+Where split_residual(const Study& study, const Eigen::VectorXd& residual, const Eigen::VectorXd& noise_mm);
+
+}  // namespace selvedge::diagnose

@@ -1,0 +1,31 @@
+#include <cmath>
+
+#include <Eigen/Geometry>
+
+#include "hardware_sim/hidden_effects/hidden_effect.h"
+
+namespace selvedge::hardware_sim {
+
+namespace {
+
+// A fan that swings: air pushes the lower half back and forth at 1.7 Hz.
+class PulsingAir : public LatticeExtra {
+ public:
+  explicit PulsingAir(double strength) : strength_(strength) {}
+  void add(const LatticeView& s, double) override {
+    const double push = strength_ * 0.06 * std::sin(2 * M_PI * 1.7 * s.time_s);  // N/m²
+    for (int r = s.rows / 2; r < s.rows; ++r)
+      for (int c = 0; c < s.columns; ++c) s.f[1][r * s.columns + c] += push * s.hu * s.hv;
+  }
+
+ private:
+  double strength_;
+};
+
+}  // namespace
+
+HiddenEffect pulsing_air() {
+  return {"pulsing_air", [](double strength) -> std::shared_ptr<LatticeExtra> { return std::make_shared<PulsingAir>(strength); }, 1};
+}
+
+}  // namespace selvedge::hardware_sim

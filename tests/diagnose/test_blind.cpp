@@ -1,0 +1,88 @@
+// Sealing, answering and scoring, without a simulation.
+#include <filesystem>
+#include <fstream>
+
+#include <gtest/gtest.h>
+
+#include "diagnose/blind.h"
+#include "files/bad_input.h"
+#include "files/whole_file.h"
+
+namespace selvedge::diagnose {
+namespace {
+
+namespace fs = std::filesystem;
+
+Diagnosis says(const std::string& cause) {
+  Diagnosis d;
+  d.cause = d.side = cause;
+  d.probability = {{"none", 0.05}, {"unknown", 0.05}, {"draught", 0.0}};
+  d.probability[cause] = 0.9;
+  d.effects.push_back({"draught", "", Side::aerodynamic, 0, 0.1, false, {}, {}, 0});
+  d.before_mm = 4;
+  d.right_floor_mm = 1;
+  if (cause == "draught") {
+    d.confusable = {"draught"};
+    d.side = "aerodynamic";
+  }
+  return d;
+}
+
+class Blind : public testing::Test {
+ protected:
+  void SetUp() override {
+    folder_ = fs::path(testing::TempDir()) / "selvedge_blind";
+    fs::remove_all(folder_);
+    seal_keys(folder_, {{"c1", "salt1", {{"cause", "none"}}}, {"c2", "salt2", {{"cause", "draught"}}}, {"c3", "salt3", {{"cause", "unknown"}}}}, "library");
+  }
+  void TearDown() override { fs::remove_all(folder_); }
+  fs::path folder_;
+};
+
+TEST(Hash, IsSha256) { EXPECT_EQ(sha256_hex("abc"), "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad"); }
+
+TEST(ClopperPearson, AgreesWithTables) {
+  const auto [low, high] = clopper_pearson(2, 100);
+  EXPECT_NEAR(low, 0.0024, 1e-4);
+  EXPECT_NEAR(high, 0.0704, 1e-4);
+  EXPECT_EQ(clopper_pearson(0, 10).first, 0);
+  EXPECT_NEAR(clopper_pearson(0, 10).second, 0.3085, 1e-4);
+}
+
+TEST_F(Blind, ScoresOnlyFinalAnswersAndGoesOn) {
+  int asked = 0;
+  const auto diagnosed = [&](const fs::path& campaign) {
+    ++asked;
+    return says(campaign.filename() == "c1" ? "none" : "draught");
+  };
+  EXPECT_EQ(answer_all(folder_, diagnosed, [&] { return asked >= 1; }), 1u);
+  EXPECT_THROW(open_keys(folder_, false), BadInput);
+  EXPECT_EQ(answer_all(folder_, diagnosed, [] { return false; }), 3u);
+  EXPECT_EQ(asked, 3);
+  const BlindScore s = open_keys(folder_, false);
+  EXPECT_EQ(s.answered, 3u);
+  EXPECT_EQ(s.rows[0].hits, 0);  // alarms
+  EXPECT_EQ(s.rows[0].of, 1);
+  EXPECT_EQ(s.rows[1].hits, 1);  // draught named
+  EXPECT_EQ(s.rows[1].of, 1);
+  EXPECT_EQ(s.rows[3].hits, 0);  // the foreign one was not called unknown
+  EXPECT_EQ(s.rows[4].hits, 1);  // but wrongly and with confidence
+  EXPECT_EQ(s.baselines[0].hits, 2);
+}
+
+TEST_F(Blind, RefusesChangedAnswersAndKeys) {
+  answer_all(folder_, [](const fs::path&) { return says("none"); }, [] { return false; });
+  const fs::path one = folder_ / "answers" / "c2" / "diagnosis.json";
+  const std::string bytes = files::read_whole(one);
+  files::write_whole(one, bytes + " ");
+  EXPECT_THROW(open_keys(folder_, false), BadInput);
+  files::write_whole(one, bytes);
+  EXPECT_NO_THROW(open_keys(folder_, false));
+  nlohmann::json keys = files::read_json(folder_ / "keys.json");
+  keys[1]["key"]["cause"] = "none";
+  files::write_json(folder_ / "keys.json", keys);
+  EXPECT_THROW(open_keys(folder_, false), BadInput);
+}
+
+}  // namespace
+}  // namespace selvedge::diagnose

@@ -1,0 +1,59 @@
+// A campaign whose fault is known, simulated by the model itself: answered, and written as a user gets it.
+#include <filesystem>
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "diagnose/diagnosis_report.h"
+#include "diagnose/effects/library.h"
+#include "files/whole_file.h"
+#include "tests/diagnose/simulated_campaign.h"
+
+namespace selvedge::diagnose {
+namespace {
+
+namespace fs = std::filesystem;
+
+Diagnosis diagnosed(const CampaignOfTest& c) {
+  std::vector<Effect> few;
+  for (const Effect& e : effect_library())
+    if (e.name == "camera_delay" || e.name == "bend_friction" || e.name == "draught" || e.name == "mass_error") few.push_back(e);
+  DiagnosisOptions options;
+  options.study.columns = 9;
+  options.study.fine_columns = 13;
+  options.study.rate_hz = 20;
+  return diagnose(simulated_campaign(c), few, options);
+}
+
+TEST(Diagnosis, NamesADelayAndMeasuresIt) {
+  CampaignOfTest late = usual_fabric();
+  late.delay_s = 0.012;
+  const Diagnosis d = diagnosed(late);
+  EXPECT_EQ(d.cause, "camera_delay");
+  EXPECT_EQ(d.side, "measurement");
+  double sum = 0;
+  for (const auto& [name, p] : d.probability) sum += p;
+  EXPECT_NEAR(sum, 1, 1e-9);
+  for (const EffectFinding& f : d.effects) {
+    if (f.name == "mass_error") {
+      EXPECT_GT(f.absorbed, 0.95);
+    }
+    if (f.name != "camera_delay") continue;
+    ASSERT_EQ(f.size.size(), 1u);
+    EXPECT_NEAR(f.size[0].value, 0.012, 0.002);
+    EXPECT_GT(f.shrink.fraction, 0.5);
+  }
+  const fs::path folder = fs::path(testing::TempDir()) / "selvedge_diagnosis";
+  write_diagnosis(d, folder);
+  const nlohmann::json json = files::read_json(folder / "diagnosis.json");
+  EXPECT_EQ(json.at("format"), "diagnosis/1");
+  for (const char* key : {"campaign", "gap", "where", "side", "cause", "probabilities", "confusable", "effect_size", "shrink", "next_experiment", "wall_s"})
+    EXPECT_TRUE(json.contains(key)) << key;
+  EXPECT_NE(files::read_whole(folder / "report.html").find("<svg"), std::string::npos);
+  fs::remove_all(folder);
+}
+
+TEST(Diagnosis, NamesNothingWhereNothingIsAmiss) { EXPECT_EQ(diagnosed(usual_fabric()).cause, "none"); }
+
+}  // namespace
+}  // namespace selvedge::diagnose

@@ -1,0 +1,93 @@
+// Every effect of the library: neutral changes nothing, off neutral changes what is predicted.
+#include <set>
+
+#include <gtest/gtest.h>
+
+#include "diagnose/effects/library.h"
+#include "diagnose/study.h"
+#include "fit/objective.h"
+#include "tests/diagnose/simulated_campaign.h"
+
+namespace selvedge::diagnose {
+namespace {
+
+TEST(Effects, NamesAreTheFormatsAndBoundsHoldNeutral) {
+  const std::set<std::string> format = {
+      "camera_delay", "rolling_shutter", "dropped_frames", "camera_distortion", "projector_moved", "rig_tilt", "marker_offset", "grip_slip",
+      "anisotropy", "coupling", "stretch_stiffening", "bend_nonlinearity", "hem", "rest_curvature", "bend_friction", "stretch_friction", "creep",
+      "nonlinear_drag", "draught", "added_mass", "mass_error", "local_mass", "integrator_damping", "mesh_resolution"};
+  std::set<std::string> found;
+  for (const Effect& e : effect_library()) {
+    EXPECT_TRUE(format.count(e.name)) << e.name;
+    EXPECT_TRUE(found.insert(e.name).second) << e.name;
+    EXPECT_FALSE(e.summary.empty()) << e.name;
+    ASSERT_FALSE(e.parameters.empty()) << e.name;
+    for (const fit::Parameter& p : e.parameters) {
+      EXPECT_LE(p.lower, p.start) << e.name << " " << p.name;
+      EXPECT_LT(p.start, p.upper) << e.name << " " << p.name;
+      EXPECT_GT(p.scale, 0) << e.name << " " << p.name;
+    }
+  }
+  EXPECT_EQ(found, format);
+}
+
+class EffectOnTrial : public testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    const trial::Campaign campaign = simulated_campaign(usual_fabric());
+    fit::ObjectiveOptions options;
+    options.columns = 7;
+    base_ = fit::base_parameters();
+    Eigen::VectorXd x(static_cast<Eigen::Index>(base_.size()));
+    for (size_t k = 0; k < base_.size(); ++k) x(static_cast<Eigen::Index>(k)) = fit::to_coordinate(base_[k], base_[k].start);
+    objective_ = std::make_unique<fit::Objective>(std::vector<fit::ObservedTrial>{fit::observe_trial(campaign.trials[1])}, options, base_, x);
+    objective_->set_mesh_correction({Eigen::VectorXd::Constant(objective_->time_s(0).size(), 0.5)});
+    start_ = x;
+  }
+  static inline std::vector<fit::Parameter> base_;
+  static inline std::unique_ptr<fit::Objective> objective_;
+  static inline Eigen::VectorXd start_;
+};
+
+TEST_F(EffectOnTrial, NeutralChangesNothingAndScaleChangesSomething) {
+  const Eigen::VectorXd plain = objective_->evaluate(base_, start_).front().mm[0];
+  for (const Effect& e : effect_library()) {
+    if (e.applies_to == AppliesTo::images) continue;  // markers do not show them
+    std::vector<fit::Parameter> parameters = base_;
+    parameters.insert(parameters.end(), e.parameters.begin(), e.parameters.end());
+    const auto n = static_cast<Eigen::Index>(parameters.size());
+    Eigen::MatrixXd sets(n, 2);
+    sets.col(0).head(start_.size()) = start_;
+    for (Eigen::Index k = start_.size(); k < n; ++k) sets(k, 0) = fit::to_coordinate(parameters[static_cast<size_t>(k)], parameters[static_cast<size_t>(k)].start);
+    sets.col(1) = sets.col(0);
+    sets.col(1).tail(n - start_.size()).array() += 1;
+    const std::vector<fit::Residuals> r = objective_->evaluate(parameters, sets);
+    ASSERT_TRUE(r[1].finite) << e.name;
+    // Lanes that bend otherwise run apart and agree to rounding; the motion multiplies that.
+    if (e.name != "nonlinear_drag") {
+      EXPECT_LT((r[0].mm[0] - plain).cwiseAbs().maxCoeff(), 1e-6) << e.name;
+    }
+    EXPECT_GT((r[1].mm[0] - r[0].mm[0]).cwiseAbs().maxCoeff(), 1e-2) << e.name;
+  }
+}
+
+TEST(Effects, MassIsAbsorbedByScalingEverything) {
+  const trial::Campaign campaign = simulated_campaign(usual_fabric());
+  fit::ObjectiveOptions options;
+  options.columns = 7;
+  std::vector<fit::Parameter> parameters = fit::base_parameters();
+  Eigen::VectorXd x(static_cast<Eigen::Index>(parameters.size()));
+  for (size_t k = 0; k < parameters.size(); ++k) x(static_cast<Eigen::Index>(k)) = fit::to_coordinate(parameters[k], parameters[k].start);
+  const fit::Objective objective({fit::observe_trial(campaign.trials[1])}, options, parameters, x);
+  for (const Effect& e : effect_library())
+    if (e.name == "mass_error") parameters.push_back(e.parameters[0]);
+  Eigen::MatrixXd sets(x.size() + 1, 2);
+  sets << x, x, 0, 0.2 / parameters.back().scale;
+  for (Eigen::Index k = 0; k < x.size(); ++k)
+    if (parameters[static_cast<size_t>(k)].name != "drag_fade") sets(k, 1) += std::log(1.2);
+  const std::vector<fit::Residuals> r = objective.evaluate(parameters, sets);
+  EXPECT_LT((r[0].mm[0] - r[1].mm[0]).cwiseAbs().maxCoeff(), 0.05);
+}
+
+}  // namespace
+}  // namespace selvedge::diagnose
