@@ -14,7 +14,6 @@ const std::vector<FigureSet>& benches() {
       {"capture", "the camera daemon beside arv-camera-test on one simulated camera", bench_capture},
       {"cloth", "seconds of work per simulated second, batches, cost of finer meshes", bench_cloth},
       {"contact", "a waved swatch with contact off and on, and a skirt on a walking body", bench_contact},
-      {"contact", "a waved swatch with contact off and on", bench_contact},
       {"diagnose", "a marker campaign diagnosed, stage by stage", bench_diagnose},
       {"format", "reading and writing trials: CSV, PNG", bench_format},
       {"metric", "angle maps and pictures of 640x480 frames", bench_metric},
