@@ -8,8 +8,8 @@
 // So a name wins where it explains the gap about as well as any right answer could; unknown where a gap is
 // plain and no effect closes it; none where nothing predicts better than the base.
 // f² = sensor noise² + (mesh share · what the last refinement changed)² + form². Samples of one motion err
-// together, so κ is not their number: it and the other constants were set on a bank of simulated campaigns
-// (docs/diagnosis.md says which), whose world shares no code with the model.
+// together, so κ is not their number. The constants are first values, chosen by reasoning: no bank of campaigns
+// has set them yet, and until one has, the probabilities order the answers but are no frequencies.
 #pragma once
 
 #include <map>
@@ -27,7 +27,7 @@ struct Calibration {
   double prior_none = 0.38, prior_unknown = 0.15;  // the rest is shared by the effects alike
   double mesh_share = 0.3;
   double form_mm = 0.2;
-  // Of ln(held-out base error / floor) in campaigns that lack nothing: mean and spread.
+  // Of ln(held-out base error / floor) in campaigns that lack nothing: mean and spread, supposed.
   double null_mean = 0.0, null_sd = 0.12;
 };
 
