@@ -84,7 +84,10 @@ std::vector<double> group_mm(const Study& study, const VectorXd& mm_of_trial) {
 Scores score(const Study& study, const std::vector<Hypothesis>& hypotheses, const HeldOut& held_out, const Floor& floor,
              const Calibration& c) {
   Scores out;
-  const std::vector<double> base = group_mm(study, held_out.mm.row(0)), right = group_mm(study, floor.right_mm);
+  const std::vector<double> base = group_mm(study, held_out.mm.row(0));
+  std::vector<double> right = group_mm(study, floor.right_mm);
+  const std::vector<double> least = right;  // what the base leaves where nothing lacks
+  for (size_t g = 0; g < right.size(); ++g) right[g] = std::hypot(right[g], c.form_share * base[g]);
   const auto mean_log_ratio = [&](const std::vector<double>& after) {
     double sum = 0;
     for (size_t g = 0; g < base.size(); ++g) sum += 2 * std::log(base[g] / after[g]);
@@ -108,7 +111,7 @@ Scores score(const Study& study, const std::vector<Hypothesis>& hypotheses, cons
   for (const auto& [name, value] : score_of) most = std::max(most, value);
   for (const auto& [name, value] : score_of) sum += std::exp(value - most);
   for (const auto& [name, value] : score_of) out.probability[name] = std::exp(value - most) / sum;
-  const double z = (0.5 * out.log_ratio_unknown - c.null_mean) / c.null_sd;
+  const double z = (0.5 * mean_log_ratio(least) - c.null_mean) / c.null_sd;
   out.p_value = 0.5 * std::erfc(z / std::sqrt(2.0));
   return out;
 }

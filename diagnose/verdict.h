@@ -7,7 +7,7 @@
 //   L_unknown = mean over groups of ln(m_base² / f²), at a cost c_unknown.
 // So a name wins where it explains the gap about as well as any right answer could; unknown where a gap is
 // plain and no effect closes it; none where nothing predicts better than the base.
-// f² = sensor noise² + (mesh share · what the last refinement changed)² + form². Samples of one motion err
+// f² = sensor noise² + (mesh share · what the last refinement changed)² + form² + (form share · m_base)². Samples of one motion err
 // together, so κ is not their number. The constants are first values, chosen by reasoning: no bank of campaigns
 // has set them yet, and until one has, the probabilities order the answers but are no frequencies.
 #pragma once
@@ -27,6 +27,7 @@ struct Calibration {
   double prior_none = 0.38, prior_unknown = 0.15;  // the rest is shared by the effects alike
   double mesh_share = 0.3;
   double form_mm = 0.2;
+  double form_share = 0.15;  // of the base's held-out error: a right effect in a form that is not nature's leaves so much
   // Of ln(held-out base error / floor) in campaigns that lack nothing: mean and spread, supposed.
   double null_mean = 0.0, null_sd = 0.12;
 };
