@@ -5,11 +5,11 @@
 #include <thread>
 
 #include <fmt/format.h>
-#include <selvedge_rig/clock_map_t.hpp>
 #include <selvedge_rig/corner_sample_t.hpp>
 
 #include "rig/channels.h"
 #include "rig/clock.h"
+#include "rig/clock_message.h"
 #include "rig/device_status.h"
 #include "rig/wire/socket.h"
 
@@ -59,20 +59,6 @@ selvedge_rig::corner_sample_t to_message(const TrackerFrame& frame, double captu
   return message;
 }
 
-selvedge_rig::clock_map_t to_message(const rig::ClockMap& map, const std::string& device) {
-  selvedge_rig::clock_map_t message{};
-  message.utime = rig::host_now_us();
-  message.device = device;
-  message.ticks_per_s = map.ticks_per_s;
-  message.reference_ticks = map.reference_ticks;
-  message.reference_utime = std::llround(map.reference_host_s * 1e6);
-  message.drift_ppm = map.drift_ppm;
-  message.uncertainty_s = map.uncertainty_s;
-  message.samples = map.samples;
-  message.jumps = map.jumps;
-  return message;
-}
-
 // One connection, from the handshake until it breaks or the daemon stops.
 class Connection {
  public:
@@ -105,7 +91,7 @@ class Connection {
     status_.delivered();
     status_.set_state(device_status_t::RUNNING, "");
     if (const auto map = clock_.map(); map && rig::host_now_s() - clock_published_s_ > 0.5) {
-      auto clock_message = to_message(*map, device_);
+      auto clock_message = rig::to_message(*map, device_);
       bus_.publish(rig::channel(device_, rig::kClock), clock_message);
       clock_published_s_ = rig::host_now_s();
     }
