@@ -92,6 +92,9 @@ std::vector<DaemonState> rig_up(const fs::path& configuration) {
     if (running_pid(kind, configuration)) continue;
     const pid_t pid = start_detached(command_of(kind, configuration), folder / (kind + ".log"));
     files::write_whole(folder / (kind + ".pid"), fmt::format("{}\n", pid));
+    // Known by its command line, which it has only once it has become the daemon.
+    const double until_s = rig::host_now_s() + 1;
+    while (!running_pid(kind, configuration) && rig::host_now_s() < until_s) std::this_thread::sleep_for(std::chrono::milliseconds(5));
   }
   return rig_status(configuration, 0);
 }
