@@ -58,10 +58,10 @@ Energy energy_of(const Sheet& sheet, const Material& m, const Eigen::Vector3d& g
   for (const kernel::Triangle& t : s.triangles) {
     const Columns w = columns_of(t, position);
     const double strain_u = w.u.norm() - 1, strain_v = w.v.norm() - 1, skew = w.u.dot(w.v);
-    e.stretch += t.area * (stretch_energy(ku, m.stretch_stiffening, strain_u) +
+    e.stretch += t.membrane_area * (stretch_energy(ku, m.stretch_stiffening, strain_u) +
                            stretch_energy(kv, m.stretch_stiffening, strain_v) +
                            m.coupling * std::sqrt(ku * kv) * strain_u * strain_v);
-    e.shear += t.area * 0.5 * m.shear * skew * skew;
+    e.shear += t.membrane_area * 0.5 * m.shear * skew * skew;
   }
   for (size_t i = 0; i < s.vertex_area.size(); ++i) {
     const Seconds d = seconds_of(s.bend, i, position);
@@ -82,7 +82,7 @@ double damping_potential(const Sheet& sheet, const Material& m, const Eigen::Mat
     const Columns w = columns_of(t, position), rate = columns_of(t, velocity);
     const double rate_u = w.u.dot(rate.u) / w.u.norm(), rate_v = w.v.dot(rate.v) / w.v.norm();
     const double skew_rate = w.u.dot(rate.v) + w.v.dot(rate.u);
-    sum += 0.5 * t.area * (m.stretch_damping * (rate_u * rate_u + rate_v * rate_v) + m.shear_damping * skew_rate * skew_rate);
+    sum += 0.5 * t.membrane_area * (m.stretch_damping * (rate_u * rate_u + rate_v * rate_v) + m.shear_damping * skew_rate * skew_rate);
   }
   for (size_t i = 0; i < s.vertex_area.size(); ++i) {
     const Seconds d = seconds_of(s.bend, i, velocity);

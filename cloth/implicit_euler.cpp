@@ -36,12 +36,12 @@ void add_triangle(const kernel::Triangle& t, const Material& m, const Eigen::Mat
   const auto along = [&](const Eigen::Vector3d& w, double stiffness) -> Eigen::Matrix3d {
     const double length = w.norm(), geometric = std::max(0.0, 1 - 1 / length);
     const Eigen::Matrix3d direction = w * w.transpose() / (length * length);
-    return t.area * ((share.stiffness * stiffness + share.damping * m.stretch_damping) * direction +
+    return t.membrane_area * ((share.stiffness * stiffness + share.damping * m.stretch_damping) * direction +
                      share.stiffness * stiffness * geometric * (Eigen::Matrix3d::Identity() - direction));
   };
   const Eigen::Matrix3d u = along(w_u, m.stretch * std::exp(m.stretch_anisotropy)),
                         v = along(w_v, m.stretch * std::exp(-m.stretch_anisotropy));
-  const double skew = t.area * (share.stiffness * m.shear + share.damping * m.shear_damping);
+  const double skew = t.membrane_area * (share.stiffness * m.shear + share.damping * m.shear_damping);
   std::array<Eigen::Vector3d, 3> slope;
   for (size_t a = 0; a < 3; ++a) slope[a] = t.gradient_u[a] * w_v + t.gradient_v[a] * w_u;
   for (size_t a = 0; a < 3; ++a)

@@ -30,7 +30,7 @@ kernel::Triangle make_triangle(const geometry::TriangleMesh& mesh, const std::ar
   }
   t.gradient_u[0] = -t.gradient_u[1] - t.gradient_u[2];
   t.gradient_v[0] = -t.gradient_v[1] - t.gradient_v[2];
-  t.area = twice_area / 2;
+  t.membrane_area = twice_area / 2;
   return t;
 }
 
@@ -125,10 +125,32 @@ kernel::BendMatrix make_bend_matrix(const kernel::SheetData& s) {
   return matrix;
 }
 
+double mean_spacing(const kernel::SheetData& s) {
+  const double area = std::accumulate(s.vertex_area.begin(), s.vertex_area.end(), 0.0);
+  return std::sqrt(2 * area / static_cast<double>(s.triangles.size()));
+}
+
+// A sheet pulled at a point strains without bound there, and a mesh cuts that off at its own spacing h: each halving
+// of h lets a held corner give way by another ln 2 times the same length. The two corners by which a rig holds give
+// way here as on a mesh of the grip's size, whatever the mesh: their triangles' stretch and shear are divided by
+//   1 + c ln(h / grip),
+// c from meshes of 17² to 65² (docs/decisions/0007). A sheet held otherwise does not feel so few triangles.
+void give_held_corners_the_grips_size(const geometry::TriangleMesh& mesh, kernel::SheetData& s) {
+  constexpr double grip_m = 6.25e-3, growth = 0.82, least = 0.25;
+  const double softer = 1 / std::max(least, 1 + growth * std::log(mean_spacing(s) / grip_m));
+  for (const double u : {0.0, mesh.width_m}) {
+    const int corner = geometry::nearest_vertex(mesh, {u, 0});
+    for (kernel::Triangle& t : s.triangles)
+      if (std::find(t.vertex, t.vertex + 3, corner) != t.vertex + 3) t.membrane_area *= softer;
+  }
+}
+
 }  // namespace
 
 Sheet make_sheet(const geometry::TriangleMesh& mesh) {
-  return make_bordered_sheet(mesh, static_cast<int>(mesh.rest_uv.size()));
+  Sheet sheet = make_bordered_sheet(mesh, static_cast<int>(mesh.rest_uv.size()));
+  give_held_corners_the_grips_size(mesh, sheet.data);
+  return sheet;
 }
 
 Sheet make_bordered_sheet(const geometry::TriangleMesh& mesh, int own) {
@@ -141,7 +163,7 @@ Sheet make_bordered_sheet(const geometry::TriangleMesh& mesh, int own) {
   s.vertex_area.assign(mesh.rest_uv.size(), 0);
   for (const auto& corners : mesh.triangles) {
     s.triangles.push_back(make_triangle(mesh, corners));
-    const std::array<double, 3> parts = corner_areas(mesh, corners, s.triangles.back().area);
+    const std::array<double, 3> parts = corner_areas(mesh, corners, s.triangles.back().membrane_area);
     for (size_t k = 0; k < 3; ++k) {
       s.triangles.back().corner_area[k] = parts[k];
       s.vertex_area[static_cast<size_t>(corners[k])] += parts[k];
@@ -153,8 +175,7 @@ Sheet make_bordered_sheet(const geometry::TriangleMesh& mesh, int own) {
     s.rim_distance.push_back(
         std::max(0.0, std::min({uv.x(), mesh.width_m - uv.x(), uv.y(), mesh.height_m - uv.y()})));
   }
-  const double area = std::accumulate(s.vertex_area.begin(), s.vertex_area.end(), 0.0);
-  const double spacing = std::sqrt(2 * area / static_cast<double>(mesh.triangles.size()));
+  const double spacing = mean_spacing(s);
   s.bend.start.push_back(0);
   for (int i = 0; i < own; ++i) add_stencil(s.bend, mesh.rest_uv, i, spacing);
   s.bend.start.resize(static_cast<size_t>(s.vertex_count) + 1, s.bend.start.back());

@@ -56,8 +56,8 @@ double in_plane_eigenvalue(const kernel::SheetData& s, const std::vector<double>
         ev += t.gradient_v[a] * dy;
         g += t.gradient_v[a] * dx + t.gradient_u[a] * dy;
       }
-      const double su = t.area * (p.ku * eu + p.coupling * ev), sv = t.area * (p.kv * ev + p.coupling * eu),
-                   tau = t.area * p.shear * g;
+      const double su = t.membrane_area * (p.ku * eu + p.coupling * ev), sv = t.membrane_area * (p.kv * ev + p.coupling * eu),
+                   tau = t.membrane_area * p.shear * g;
       for (int a = 0; a < 3; ++a) {
         y(2 * t.vertex[a]) += t.gradient_u[a] * su + t.gradient_v[a] * tau;
         y(2 * t.vertex[a] + 1) += t.gradient_v[a] * sv + t.gradient_u[a] * tau;

@@ -186,7 +186,7 @@ cloth::Sheet make_sheet(const Pattern& pattern, const Sewn& sewn) {
       for (int& v : t.vertex) v = panel.vertex[static_cast<size_t>(v)];
       s.triangles.push_back(t);
       sheet.mesh.triangles.push_back({t.vertex[0], t.vertex[1], t.vertex[2]});
-      area += t.area;
+      area += t.membrane_area;
     }
     take_stencils(data.bend, panel, own, given, rows);
   }

@@ -30,7 +30,7 @@ struct PackedTriangles {
         four.flat.u2[i] = t.gradient_u[2];
         four.flat.v1[i] = t.gradient_v[1];
         four.flat.v2[i] = t.gradient_v[2];
-        four.flat.area[i] = t.area;
+        four.flat.area[i] = t.membrane_area;
       }
       fours.push_back(four);
     }
@@ -38,7 +38,7 @@ struct PackedTriangles {
 };
 
 inline FlatTriangle<double> flat(const Triangle& t) {
-  return {t.gradient_u[1], t.gradient_u[2], t.gradient_v[1], t.gradient_v[2], t.area,
+  return {t.gradient_u[1], t.gradient_u[2], t.gradient_v[1], t.gradient_v[2], t.membrane_area,
           {t.corner_area[0], t.corner_area[1], t.corner_area[2]}};
 }
 

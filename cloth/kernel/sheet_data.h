@@ -13,7 +13,7 @@ struct Triangle {
   int vertex[3];
   double gradient_u[3];  // 1/m
   double gradient_v[3];  // 1/m
-  double area;           // m², flat
+  double membrane_area;  // m² that stretch and shear act on: flat, scaled at the corners that a rig holds (sheet.cpp)
   double corner_area[3]; // m², the parts of it nearest to each corner
 };
 

@@ -19,7 +19,7 @@ namespace selvedge::cloth::kernel {
 template <class G>
 struct FlatTriangle {
   G u1, u2, v1, v2;
-  G area;  // m²
+  G area;  // m², that stretch and shear act on
   G corner[3];  // m², parts of the area nearest to each corner, as in SheetData::vertex_area
 };
 
