@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #include "files/file_error.h"
+#include "files/whole_file.h"
 
 namespace selvedge::files {
 
@@ -18,6 +19,17 @@ AppendFile::AppendFile(const std::filesystem::path& path, const std::string& fir
     ::close(descriptor_);
     throw;
   }
+}
+
+AppendFile::AppendFile(const std::filesystem::path& path) : path_(path) {
+  const size_t last_break = read_whole(path).rfind('\n');
+  length_ = last_break == std::string::npos ? 0 : static_cast<long long>(last_break) + 1;
+  descriptor_ = ::open(path.c_str(), O_WRONLY | O_CLOEXEC);
+  if (descriptor_ < 0) fail(path, "cannot be opened", errno);
+  if (::ftruncate(descriptor_, length_) == 0) return;
+  const int number = errno;
+  ::close(descriptor_);
+  fail(path, "cannot be cut back to its last whole line", number);
 }
 
 AppendFile::~AppendFile() { ::close(descriptor_); }

@@ -11,6 +11,10 @@ class AppendFile {
  public:
   // Creates the file with its first line; there must be none of that name. Throws std::runtime_error.
   AppendFile(const std::filesystem::path& path, const std::string& first_line);
+
+  // Goes on after the last whole line of a file that is there. Throws std::runtime_error.
+  explicit AppendFile(const std::filesystem::path& path);
+
   ~AppendFile();
   AppendFile(const AppendFile&) = delete;
   AppendFile& operator=(const AppendFile&) = delete;
