@@ -6,6 +6,7 @@ std::vector<Figure> prove_calibration(const FigureOptions& options);
 std::vector<Figure> prove_cloth(const FigureOptions& options);
 std::vector<Figure> prove_contact(const FigureOptions& options);
 std::vector<Figure> prove_format(const FigureOptions& options);
+std::vector<Figure> prove_louchet(const FigureOptions& options);
 std::vector<Figure> prove_metric(const FigureOptions& options);
 
 const std::vector<FigureSet>& proofs() {
@@ -16,6 +17,7 @@ const std::vector<FigureSet>& proofs() {
       {"contact", "fabric over a rod and folded onto itself never intersects, contact gives no energy, friction holds its angle, a skirt is worn",
        prove_contact},
       {"format", "trials come back from disk unchanged, and every damage is refused", prove_format},
+      {"louchet", "the 17x17 sheet of 1995 identified from its motion, by its evolution strategy and by ours", prove_louchet},
       {"metric", "the fold metric recovers stripes of known direction", prove_metric},
   };
   return list;

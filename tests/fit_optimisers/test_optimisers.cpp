@@ -41,10 +41,10 @@ double rosenbrock(const VectorXd& x) {
   return sum;
 }
 
-// A bowl with ripples of depth 1: many local minima, the global one at 0.3 in each coordinate.
+// A bowl with ripples, 8 from crest to trough: many local minima, the global one at 0.3 in each coordinate.
 double rippled(const VectorXd& x) {
   const Eigen::ArrayXd d = x.array() - 0.3;
-  return (d * d).sum() + (1 - (2 * M_PI * d).cos()).sum() / static_cast<double>(x.size());
+  return (d * d).sum() + 4 * (1 - (2 * M_PI * d).cos()).mean();
 }
 
 SearchLimits limits(int evaluations, unsigned seed = 1) {
@@ -75,20 +75,23 @@ TEST(Grid, RefusesABudgetThatDoesNotHoldIt) {
 
 TEST(Annealing, FindsTheEndOfABentValley) {
   const SearchResult found = anneal(box(2, -2, 2, -1.2, rosenbrock), limits(1500));
-  EXPECT_LT((found.point - VectorXd::Ones(2)).norm(), 0.02) << found.point.transpose();
+  EXPECT_LT((found.point - VectorXd::Ones(2)).norm(), 0.06) << found.point.transpose();
+  EXPECT_LT(found.cost, 1e-3);
   EXPECT_LE(found.evaluations, 1500);
 }
 
 TEST(Annealing, LeavesLocalMinimaThatDownhillAloneStaysIn) {
   int warm = 0, cold = 0;
   for (unsigned seed = 1; seed <= 10; ++seed) {
-    AnnealingOptions frozen;
+    AnnealingOptions melted, frozen;
+    melted.edge = frozen.edge = 0.02;  // a fifth of a ripple
+    melted.first_temperature = 6;
     frozen.first_temperature = 1e-12;
-    warm += anneal(box(2, -5, 5, 3.3, rippled), limits(1500, seed)).cost < 0.02;
-    cold += anneal(box(2, -5, 5, 3.3, rippled), limits(1500, seed), frozen).cost < 0.02;
+    warm += anneal(box(2, -5, 5, 3.3, rippled), limits(1500, seed), melted).cost < 0.1;
+    cold += anneal(box(2, -5, 5, 3.3, rippled), limits(1500, seed), frozen).cost < 0.1;
   }
-  EXPECT_GE(warm, 7);
-  EXPECT_GT(warm, cold);
+  EXPECT_GE(warm, 3);
+  EXPECT_EQ(cold, 0);
 }
 
 TEST(Annealing, TemperatureFallsGeometricallyToItsEnd) {
