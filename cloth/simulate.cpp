@@ -8,6 +8,7 @@
 #include <tuple>
 
 #include <Eigen/Dense>
+#include <tbb/parallel_for.h>
 
 #include "cloth/held_motion.h"
 #include "cloth/implicit_euler.h"
@@ -155,8 +156,8 @@ double shortest_step_s(const std::vector<Spectrum>& spectra) {
 std::vector<Rest> relax_all(const Sheet& sheet, const std::vector<Experiment>& lanes, const std::vector<Spectrum>& spectra,
                             const Options& options) {
   std::vector<Rest> rests(lanes.size());
-  for (const std::vector<size_t>& members : grouped(lanes, std::vector<kernel::DampingStages>(lanes.size())))
-    relax_group(sheet, lanes, spectra, members, options, rests);
+  const auto groups = grouped(lanes, std::vector<kernel::DampingStages>(lanes.size()));
+  tbb::parallel_for(size_t{0}, groups.size(), [&](size_t g) { relax_group(sheet, lanes, spectra, groups[g], options, rests); });
   return rests;
 }
 
@@ -165,8 +166,9 @@ void run_leapfrog(const Sheet& sheet, const std::vector<Experiment>& lanes, cons
                   std::vector<Trajectory>& out) {
   std::vector<kernel::DampingStages> stages;
   for (const Spectrum& s : spectra) stages.push_back(stages_for(s, step_s));
-  for (const std::vector<size_t>& members : grouped(lanes, stages))
-    run_group(sheet, lanes, members, step_s, stages[members[0]], out);
+  const auto groups = grouped(lanes, stages);
+  tbb::parallel_for(size_t{0}, groups.size(),
+                    [&](size_t g) { run_group(sheet, lanes, groups[g], step_s, stages[groups[g][0]], out); });
   for (size_t i = 0; i < lanes.size(); ++i)
     for (double h = step_s / 2; !out[i].finite && h > step_s / 10; h /= 2)
       run_group(sheet, lanes, {i}, h, stages_for(spectra[i], h), out);

@@ -26,7 +26,7 @@ struct Experiment {
   bool starts_at_rest = true;         // relax first
   double start_s = 0;                 // in the path's time
   std::vector<double> sample_s;       // ascending; when positions are wanted, in the path's time
-  std::function<kernel::StepFilter()> make_step_filter;  // contact (contact/solver.h), afresh for each run; null: none
+  std::function<kernel::StepFilter()> make_step_filter;  // contact (contact/solver.h), afresh for each run, by any thread; null: none
 };
 
 inline constexpr double kImplicitStep_s = 1.0 / 120;
@@ -54,7 +54,7 @@ double stable_step_s(const Sheet& sheet, const Material& material);
 // The shortest such step of all lanes, s.
 double common_step_s(const Sheet& sheet, const std::vector<Experiment>& lanes);
 
-// Any number of lanes, split into SIMD groups of lanes that take their steps alike; one thread. A lane that
+// Any number of lanes, split into SIMD groups of lanes that take their steps alike, the groups over the cores. A lane that
 // blows up is run again with half the step, up to three times. Throws std::invalid_argument where the lanes
 // differ in start_s or sample_s.
 std::vector<Trajectory> simulate(const Sheet& sheet, const std::vector<Experiment>& lanes, const Options& options = {});

@@ -18,7 +18,6 @@ using cloth::Trajectory;
 
 namespace {
 
-
 constexpr double kGravity_m_s2 = 9.81;
 
 Material without_losses(double density, double stretch, double bend) {
@@ -88,6 +87,45 @@ Eigen::Vector3d at_point(const Sheet& sheet, const Eigen::Matrix3Xd& x, const Ei
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   for (int k = 0; k < 3; ++k) sum += p.weights(k) * x.col(p.vertices[static_cast<size_t>(k)]);
   return sum;
+}
+
+// A hung sheet without losses, let go from where it hangs when tilted by 20 degrees.
+Experiment let_go(const Sheet& sheet) {
+  Experiment e;
+  e.material = without_losses(0.16, 110, 5e-5);
+  e.path = still_path(Hold::corners, 0.255);
+  e.start_shape = cloth::hung_shape(sheet, e, 1);
+  const Eigen::Vector3d upright = e.gravity_m_s2;
+  e.gravity_m_s2 = kGravity_m_s2 * Eigen::Vector3d(0, std::sin(0.35), -std::cos(0.35));
+  e.start_shape = cloth::relax(sheet, {e})[0].position;
+  e.starts_at_rest = false;
+  e.gravity_m_s2 = upright;
+  return e;
+}
+
+double potential_J(const Sheet& sheet, const Experiment& e, const Eigen::Matrix3Xd& x) {
+  return cloth::energy_of(sheet, e.material, e.gravity_m_s2, x, Eigen::Matrix3Xd::Zero(3, x.cols())).potential();
+}
+
+struct Energy {
+  double kinetic_J = 0, total_J = 0;
+};
+
+// At the steps nearest to look_s. The kinetic part is ½ v₋·M v₊ of the two half steps: with it leapfrog keeps the
+// energy of each mode exactly.
+std::vector<Energy> energies_at(const Sheet& sheet, Experiment e, const Options& options, const std::vector<double>& look_s) {
+  for (const double t : look_s)
+    for (int d = -1; d <= 1; ++d) e.sample_s.push_back((std::round(t / options.step_s) + d) * options.step_s);
+  const Trajectory t = cloth::simulate(sheet, {e}, options)[0];
+  const Eigen::VectorXd mass = cloth::vertex_masses(sheet, e.material);
+  std::vector<Energy> out;
+  for (size_t k = 0; k < look_s.size(); ++k) {
+    const Eigen::Matrix3Xd &before = t.samples[3 * k], &here = t.samples[3 * k + 1], &after = t.samples[3 * k + 2];
+    const double h2 = options.step_s * options.step_s;
+    const double kinetic = 0.5 * (here - before).cwiseProduct(after - here).colwise().sum().dot(mass.transpose()) / h2;
+    out.push_back({kinetic, kinetic + potential_J(sheet, e, here)});
+  }
+  return out;
 }
 
 }  // namespace
@@ -192,37 +230,31 @@ Compared cylinder_energy(const geometry::TriangleMesh& mesh, double angle_rad) {
 
 double energy_drift(int rows, double duration_s) {
   const Sheet sheet = swatch_sheet(rows);
-  Experiment e;
-  e.material = without_losses(0.16, 110, 5e-5);
-  e.path = still_path(Hold::corners, 0.255);
-  e.start_shape = cloth::hung_shape(sheet, e, 1);
-  const Eigen::Vector3d upright = e.gravity_m_s2;
-  e.gravity_m_s2 = 9.81 * Eigen::Vector3d(0, std::sin(0.35), -std::cos(0.35));
-  e.start_shape = cloth::relax(sheet, {e})[0].position;  // let go from where it hangs when tilted by 20 degrees
-  e.starts_at_rest = false;
-  e.gravity_m_s2 = upright;
+  const Experiment e = let_go(sheet);
   Options options;
   options.step_s = 0.3 * cloth::common_step_s(sheet, {e});
   const int looks = 20;
-  for (int k = 0; k < looks; ++k) {
-    const double step = std::round((0.01 + (duration_s - 0.02) * k / (looks - 1)) / options.step_s);
-    for (int d = -1; d <= 1; ++d) e.sample_s.push_back((step + d) * options.step_s);
-  }
-  const Trajectory t = cloth::simulate(sheet, {e}, options)[0];
-  const Eigen::VectorXd mass = cloth::vertex_masses(sheet, e.material);
-  // Kinetic energy ½ v₋·M v₊ of the two half steps: with it leapfrog keeps the energy of each mode exactly.
+  std::vector<double> look_s;
+  for (int k = 0; k < looks; ++k) look_s.push_back(0.01 + (duration_s - 0.02) * k / (looks - 1));
+  const std::vector<Energy> energies = energies_at(sheet, e, options, look_s);
   double lowest = std::numeric_limits<double>::infinity(), highest = -lowest, moving = 0;
-  for (size_t k = 0; k < static_cast<size_t>(looks); ++k) {
-    const Eigen::Matrix3Xd &before = t.samples[3 * k], &here = t.samples[3 * k + 1], &after = t.samples[3 * k + 2];
-    const double h2 = options.step_s * options.step_s;
-    const double kinetic = 0.5 * (here - before).cwiseProduct(after - here).colwise().sum().dot(mass.transpose()) / h2;
-    const double total =
-        kinetic + cloth::energy_of(sheet, e.material, e.gravity_m_s2, here, Eigen::Matrix3Xd::Zero(3, here.cols())).potential();
-    lowest = std::min(lowest, total);
-    highest = std::max(highest, total);
-    moving = std::max(moving, kinetic);
+  for (const Energy& energy : energies) {
+    lowest = std::min(lowest, energy.total_J);
+    highest = std::max(highest, energy.total_J);
+    moving = std::max(moving, energy.kinetic_J);
   }
   return (highest - lowest) / moving;
+}
+
+double energy_kept(int rows, double duration_s, Options::Integrator integrator, double step_s) {
+  const Sheet sheet = swatch_sheet(rows);
+  const Experiment e = let_go(sheet);
+  Options options;
+  options.integrator = integrator;
+  options.step_s = step_s > 0 ? step_s : 0.3 * cloth::common_step_s(sheet, {e});
+  const double end = energies_at(sheet, e, options, {duration_s - options.step_s})[0].total_J;
+  const double rest = potential_J(sheet, e, cloth::relax(sheet, {e})[0].position);
+  return (end - rest) / (potential_J(sheet, e, e.start_shape) - rest);
 }
 
 Experiment waving_experiment(double amplitude_m, int frames) {

@@ -66,6 +66,28 @@ TEST(Leapfrog, StagesOfDampingDoNotChangeTheMotion) {
   EXPECT_LT((staged.samples.back() - lagged).colwise().norm().maxCoeff(), 3e-4);
 }
 
+TEST(ImplicitEuler, ComesToTheSameMotionInShortSteps) {
+  const Sheet sheet = grid(9);
+  Experiment e = waving(sheet, 6);
+  e.start_shape = relax(sheet, {e})[0].position;
+  e.starts_at_rest = false;
+  const Eigen::Matrix3Xd exact = simulate(sheet, {e})[0].samples.back();
+  const auto off_m = [&](double step_s) {
+    Options options;
+    options.integrator = Options::Integrator::implicit_euler;
+    options.step_s = step_s;
+    return (simulate(sheet, {e}, options)[0].samples.back() - exact).colwise().norm().maxCoeff();
+  };
+  const double coarse = off_m(1.0 / 480), fine = off_m(1.0 / 1920);
+  EXPECT_LT(fine, 2e-3);
+  EXPECT_NEAR(coarse / fine, 4, 1.2);  // first order
+}
+
+TEST(ImplicitEuler, LosesTheEnergyThatLeapfrogKeeps) {
+  EXPECT_LT(cli::energy_kept(9, 1, Options::Integrator::implicit_euler, 1.0 / 120), 0.7);
+  EXPECT_GT(cli::energy_kept(9, 1, Options::Integrator::leapfrog), 0.995);
+}
+
 TEST(Relax, EndsWhereNothingMoves) {
   const Sheet sheet = grid(13);
   Experiment e = waving(sheet, 30);
