@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "calib/verdict.h"
 #include "files/bad_input.h"
 #include "files/whole_file.h"
 
@@ -20,10 +21,17 @@ json by_name(const std::map<int, double>& values) {
   return object;
 }
 
-json event_json(const PoseEvent& event) {
-  return {{"kind", event.knocked ? "device_moved_before_pose" : "pose_does_not_fit"},
-          {"pose", event.pose},
-          {"turned_deg", event.shift.head<3>().norm() * 180 / M_PI}};
+// What happened between or in the poses: a knock with the poses on both sides of it, or a pose left out.
+json event_json(const DeviceSolution& d, const PoseEvent& event, const std::vector<Eigen::Vector3d>& volume) {
+  json value = {{"kind", event.knocked ? "device_moved_before_pose" : "pose_does_not_fit"},
+                {"pose", event.pose},
+                {"turned_deg", event.shift.head<3>().norm() * 180 / M_PI}};
+  if (event.knocked) {
+    value["last_pose_before"] = pose_before(d, event.pose);
+    value["moved_mm"] = device_displacement(d.refined.camera, event.shift).distance_mm;
+    value["moved_px_at_fabric"] = shift_at_fabric_px(d.refined.camera, event.shift, volume);
+  }
+  return value;
 }
 
 json matrix_json(const Eigen::MatrixXd& matrix) {
@@ -36,17 +44,19 @@ json matrix_json(const Eigen::MatrixXd& matrix) {
   return rows;
 }
 
-json device_json(const DeviceCalibration& device) {
+json device_json(const DeviceCalibration& device, const Calibration& calibration) {
   const DeviceSolution& d = device.solution;
+  const bool trusted = calibration.verdict != Verdict::refused;
   if (!d.solved)
     return {{"projection", nullptr}, {"distortion", nullptr}, {"rms_px", nullptr},
             {"leave_one_pose_out_px", nullptr}, {"predicted_sd_px", nullptr}, {"worst_pose", nullptr},
             {"width_px", d.size.width_px}, {"height_px", d.size.height_px}};
   json events = json::array();
-  for (const PoseEvent& event : d.events) events.push_back(event_json(event));
+  const auto volume = volume_points(calibration.inputs.volume_low, calibration.inputs.volume_high, 3);
+  for (const PoseEvent& event : d.events) events.push_back(event_json(d, event, volume));
   const geometry::Projection projection = device.projection();
-  return {{"projection", matrix_json(projection.matrix)},
-          {"distortion", projection.distortion},
+  return {{"projection", trusted ? matrix_json(projection.matrix) : json(nullptr)},
+          {"distortion", trusted ? json(projection.distortion) : json(nullptr)},
           {"rms_px", d.rms_px},
           {"leave_one_pose_out_px", number_or_null(d.leave_one_pose_out_px)},
           {"predicted_sd_px", number_or_null(device.deviation.mean_sd_px)},
@@ -112,8 +122,8 @@ json to_json(const Calibration& calibration) {
     rejected.push_back({{"pose", r.pose}, {"marker", r.marker}, {"why", r.why}});
   const DeviceOptions& device = calibration.options.device;
   return {{"format", "calibration/1"},
-          {"camera", device_json(calibration.camera)},
-          {"projector", calibration.projector ? device_json(*calibration.projector) : json(nullptr)},
+          {"camera", device_json(calibration.camera, calibration)},
+          {"projector", calibration.projector ? device_json(*calibration.projector, calibration) : json(nullptr)},
           {"triangulation_sd_mm", number_or_null(calibration.triangulation_sd_mm)},
           {"rejected", rejected},
           {"verdict", to_text(calibration.verdict)},
@@ -138,6 +148,9 @@ StoredCalibration read_calibration(const std::filesystem::path& path) {
   const json& format = member(value, "format", where);
   if (format != "calibration/1") refuse(where, "expected format \"calibration/1\", found {}", format.dump());
   StoredCalibration stored;
+  stored.verdict = member(value, "verdict", where).get<std::string>();
+  if (stored.verdict == to_text(Verdict::refused))
+    refuse(where, "this calibration was refused and holds no matrices: {}", value.value("advice", std::string("no advice given")));
   const json& camera = member(value, "camera", where);
   stored.camera = projection_from_json(camera, where + ": camera");
   stored.camera_rms_px = number_or_nan(camera, "rms_px");
@@ -147,7 +160,6 @@ StoredCalibration read_calibration(const std::filesystem::path& path) {
     stored.projector_rms_px = number_or_nan(projector, "rms_px");
     stored.projector_sd_px = number_or_nan(projector, "predicted_sd_px");
   }
-  stored.verdict = member(value, "verdict", where).get<std::string>();
   if (value.contains("inputs")) stored.inputs = poses_from_json(value["inputs"], where + ": inputs");
   return stored;
 }

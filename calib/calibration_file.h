@@ -1,5 +1,5 @@
 // calibration.json: the result in the fixed keys of calibration/1, with its inputs, so that anyone can solve
-// it again. Source of names and units: docs/calibration.md.
+// it again. A refused one holds null for every projection and distortion, so that nobody takes them up. Source of names and units: docs/calibration.md.
 #pragma once
 
 #include <filesystem>
@@ -26,7 +26,7 @@ struct StoredCalibration {
   std::optional<Poses> inputs;
 };
 
-// Throws BadInput naming file, key, what was found and what was expected.
+// Throws BadInput naming file, key, what was found and what was expected, and where the verdict is "refused".
 StoredCalibration read_calibration(const std::filesystem::path& path);
 
 }  // namespace selvedge::calib

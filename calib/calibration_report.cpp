@@ -52,7 +52,7 @@ void add_device(report::HtmlReport& report, const std::string& name, const Devic
     report.paragraph("There is no solution to draw.");
     return;
   }
-  const double magnification = 100;
+  const double magnification = residual_magnification(d);
   report.svg(draw_residuals(d, magnification),
              fmt::format("Residual vectors, {:.0f} times their length; crosses are rejected sightings. Vectors that point "
                          "alike in one region mean a lens that the model does not hold.", magnification));
@@ -64,7 +64,8 @@ void add_device(report::HtmlReport& report, const std::string& name, const Devic
              "Expected error per axis (px) at the distance of the fabric's middle, with the outline of the fabric's volume");
   report.svg(draw_coverage(d, calibration.inputs.volume_low, calibration.inputs.volume_high,
                            next ? next->markers : std::vector<Eigen::Vector3d>{}),
-             "Where the poses' markers fell, numbered by pose; rings: the next pose that would help most");
+             next ? "What each pose covered, with its number, over the outline of the fabric's volume; dashed, with rings: the next pose that would help most"
+                  : "What each pose covered, with its number, over the outline of the fabric's volume");
 }
 
 void add_rejected(report::HtmlReport& report, const Calibration& calibration) {

@@ -5,6 +5,7 @@
 
 #include <Eigen/Geometry>
 #include <fmt/format.h>
+#include <opencv2/imgproc.hpp>
 
 namespace selvedge::calib {
 
@@ -33,9 +34,21 @@ std::string circle(const Eigen::Vector2d& at, double radius, const char* fill, c
                      at.x(), at.y(), radius, fill, stroke, width);
 }
 
-std::string text(const Eigen::Vector2d& at, double size, const std::string& words) {
-  return fmt::format("<text x=\"{:.1f}\" y=\"{:.1f}\" font-size=\"{:.1f}\" text-anchor=\"middle\" font-family=\"sans-serif\">{}</text>",
-                     at.x(), at.y(), size, words);
+std::string text(const Eigen::Vector2d& at, double size, const std::string& words, const char* colour = "#111") {
+  return fmt::format("<text x=\"{:.1f}\" y=\"{:.1f}\" font-size=\"{:.1f}\" text-anchor=\"middle\" font-family=\"sans-serif\" fill=\"{}\">{}</text>",
+                     at.x(), at.y(), size, colour, words);
+}
+
+// Outline of the points' convex hull; dash: of the line, in image px, none where empty.
+std::string hull(const std::vector<Eigen::Vector2d>& points, const char* colour, double width, const std::string& dash) {
+  if (points.size() < 3) return "";
+  std::vector<cv::Point2f> given, outer;
+  for (const auto& p : points) given.emplace_back(static_cast<float>(p.x()), static_cast<float>(p.y()));
+  cv::convexHull(given, outer);
+  std::string places;
+  for (const auto& p : outer) places += fmt::format("{:.1f},{:.1f} ", p.x, p.y);
+  return fmt::format("<polygon points=\"{}\" fill=\"none\" stroke=\"{}\" stroke-width=\"{:.1f}\"{}/>", places, colour, width,
+                     dash.empty() ? "" : fmt::format(" stroke-dasharray=\"{}\"", dash));
 }
 
 // Edges of the fabric's volume in the image.
@@ -57,6 +70,14 @@ std::string volume_outline(const DeviceSolution& d, const Eigen::Vector3d& low, 
 }
 
 }  // namespace
+
+double residual_magnification(const DeviceSolution& d) {
+  const double wanted = 20 * unit(d.size) / std::max(d.rms_px, 1e-9);
+  double chosen = 1;
+  for (const double step : {2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0, 1000.0})
+    if (step <= wanted) chosen = step;
+  return chosen;
+}
 
 std::string draw_residuals(const DeviceSolution& d, double magnification) {
   const double u = unit(d.size);
@@ -107,20 +128,23 @@ std::string draw_coverage(const DeviceSolution& d, const Eigen::Vector3d& low, c
   const std::vector<int> poses = poses_of(d.seen());
   std::string svg = open_svg(d.size) + volume_outline(d, low, high);
   for (size_t p = 0; p < poses.size(); ++p) {
-    Eigen::Vector2d sum = Eigen::Vector2d::Zero();
-    int count = 0;
-    for (const Sighting& s : d.seen())
-      if (s.pose == poses[p]) {
-        svg += circle(s.pixel, 2 * u, colours[p % 6], "none", 0);
-        sum += s.pixel;
-        ++count;
-      }
-    svg += text(sum / std::max(count, 1), 14 * u, std::to_string(poses[p]));
+    std::vector<Eigen::Vector2d> markers;
+    for (size_t i = 0; i < d.seen().size(); ++i)
+      if (d.seen()[i].pose == poses[p] && d.input.used[i]) markers.push_back(d.seen()[i].pixel);
+    for (const auto& marker : markers) svg += circle(marker, 1.6 * u, colours[p % 6], "none", 0);
+    svg += hull(markers, colours[p % 6], 0.8 * u, "");
+    if (markers.empty()) continue;
+    // The number stands at the corner towards the top left.
+    const auto corner = *std::min_element(markers.begin(), markers.end(), [](const auto& x, const auto& y) { return x.sum() < y.sum(); });
+    svg += text(corner - Eigen::Vector2d(7 * u, 3 * u), 14 * u, std::to_string(poses[p]), colours[p % 6]);
   }
-  for (const Eigen::Vector3d& marker : next_markers)
-    if (in_view(d.refined.camera, d.size, marker))
-      svg += circle(pixel_of(d.refined.camera, marker), 6 * u, "none", "#b00", 2 * u);
-  return svg + "</svg>";
+  std::vector<Eigen::Vector2d> next;
+  for (const Eigen::Vector3d& marker : next_markers) {
+    if (depth_of(d.refined.camera, marker) <= 0) continue;
+    next.push_back(pixel_of(d.refined.camera, marker));
+    svg += circle(next.back(), 5 * u, "none", "#b00", 2 * u);
+  }
+  return svg + hull(next, "#b00", 2 * u, fmt::format("{:.0f} {:.0f}", 8 * u, 5 * u)) + "</svg>";
 }
 
 }  // namespace selvedge::calib

@@ -26,16 +26,27 @@ Information prior(const DriftOptions& options) {
   return information;
 }
 
+// Zero for the coordinate that was not seen.
+Eigen::Matrix2d kept(Seen seen) {
+  return Eigen::Vector2d(seen == Seen::row ? 0 : 1, seen == Seen::column ? 0 : 1).asDiagonal();
+}
+
+Eigen::Matrix2d weight_of(const PixelDerivatives& d, Seen seen, const DriftOptions& options) {
+  const Eigen::Matrix2d covariance = sighting_covariance(d, options.pixel_noise_px, options.tracker_noise_m);
+  if (seen == Seen::both) return covariance.inverse();
+  return kept(seen) * covariance.diagonal().cwiseInverse().asDiagonal() * kept(seen);
+}
+
 // Gauss–Newton on Cauchy's loss, its scale brought down so that a knock of a hundred pixels is still found.
-ShiftFit fit_shift(const CameraParameters& camera, const std::vector<Sighting>& sightings, const DriftOptions& options) {
+ShiftFit fit_shift(const CameraParameters& camera, const TrialSightings& trial, const DriftOptions& options) {
   ShiftFit fit;
   Information information;
   for (const double scale : {300.0, 60.0, 12.0, 3.0, 3.0, 3.0, 3.0, 3.0, 3.0, 3.0}) {
     information = prior(options);
     PoseShift gradient = information * fit.shift;
-    for (const Sighting& s : sightings) {
+    for (const Sighting& s : trial.sightings) {
       const PixelDerivatives d = derivatives(camera, s.point, &fit.shift);
-      const Eigen::Matrix2d weight = sighting_covariance(d, options.pixel_noise_px, options.tracker_noise_m).inverse();
+      const Eigen::Matrix2d weight = weight_of(d, trial.seen, options);
       const Eigen::Vector2d residual = d.pixel - s.pixel;
       const double robust = options.independent_share / (1 + residual.dot(weight * residual) / (scale * scale));
       information += robust * d.by_shift.transpose() * weight * d.by_shift;
@@ -47,30 +58,33 @@ ShiftFit fit_shift(const CameraParameters& camera, const std::vector<Sighting>& 
   return fit;
 }
 
-double rms(const CameraParameters& camera, const PoseShift& shift, const std::vector<Sighting>& sightings) {
+double rms(const CameraParameters& camera, const PoseShift& shift, const TrialSightings& trial) {
   double sum = 0;
-  for (const Sighting& s : sightings) sum += (pixel_of(camera, s.point, &shift) - s.pixel).squaredNorm();
-  return std::sqrt(sum / static_cast<double>(sightings.size()));
+  for (const Sighting& s : trial.sightings) sum += (kept(trial.seen) * (pixel_of(camera, s.point, &shift) - s.pixel)).squaredNorm();
+  return std::sqrt(sum / static_cast<double>(trial.sightings.size()));
 }
 
-TrialDrift judge_trial(const CameraParameters& calibrated, const TrialSightings& trial, const DriftOptions& options) {
+TrialDrift judge_trial(const CameraParameters& first, const TrialSightings& trial, const DriftOptions& options) {
   TrialDrift result;
   result.trial = trial.trial;
   if (trial.sightings.size() < options.least_sightings) return result;
   result.judged = true;
-  const ShiftFit fit = fit_shift(calibrated, trial.sightings, options);
+  const CameraParameters& calibrated = trial.calibrated ? *trial.calibrated : first;
+  const ShiftFit fit = fit_shift(calibrated, trial, options);
+  const Eigen::Matrix2d keep = kept(trial.seen);
   double variance = 0;
   for (const Sighting& s : trial.sightings) {
-    result.shift_px += (pixel_of(calibrated, s.point, &fit.shift) - pixel_of(calibrated, s.point)).norm();
-    const auto by_shift = derivatives(calibrated, s.point, &fit.shift).by_shift;
+    result.shift_px += (keep * (pixel_of(calibrated, s.point, &fit.shift) - pixel_of(calibrated, s.point))).norm();
+    const Eigen::Matrix<double, 2, 6> by_shift = keep * derivatives(calibrated, s.point, &fit.shift).by_shift;
     variance += (by_shift * fit.covariance * by_shift.transpose()).trace();
   }
   const double count = static_cast<double>(trial.sightings.size());
   result.shift_px /= count;
-  result.sd_px = std::sqrt(variance / count + 2 * std::pow(options.calibration_sd_px, 2));
+  result.sd_px = std::sqrt(variance / count + keep.trace() * std::pow(options.calibration_sd_px, 2));
+  result.shift = fit.shift;
   result.turn_deg = fit.shift.head<3>().norm() * 180 / M_PI;
-  result.rms_px = rms(calibrated, PoseShift::Zero(), trial.sightings);
-  result.rms_after_px = rms(calibrated, fit.shift, trial.sightings);
+  result.rms_px = rms(calibrated, PoseShift::Zero(), trial);
+  result.rms_after_px = rms(calibrated, fit.shift, trial);
   result.moved = result.shift_px > std::max(options.least_ratio * result.sd_px, options.harmless_px);
   return result;
 }
@@ -93,9 +107,10 @@ Drift check_drift(const std::string& device, const CameraParameters& calibrated,
     drift.sentence = fmt::format("The {} could not be checked: no trial shows {} tracked points.", device, options.least_sightings);
   } else if (first_of_run) {
     drift.since = first_of_run->trial;
-    drift.sentence = fmt::format("The {} has moved since trial {}: by {:.1f} ± {:.1f} px at the fabric, turned by {:.2f} degrees. "
+    const std::string repeats = options.repeats_px > 0 ? fmt::format(" (stripes repeat: or that and whole multiples of {:.0f} px)", options.repeats_px) : "";
+    drift.sentence = fmt::format("The {} has moved since trial {}: by {:.1f} ± {:.1f} px at the fabric{}, turned by {:.2f} degrees. "
                                  "Calibrate again; trials from {} on have a wrong matrix.", device, first_of_run->trial,
-                                 first_of_run->shift_px, first_of_run->sd_px, first_of_run->turn_deg, first_of_run->trial);
+                                 first_of_run->shift_px, first_of_run->sd_px, repeats, first_of_run->turn_deg, first_of_run->trial);
   } else {
     drift.sentence = fmt::format("The {} stands where it was calibrated: {:.2f} ± {:.2f} px at the fabric in trial {}.", device,
                                  last_judged->shift_px, last_judged->sd_px, last_judged->trial);

@@ -4,7 +4,8 @@
 // For each trial the device's turn ω and shift τ are fitted to its sightings (tracked point, pixel), drawn to
 // zero with standard deviations wide against any knock, so that few or near points cannot run away:
 //   minimise Σ ρ(rᵀΣ⁻¹r) + |ω|²/s_ω² + |τ|²/s_τ²
-// The device has moved where the mean shift of the pixels of those points, all on the fabric, is larger than four
+// Of a projector whose stripes run one way only one of the pixel's two coordinates is seen; the other then counts for
+// nothing. The device has moved where the mean shift of the pixels of those points, all on the fabric, is larger than four
 // times its deviation, the calibration's own included, and larger than a harmless size. m, px, rad.
 // Source: docs/calibration.md.
 #pragma once
@@ -18,10 +19,14 @@
 
 namespace selvedge::calib {
 
+enum class Seen { both, row, column };   // which of a pixel's coordinates was seen
+
 // What one trial shows of one device.
 struct TrialSightings {
   std::string trial;
   std::vector<Sighting> sightings;   // pose, marker and row are not used
+  Seen seen = Seen::both;
+  std::optional<CameraParameters> calibrated;   // where this trial carries another calibration than the first
 };
 
 struct DriftOptions {
@@ -32,6 +37,7 @@ struct DriftOptions {
   double harmless_px = 0.5;
   double least_ratio = 4;
   size_t least_sightings = 20;
+  double repeats_px = 0;               // of stripes: a shift is known up to whole multiples of it; 0: known outright
   double independent_share = 0.1;      // of the sightings: successive frames err alike
 };
 
@@ -42,6 +48,7 @@ struct TrialDrift {
   double shift_px = 0;      // mean length over the sightings
   double sd_px = 0;
   double turn_deg = 0;
+  PoseShift shift = PoseShift::Zero();
   double rms_px = 0;        // as calibrated
   double rms_after_px = 0;  // with the turn and shift
 };

@@ -25,18 +25,27 @@ std::vector<PatternStep> calibration_sequence(const ImageSize& projector, const 
   return sequence;
 }
 
-std::vector<PatternStep> grey_code_sequence(const ImageSize& projector) {
+namespace {
+
+// off, white, and every bit from `low_bit` up in either direction.
+std::vector<PatternStep> code_sequence(const ImageSize& projector, int low_bit, const std::vector<bool>& inversions) {
   using Kind = PatternStep::Kind;
   std::vector<PatternStep> sequence{{.kind = Kind::off}, {.kind = Kind::solid}};
   for (const bool horizontal : {true, false}) {
     const int size = horizontal ? projector.height_px : projector.width_px;
     const int top_bit = static_cast<int>(std::ceil(std::log2(size))) - 1;
-    for (int bit = top_bit; bit >= 0; --bit)
-      for (const bool inverted : {false, true})
+    for (int bit = top_bit; bit >= low_bit; --bit)
+      for (const bool inverted : inversions)
         sequence.push_back({.kind = Kind::gray_code, .horizontal = horizontal, .bit = bit, .inverted = inverted});
   }
   return sequence;
 }
+
+}  // namespace
+
+std::vector<PatternStep> grey_code_sequence(const ImageSize& projector) { return code_sequence(projector, 0, {false, true}); }
+
+std::vector<PatternStep> coarse_code_sequence(const ImageSize& projector) { return code_sequence(projector, 2, {false}); }
 
 double brightness(const PatternStep& step, double column_px, double row_px) {
   const double x = std::floor((step.horizontal ? row_px : column_px) + 0.5);

@@ -43,6 +43,9 @@ std::vector<PatternStep> calibration_sequence(const ImageSize& projector, const 
 // cannot show greys.
 std::vector<PatternStep> grey_code_sequence(const ImageSize& projector);
 
+// off, white, and the grey code's bits from 4 px up in either direction, without inverses: a quick look.
+std::vector<PatternStep> coarse_code_sequence(const ImageSize& projector);
+
 // Brightness of the projector pixel that holds (column, row), 0 dark to 1 full, before any gamma.
 double brightness(const PatternStep& step, double column_px, double row_px);
 

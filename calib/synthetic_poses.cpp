@@ -30,16 +30,6 @@ Eigen::Isometry3d draw_pose(const SyntheticOptions& options, const Poses& poses,
   return pose;
 }
 
-geometry::Projection turned(const geometry::Projection& projection, double degrees) {
-  const geometry::Decomposition split = geometry::decompose(projection);
-  const Eigen::Matrix3d turn =
-      Eigen::AngleAxisd(degrees * M_PI / 180, Eigen::Vector3d::UnitY()).toRotationMatrix();
-  geometry::Projection result = projection;
-  result.matrix.leftCols<3>() = split.intrinsics * turn * split.rotation_camera_from_world;
-  result.matrix.col(3) = split.intrinsics * turn * split.translation_camera_from_world;
-  return result;
-}
-
 bool inside(const Eigen::Vector2d& pixel, const ImageSize& size) {
   return pixel.x() > 0 && pixel.y() > 0 && pixel.x() < size.width_px - 1 && pixel.y() < size.height_px - 1;
 }
@@ -78,6 +68,17 @@ geometry::Projection look_at(const Eigen::Vector3d& position, const Eigen::Vecto
   return projection;
 }
 
+geometry::Projection turned(const geometry::Projection& device, const Eigen::Vector3d& turn_deg) {
+  const double angle_deg = turn_deg.norm();
+  if (angle_deg == 0) return device;
+  const geometry::Decomposition split = geometry::decompose(device);
+  const Eigen::Matrix3d turn = split.intrinsics * Eigen::AngleAxisd(angle_deg * M_PI / 180, turn_deg / angle_deg).toRotationMatrix();
+  geometry::Projection result = device;
+  result.matrix.leftCols<3>() = turn * split.rotation_camera_from_world;
+  result.matrix.col(3) = turn * split.translation_camera_from_world;
+  return result;
+}
+
 SyntheticPoses make_synthetic_poses(const SyntheticOptions& options) {
   SyntheticPoses made;
   Poses& poses = made.poses;
@@ -97,8 +98,9 @@ SyntheticPoses make_synthetic_poses(const SyntheticOptions& options) {
     const Eigen::Isometry3d world_from_grid = draw_pose(options, poses, generator);
     made.world_from_grid.push_back(world_from_grid);
     const bool before_knock = pose < options.knocked_pose;
-    const auto camera = before_knock && !options.knocked_projector ? turned(made.camera, options.knocked_deg) : made.camera;
-    const auto projector = before_knock && options.knocked_projector ? turned(made.projector, options.knocked_deg) : made.projector;
+    const Eigen::Vector3d knock_deg(0, options.knocked_deg, 0);
+    const auto camera = before_knock && !options.knocked_projector ? turned(made.camera, knock_deg) : made.camera;
+    const auto projector = before_knock && options.knocked_projector ? turned(made.projector, knock_deg) : made.projector;
     const size_t first_row = poses.rows.size();
     for (int marker = 0; marker < options.grid.count(); ++marker) {
       const Eigen::Vector3d truth = world_from_grid * markers[marker];

@@ -43,6 +43,9 @@ geometry::Projection look_at(const Eigen::Vector3d& position, const Eigen::Vecto
                              const Eigen::Vector3d& up, double focal_px, const ImageSize& size,
                              const std::array<double, 5>& distortion);
 
+// A device turned about its own axes (x right, y down, z forward) by a rotation vector, its centre held.
+geometry::Projection turned(const geometry::Projection& device, const Eigen::Vector3d& turn_deg);
+
 // Root mean square per axis, over the volume's points in view of both, of the distance between what two
 // projections make of a point, px.
 double volume_error_px(const geometry::Projection& solved, const geometry::Projection& truth,

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <optional>
 
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
@@ -14,105 +15,180 @@ namespace selvedge::calib {
 
 namespace {
 
-using Normal = Eigen::Matrix<double, 7, 7>;     // pose shift (6), offset
-using Gradient = Eigen::Matrix<double, 7, 1>;
+using Normal = Eigen::MatrixXd;      // pose shift (6), offset, a constant a marker where lines are compared
+using Gradient = Eigen::VectorXd;
+constexpr int kOffset = 6;
 
 struct Problem {
-  const CameraParameters* camera;
+  CameraParameters camera;
   std::map<int, CubicSpline> splines;
-  const std::vector<TimedSighting>* sightings;
-  const TimeOffsetOptions* options;
+  std::map<int, int> constant_of;      // marker: place of its constant among the unknowns
+  std::vector<TimedSighting> pixels;
+  TimedLines lines;
+  TimeOffsetOptions options;
+  int size() const { return kOffset + 1 + static_cast<int>(constant_of.size()); }
 };
 
 struct Estimate {
-  PoseShift shift = PoseShift::Zero();
-  double offset_s = 0;
+  Gradient unknowns;
+  explicit Estimate(const Problem& problem) : unknowns(Gradient::Zero(problem.size())) {}
+  PoseShift shift() const { return unknowns.head<6>(); }
+  double offset_s() const { return unknowns[kOffset]; }
 };
 
-// Sums over the sightings that can be interpolated at an offset.
+// One sighting at an estimate, its residual whitened by nothing yet.
+struct Compared {
+  Eigen::VectorXd residual, speed;   // px, px/s
+  Eigen::MatrixXd jacobian;          // by all unknowns
+  Eigen::MatrixXd by_point;
+  double noise_px = 0;
+  double gap_s = 0, fraction = 0;    // of the track's samples about it
+};
+
+std::optional<std::pair<const CubicSpline*, double>> place_in_track(const Problem& problem, int marker, double time_s) {
+  const auto found = problem.splines.find(marker);
+  if (found == problem.splines.end() || found->second.gap_s(time_s) > problem.options.longest_gap_s) return std::nullopt;
+  return std::pair(&found->second, time_s);
+}
+
+void set_motion(Compared& compared, const CubicSpline& spline, double time_s) {
+  compared.speed = compared.by_point * spline.velocity(time_s);
+  compared.jacobian.col(kOffset) = compared.speed;
+  compared.gap_s = spline.gap_s(time_s);
+  compared.fraction = spline.fraction(time_s);
+}
+
+std::optional<Compared> compare(const Problem& problem, const Estimate& at, const TimedSighting& s) {
+  const auto place = place_in_track(problem, s.marker, s.time_s + at.offset_s());
+  if (!place) return std::nullopt;
+  const PoseShift shift = at.shift();
+  const PixelDerivatives d = derivatives(problem.camera, place->first->position(place->second), &shift);
+  Compared compared{d.pixel - s.pixel, {}, Eigen::MatrixXd::Zero(2, problem.size()), d.by_point, problem.options.pixel_noise_px};
+  compared.jacobian.leftCols<6>() = d.by_shift;
+  set_motion(compared, *place->first, place->second);
+  return compared;
+}
+
+std::optional<Compared> compare(const Problem& problem, const Estimate& at, const TimedLine& s) {
+  const auto place = place_in_track(problem, s.marker, s.time_s + at.offset_s());
+  if (!place) return std::nullopt;
+  const PoseShift shift = at.shift();
+  const Eigen::Vector3d point = place->first->position(place->second);
+  const PixelDerivatives seen = derivatives(problem.camera, point, &shift), lit = derivatives(problem.lines.projector, point);
+  const int axis = problem.lines.rows ? 1 : 0, constant = problem.constant_of.at(s.marker);
+  const Eigen::RowVector2d slope = s.line.per_px.transpose();
+  const double off_px = s.line.line_at(seen.pixel) - lit.pixel[axis] - at.unknowns[constant];
+  Compared compared{Eigen::VectorXd::Constant(1, std::remainder(off_px, problem.lines.period_px)), {}, Eigen::MatrixXd::Zero(1, problem.size()),
+                    slope * seen.by_point - lit.by_point.row(axis), problem.lines.noise_px};
+  compared.jacobian.leftCols<6>() = slope * seen.by_shift;
+  compared.jacobian(0, constant) = -1;
+  set_motion(compared, *place->first, place->second);
+  return compared;
+}
+
+// Calls visit(time, comparison) for all sightings that can be compared at an estimate.
+template <class Visit>
+void for_each_compared(const Problem& problem, const Estimate& at, const Visit& visit) {
+  for (const TimedSighting& s : problem.pixels)
+    if (const auto compared = compare(problem, at, s)) visit(s.time_s, *compared);
+  for (const TimedLine& s : problem.lines.sightings)
+    if (const auto compared = compare(problem, at, s)) visit(s.time_s, *compared);
+}
+
 struct Sums {
-  Normal normal = Normal::Zero();
-  Gradient gradient = Gradient::Zero();
+  Normal normal;
+  Gradient gradient;
   double squares = 0;        // px²
   double weighted = 0;       // rᵀΣ⁻¹r
   double speed_squares = 0;  // px²/s²
-  int count = 0;
+  int count = 0, values = 0;
+  double degrees_of_freedom() const { return std::max(static_cast<double>(values - gradient.size()), 1.0); }
 };
 
-Sums sum_up(const Problem& problem, const Estimate& at, double gate_sd) {
-  Sums sums;
-  const TimeOffsetOptions& options = *problem.options;
-  for (const TimedSighting& s : *problem.sightings) {
-    const auto found = problem.splines.find(s.marker);
-    if (found == problem.splines.end()) continue;
-    const double time = s.time_s + at.offset_s;
-    if (found->second.gap_s(time) > options.longest_gap_s) continue;
-    const Eigen::Vector3d point = found->second.position(time);
-    const PixelDerivatives d = derivatives(*problem.camera, point, &at.shift);
-    const Eigen::Vector2d residual = d.pixel - s.pixel;
-    const Eigen::Matrix2d weight =
-        (options.pixel_noise_px * options.pixel_noise_px * Eigen::Matrix2d::Identity() +
-         options.tracker_noise_m * options.tracker_noise_m * d.by_point * d.by_point.transpose()).inverse();
-    const double square = residual.dot(weight * residual);
-    if (square > gate_sd * gate_sd) continue;
-    const Eigen::Vector2d speed = d.by_point * found->second.velocity(time);
-    Eigen::Matrix<double, 2, 7> jacobian;
-    jacobian << d.by_shift, speed;
-    sums.normal += jacobian.transpose() * weight * jacobian;
-    sums.gradient += jacobian.transpose() * weight * residual;
-    // What noise alone puts into the slope of the squares, as its variance changes between samples.
-    const double variance_rate = options.tracker_noise_m * options.tracker_noise_m *
-                                 variance_slope(found->second.fraction(time)) / found->second.gap_s(time);
-    sums.gradient[6] -= 0.5 * variance_rate * (weight * d.by_point * d.by_point.transpose()).trace();
-    sums.squares += residual.squaredNorm();
-    sums.weighted += square;
-    sums.speed_squares += speed.squaredNorm();
-    ++sums.count;
+// by_frame: also the gradient of each frame's sightings.
+Sums sum_up(const Problem& problem, const Estimate& at, double gate_sd, std::map<double, Gradient>* by_frame = nullptr) {
+  const TimeOffsetOptions& options = problem.options;
+  Sums sums{Normal::Zero(problem.size(), problem.size()), Gradient::Zero(problem.size())};
+  for (int i = 0; i < 6; ++i) {
+    const double sd = i < 3 ? options.turn_sd_rad : options.shift_sd_m;
+    sums.normal(i, i) = 1 / (sd * sd);
+    sums.gradient[i] = at.unknowns[i] / (sd * sd);
   }
+  const double variance = options.tracker_noise_m * options.tracker_noise_m;
+  for_each_compared(problem, at, [&](double time_s, const Compared& c) {
+    const Eigen::MatrixXd from_point = c.by_point * c.by_point.transpose();
+    const Eigen::MatrixXd covariance = c.noise_px * c.noise_px * Eigen::MatrixXd::Identity(from_point.rows(), from_point.cols()) + variance * from_point;
+    const Eigen::MatrixXd weight = covariance.inverse();
+    const double square = c.residual.dot(weight * c.residual);
+    if (square > gate_sd * gate_sd) return;
+    Gradient gradient = c.jacobian.transpose() * weight * c.residual;
+    // What noise alone puts into the slope of the squares, as its variance changes between samples.
+    gradient[kOffset] -= 0.5 * variance * variance_slope(c.fraction) / c.gap_s * (weight * from_point).trace();
+    sums.normal += c.jacobian.transpose() * weight * c.jacobian;
+    sums.gradient += gradient;
+    if (by_frame) by_frame->try_emplace(time_s, Gradient::Zero(problem.size())).first->second += gradient;
+    sums.squares += c.residual.squaredNorm();
+    sums.weighted += square;
+    sums.speed_squares += c.speed.squaredNorm();
+    ++sums.count;
+    sums.values += static_cast<int>(c.residual.size());
+  });
   return sums;
 }
 
 // Robust cost of an offset with the pose held: residuals cut off at 30 px, so that wrong partners count little.
 double scan_cost(const Problem& problem, double offset_s) {
+  Estimate at(problem);
+  at.unknowns[kOffset] = offset_s;
   double cost = 0;
   int count = 0;
-  for (const TimedSighting& s : *problem.sightings) {
-    const auto found = problem.splines.find(s.marker);
-    if (found == problem.splines.end()) continue;
-    const double time = s.time_s + offset_s;
-    if (found->second.gap_s(time) > problem.options->longest_gap_s) continue;
-    cost += std::min((pixel_of(*problem.camera, found->second.position(time)) - s.pixel).squaredNorm(), 900.0);
+  for_each_compared(problem, at, [&](double, const Compared& c) {
+    cost += std::min(c.residual.squaredNorm(), 900.0);
     ++count;
-  }
+  });
   return count > 20 ? cost / count : std::numeric_limits<double>::infinity();
 }
 
 // Gauss–Newton with the normal matrix scaled to unit diagonal; with_offset false holds the offset.
 Estimate solve(const Problem& problem, Estimate at, double gate_sd, bool with_offset) {
   for (int round = 0; round < 25; ++round) {
-    const Sums sums = sum_up(problem, at, gate_sd);
-    const int size = with_offset ? 7 : 6;
-    const Eigen::MatrixXd normal = sums.normal.topLeftCorner(size, size);
-    const Eigen::VectorXd scale = normal.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
-    const Eigen::MatrixXd scaled = scale.asDiagonal() * normal * scale.asDiagonal();
-    const Eigen::VectorXd right = scale.cwiseProduct(sums.gradient.head(size));
-    const Eigen::VectorXd step = -scale.cwiseProduct(scaled.ldlt().solve(right));
+    Sums sums = sum_up(problem, at, gate_sd);
+    if (!with_offset) {
+      sums.normal.row(kOffset).setZero();
+      sums.normal.col(kOffset).setZero();
+      sums.gradient[kOffset] = 0;
+      sums.normal(kOffset, kOffset) = 1;
+    }
+    const Eigen::VectorXd scale = sums.normal.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
+    const Eigen::MatrixXd scaled = scale.asDiagonal() * sums.normal * scale.asDiagonal();
+    const Eigen::VectorXd step = -scale.cwiseProduct(scaled.ldlt().solve(scale.cwiseProduct(sums.gradient)));
     if (!step.allFinite()) return at;
-    at.shift += step.head<6>();
-    if (with_offset) at.offset_s += step[6];
+    at.unknowns += step;
     if ((step.array() / scale.array()).abs().maxCoeff() < 1e-6 * std::sqrt(std::max(sums.count, 1))) break;
   }
   return at;
 }
 
+// Deviation of the offset from how the frames' gradients scatter, neighbours taken together.
+double scatter_sd_s(const Problem& problem, const Estimate& at, double gate_sd) {
+  std::map<double, Gradient> by_frame;
+  const Normal inverse = sum_up(problem, at, gate_sd, &by_frame).normal.inverse();
+  double variance = 0;
+  for (auto a = by_frame.begin(); a != by_frame.end(); ++a) {
+    const double score_a = inverse.row(kOffset).dot(a->second);
+    for (auto b = a; b != by_frame.end() && b->first - a->first < problem.options.alike_s; ++b)
+      variance += (a == b ? 1 : 2) * (1 - (b->first - a->first) / problem.options.alike_s) * score_a * inverse.row(kOffset).dot(b->second);
+  }
+  return std::sqrt(std::max(variance, 0.0));
+}
+
 double rms(const Sums& sums) { return std::sqrt(sums.squares / std::max(sums.count, 1)); }
 
-Problem set_up(const CameraParameters& camera, const std::vector<MarkerTrack>& tracks,
-               const std::vector<TimedSighting>& sightings, const TimeOffsetOptions& options) {
-  Problem problem{&camera, {}, &sightings, &options};
+std::map<int, CubicSpline> splines_of(const std::vector<MarkerTrack>& tracks) {
+  std::map<int, CubicSpline> splines;
   for (const MarkerTrack& track : tracks)
-    if (track.time_s.size() >= 8) problem.splines.emplace(track.marker, CubicSpline(track.time_s, track.position));
-  return problem;
+    if (track.time_s.size() >= 8) splines.emplace(track.marker, CubicSpline(track.time_s, track.position));
+  return splines;
 }
 
 // Median interval between the tracker's samples: how often its noise is drawn anew.
@@ -127,61 +203,78 @@ double sample_interval_s(const std::vector<MarkerTrack>& tracks) {
   return count > 0 ? sum / count : 0;
 }
 
-}  // namespace
+// What the tracker's noise may shift the offset by, beyond what the gradient was freed of.
+double expected_bias_s(const Problem& problem, const Estimate& at, double interval_s) {
+  double noise_squares = 0, speed_squares = 0;
+  for_each_compared(problem, at, [&](double, const Compared& c) {
+    noise_squares += std::pow(problem.options.tracker_noise_m, 2) * c.by_point.squaredNorm() / static_cast<double>(c.residual.size());
+    speed_squares += c.speed.squaredNorm();
+  });
+  // Between samples the spline averages the tracker's noise. Where frames fall at one place in the interval h,
+  // that would draw the delay to the middle by up to 0.75 σ²/(h v²) with noise σ (px) and speed v (px/s). The
+  // gradient is freed of it as far as σ is known; a fifth of it is taken to remain.
+  return std::min(0.15 * noise_squares / (interval_s * std::max(speed_squares, 1e-9)), interval_s / 2);
+}
 
-TimeOffset estimate_time_offset(const CameraParameters& camera, const std::vector<MarkerTrack>& tracks,
-                                const std::vector<TimedSighting>& sightings, const TimeOffsetOptions& options) {
+// Scan, then Gauss–Newton, the gate drawn in as the noise becomes known.
+TimeOffset estimate(const Problem& problem, double interval_s) {
+  const TimeOffsetOptions& options = problem.options;
   TimeOffset result;
-  result.camera = camera;
-  const Problem problem = set_up(camera, tracks, sightings, options);
+  result.camera = problem.camera;
   const auto unknown = [&](const std::string& why) {
     result.why = why;
     return result;
   };
-  Estimate best;
+  Estimate best(problem);
   double least = std::numeric_limits<double>::infinity();
   for (double offset = -options.reach_s; offset <= options.reach_s + 1e-12; offset += options.step_s)
     if (const double cost = scan_cost(problem, offset); cost < least) {
       least = cost;
-      best.offset_s = offset;
+      best.unknowns[kOffset] = offset;
     }
   if (!std::isfinite(least)) return unknown("fewer than 20 sightings of tracked markers in common time");
 
-  const double wide = 1e6;
-  const Estimate without = solve(problem, {}, wide, false);
-  result.rms_without_px = rms(sum_up(problem, without, wide));
-  best = solve(problem, best, wide, true);
-  // The noise may be larger than stated: the gate widens with it.
-  const Sums all = sum_up(problem, best, wide);
-  const double excess = std::sqrt(std::max(all.weighted / std::max(2.0 * all.count - 7, 1.0), 1.0));
-  best = solve(problem, best, options.gate_sd * excess, true);
-  const Sums sums = sum_up(problem, best, options.gate_sd * excess);
-  const double variance_factor = std::max(sums.weighted / std::max(2.0 * sums.count - 7, 1.0), 1.0);
-  result.offset_s = best.offset_s;
-  result.sd_s = std::sqrt(Normal(sums.normal.inverse())(6, 6) * variance_factor);
+  double gate_sd = 1e6;
+  const Estimate without = solve(problem, Estimate(problem), gate_sd, false);
+  result.rms_without_px = rms(sum_up(problem, without, gate_sd));
+  best = solve(problem, best, gate_sd, true);
+  for (int round = 0; round < 3; ++round) {
+    // The noise may be larger than stated: the gate is as wide as it is.
+    const Sums all = sum_up(problem, best, gate_sd);
+    gate_sd = std::min(gate_sd, options.gate_sd * std::sqrt(std::max(all.weighted / all.degrees_of_freedom(), 1.0)));
+    best = solve(problem, best, gate_sd, true);
+  }
+  const Sums sums = sum_up(problem, best, gate_sd);
+  result.offset_s = best.offset_s();
   result.rms_px = rms(sums);
   result.sightings = sums.count;
   result.speed_px_s = std::sqrt(sums.speed_squares / std::max(sums.count, 1));
-  result.camera = shifted(camera, best.shift);
-
-  // Between samples the spline averages the tracker's noise. Where frames fall at one place in the interval h,
-  // that would draw the delay to the middle by up to 0.75 σ²/(h v²) with noise σ (px) and speed v (px/s). The
-  // gradient is freed of it as far as σ is known; a fifth of it is taken to remain.
-  const double interval = sample_interval_s(tracks);
-  const double px_per_m = camera[0] / std::max(depth_of(result.camera, tracks.front().position.front()), 0.1);
-  const double noise_px = options.tracker_noise_m * px_per_m;
-  result.expected_bias_s =
-      std::min(0.15 * noise_px * noise_px / (interval * std::max(std::pow(result.speed_px_s, 2), 1e-9)), interval / 2);
-  if (std::abs(best.offset_s) > options.reach_s)
-    return unknown(fmt::format("the delay found, {:.1f} ms, lies beyond the {:.0f} ms looked at", 1e3 * best.offset_s, 1e3 * options.reach_s));
+  result.camera = shifted(problem.camera, best.shift());
+  result.expected_bias_s = expected_bias_s(problem, best, interval_s);
+  const double residual_sd_s = std::sqrt(Normal(sums.normal.inverse())(kOffset, kOffset) * sums.weighted / sums.degrees_of_freedom());
+  const double common_s = options.common_px / std::max(result.speed_px_s, 1e-9);
+  result.sd_s = std::hypot(std::max(residual_sd_s, scatter_sd_s(problem, best, gate_sd)), result.expected_bias_s, common_s);
+  if (std::abs(result.offset_s) > options.reach_s)
+    return unknown(fmt::format("the delay found, {:.1f} ms, lies beyond the {:.0f} ms looked at", 1e3 * result.offset_s, 1e3 * options.reach_s));
   if (!(result.sd_s < options.most_sd_s))
-    return unknown(fmt::format("the markers move too little: {:.1f} px/s leave the delay uncertain by {:.1f} ms", result.speed_px_s, 1e3 * result.sd_s));
-  if (result.expected_bias_s > std::max(options.most_bias_share * result.sd_s, options.harmless_bias_s))
-    return unknown(fmt::format("the markers move too little: at {:.0f} px/s the tracker's noise may shift the delay by {:.2f} ms, "
-                               "more than its deviation of {:.2f} ms; move them by 100 mm or more, once a second", result.speed_px_s,
-                               1e3 * result.expected_bias_s, 1e3 * result.sd_s));
+    return unknown(fmt::format("the markers move too little: {:.1f} px/s leave it uncertain by {:.1f} ms; move them by 100 mm or more, "
+                               "once a second", result.speed_px_s, 1e3 * result.sd_s));
   result.known = true;
   return result;
+}
+
+}  // namespace
+
+TimeOffset estimate_time_offset(const CameraParameters& camera, const std::vector<MarkerTrack>& tracks,
+                                const std::vector<TimedSighting>& sightings, const TimeOffsetOptions& options) {
+  return estimate({camera, splines_of(tracks), {}, sightings, {}, options}, sample_interval_s(tracks));
+}
+
+TimeOffset estimate_time_offset(const CameraParameters& camera, const std::vector<MarkerTrack>& tracks, const TimedLines& lines,
+                                const TimeOffsetOptions& options) {
+  Problem problem{camera, splines_of(tracks), {}, {}, lines, options};
+  for (const TimedLine& s : lines.sightings) problem.constant_of.try_emplace(s.marker, problem.size());
+  return estimate(problem, sample_interval_s(tracks));
 }
 
 }  // namespace selvedge::calib

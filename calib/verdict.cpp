@@ -28,11 +28,16 @@ double angle_deg(const PoseShift& shift) { return shift.head<3>().norm() * 180 /
 // Lowers the verdict, never raises it, and keeps the sentence.
 struct Judgement {
   Verdict verdict = Verdict::good;
+  std::vector<std::string> happened;   // stands before everything else
   std::vector<std::string> sentences;
 
   void say(Verdict at_best, const std::string& sentence) {
     verdict = std::max(verdict, at_best);
     sentences.push_back(sentence);
+  }
+  void tell(Verdict at_best, const std::string& event) {
+    verdict = std::max(verdict, at_best);
+    happened.push_back(event);
   }
 };
 
@@ -89,26 +94,26 @@ const PoseEvent* same_event(const DeviceCalibration* other, const PoseEvent& eve
   return nullptr;
 }
 
-int pose_before(const DeviceSolution& d, int pose) {
-  int before = pose;
-  for (const int candidate : poses_of(d.seen()))
-    if (candidate < pose) before = candidate;
-  return before;
+// "pose 3", "poses 3 to 7": the first and last of a run.
+std::string pose_range(int first, int last) {
+  return first == last ? fmt::format("pose {}", first) : fmt::format("poses {} to {}", first, last);
 }
 
-void judge_event(Judgement& judgement, const std::string& name, const DeviceSolution& d, const PoseEvent& event,
-                 bool both) {
-  if (event.knocked) {
-    const Displacement moved = device_displacement(d.refined.camera, event.shift);
-    const std::string who = both ? "Camera and projector both, or the tracker's frame," : "The " + name;
-    judgement.say(Verdict::doubtful,
-                  fmt::format("{} moved between poses {} and {}: turned by {:.2f} degrees, {:.1f} mm. The matrix is "
-                              "the one after that; the poses before it lend only intrinsics and distortion. "
-                              "Fasten the mount, and record the poses from {} on again.",
-                              who, pose_before(d, event.pose), event.pose, moved.angle_deg, moved.distance_mm,
-                              poses_of(d.seen()).front()));
-    return;
-  }
+void judge_knock(Judgement& judgement, const std::string& who, const DeviceSolution& d, const PoseEvent& event,
+                 const std::vector<Eigen::Vector3d>& volume) {
+  const std::vector<int> poses = poses_of(d.seen());
+  const std::string before = pose_range(poses.front(), pose_before(d, event.pose));
+  const Displacement moved = device_displacement(d.refined.camera, event.shift);
+  judgement.tell(Verdict::doubtful,
+                 fmt::format("{} moved between poses {} and {}: in {} it was turned by {:.2f} degrees and {:.1f} mm away from "
+                             "where it stands now, {:.1f} px at the fabric. The matrix is that of {}; {} lent intrinsics and distortion alone. "
+                             "Fasten the mount, and record {} again.",
+                             who, pose_before(d, event.pose), event.pose, before, moved.angle_deg, moved.distance_mm,
+                             shift_at_fabric_px(d.refined.camera, event.shift, volume), pose_range(event.pose, poses.back()),
+                             before, before));
+}
+
+void judge_left_out_pose(Judgement& judgement, const std::string& name, const DeviceSolution& d, const PoseEvent& event, bool both) {
   const Displacement moved = board_displacement(d.refined.camera, event.shift, board_mean(d, event.pose));
   const auto poses = poses_of(d.seen());
   std::string cause = fmt::format("the board moved by {:.1f} mm and {:.2f} degrees between the tracker's look and "
@@ -118,9 +123,9 @@ void judge_event(Judgement& judgement, const std::string& name, const DeviceSolu
                          event.pose == poses.front() || event.pose == poses.back()
                              ? " and may stand elsewhere since" : "");
   // A device touched in the last pose may no longer stand where its matrix says.
-  judgement.say(!both && event.pose == poses.back() ? Verdict::doubtful : Verdict::good,
-                fmt::format("Pose {} is left out, for the {} it does not fit the others: {}. Record it again.",
-                            event.pose, both ? "camera and the projector" : name, cause));
+  judgement.tell(!both && event.pose == poses.back() ? Verdict::doubtful : Verdict::good,
+                 fmt::format("Pose {} is left out, for the {} it does not fit the others: {}. Record it again.",
+                             event.pose, both ? "camera and the projector" : name, cause));
 }
 
 void judge_accuracy(Judgement& judgement, const std::string& name, const DeviceCalibration& device,
@@ -188,6 +193,19 @@ Displacement device_displacement(const CameraParameters& camera, const PoseShift
   return {angle_deg(shift), 1000 * (before.inverse().translation() - now.inverse().translation()).norm()};
 }
 
+double shift_at_fabric_px(const CameraParameters& camera, const PoseShift& shift, const std::vector<Eigen::Vector3d>& volume) {
+  double sum = 0;
+  for (const Eigen::Vector3d& point : volume) sum += (pixel_of(camera, point, &shift) - pixel_of(camera, point)).norm();
+  return sum / static_cast<double>(volume.size());
+}
+
+int pose_before(const DeviceSolution& d, int pose) {
+  int before = pose;
+  for (const int candidate : poses_of(d.seen()))
+    if (candidate < pose) before = candidate;
+  return before;
+}
+
 Displacement board_displacement(const CameraParameters& camera, const PoseShift& shift,
                                 const Eigen::Vector3d& board_mean) {
   const Eigen::Vector3d seen = camera_from_world(camera) * board_mean;
@@ -205,7 +223,11 @@ void judge(Calibration& calibration) {
       const bool both = is_projector ? false : same_event(calibration.projector ? &*calibration.projector : nullptr, event) != nullptr;
       // What both saw was told with the camera.
       if (is_projector && same_event(&calibration.camera, event)) continue;
-      judge_event(judgement, name, device.solution, event, both);
+      if (event.knocked)
+        judge_knock(judgement, both ? "Camera and projector both, or the tracker's frame," : "The " + name, device.solution, event,
+                    volume_points(calibration.inputs.volume_low, calibration.inputs.volume_high, 3));
+      else
+        judge_left_out_pose(judgement, name, device.solution, event, both);
     }
     judge_accuracy(judgement, name, device, good_sd_px, calibration.options);
     judge_rejected(judgement, name, device.solution, calibration.options);
@@ -216,7 +238,9 @@ void judge(Calibration& calibration) {
   else
     judgement.say(Verdict::doubtful, "No row has a projector pixel: the projector is not calibrated.");
   calibration.verdict = judgement.verdict;
-  calibration.advice = summary(calibration, judgement.verdict);
+  calibration.advice.clear();
+  for (const std::string& event : judgement.happened) calibration.advice += event + " ";
+  calibration.advice += summary(calibration, judgement.verdict);
   for (const std::string& sentence : judgement.sentences) calibration.advice += " " + sentence;
 }
 

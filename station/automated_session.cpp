@@ -5,6 +5,7 @@
 #include "calib/calibration_file.h"
 #include "capture/trial/trial_writer.h"
 #include "station/calibrating.h"
+#include "station/projector_check.h"
 
 namespace selvedge::station {
 
@@ -14,7 +15,7 @@ using session::RigClient;
 
 constexpr double kStart_s = 8;          // daemons connect, the camera's clock becomes known
 constexpr double kPose_s = 8;           // a grid pose with its patterns
-constexpr double kBeforeTrial_s = 6;    // to hang and come to rest
+constexpr double kBeforeTrial_s = 9;    // to hang, come to rest, and be looked at
 constexpr double kWatch_s = 5;          // held corners sought in the frames
 
 // Hands the share [from, to] of the whole to one step, and says on the bus where the session stands.
@@ -72,13 +73,17 @@ SessionResult run_session(const rig::Configuration& configuration, const std::fi
 
   SessionResult result;
   result.calibration = calibrate_rig(rig, plan, folder / "calibration", steps.next("calibrating", "", expected_calibration_s(plan)));
-  std::filesystem::copy_file(folder / "calibration" / "calibration.json", folder / "calibration.json", std::filesystem::copy_options::overwrite_existing);
   if (result.calibration.verdict == calib::Verdict::refused || !result.calibration.projector)
     throw session::DeviceFailed("calibration refused: " + result.calibration.advice);
+  std::filesystem::copy_file(folder / "calibration" / "calibration.json", folder / "calibration.json", std::filesystem::copy_options::overwrite_existing);
 
   const session::RigOptics optics{result.calibration.camera.projection(), result.calibration.projector->projection()};
-  for (const session::TrialPlan& trial : plan.trials)
-    result.trials.push_back(session::run_trial(rig, configuration, plan, trial, optics, folder, steps.next("recording", trial.name, expected_trial_s(trial))));
+  for (const session::TrialPlan& trial : plan.trials) {
+    ProjectorCheck check;
+    const auto at_rest = [&] { check = check_projector(rig, optics); };
+    result.trials.push_back(session::run_trial(rig, configuration, plan, trial, optics, folder, steps.next("recording", trial.name, expected_trial_s(trial)), at_rest));
+    write_projector_check(check, folder / trial.name);
+  }
   write_campaign(plan, folder);
 
   selvedge_rig::operator_prompt_t done{};

@@ -1,8 +1,9 @@
 // A whole capture session on a running rig, without a person at the keyboard: calibrate, record the trials, and
 // leave a campaign that `./selvedge fit` reads.
 //
-//   wait for the devices → calibrate (calibrating.h) → each trial in turn (capture/session/run_trial.h) → campaign.json
-//   → does the camera still stand where it was calibrated (calibration_watch.h)
+//   wait for the devices → calibrate (calibrating.h) → each trial in turn (capture/session/run_trial.h), at rest before it
+//   a look at where the projector stands (projector_check.h) → campaign.json → do camera and projector still stand where
+//   they were calibrated (calibration_watch.h)
 //
 // Prompts go out on OPERATOR_PROMPT, where the session stands on SESSION_STATUS.
 #pragma once
@@ -28,7 +29,7 @@ struct SessionResult {
 double expected_calibration_s(const session::SessionPlan& plan);
 double expected_trial_s(const session::TrialPlan& trial);
 
-// Writes FOLDER/calibration.json, FOLDER/calibration/, FOLDER/NAME for each trial, FOLDER/campaign.json,
+// Writes FOLDER/calibration/, FOLDER/calibration.json, FOLDER/NAME for each trial, FOLDER/campaign.json,
 // FOLDER/calibration-watch.json.
 // Throws DeviceFailed where a device fails for good, and where the calibration's verdict is "refused".
 SessionResult run_session(const rig::Configuration& configuration, const std::filesystem::path& folder, const report::ProgressCallback& progress);

@@ -12,13 +12,13 @@
 #include "calib/read_images.h"
 #include "files/bad_input.h"
 #include "rig/clock.h"
+#include "station/pattern_images.h"
 
 namespace selvedge::station {
 
 namespace {
 
 using session::DeviceFailed;
-using session::Frame;
 using session::RigClient;
 
 constexpr double kStill_s = 0.4;          // the grid must stand still for so long
@@ -27,7 +27,6 @@ constexpr double kOtherPose_m = 0.02;     // a new pose is at least so far from 
 constexpr double kMoved_m = 0.002;        // a grid that moved more than this meanwhile spoils its pose
 constexpr double kLeastSeen = 0.7;        // of the grid's markers
 constexpr int kAttempts = 3;
-constexpr double kFrame_s = 30;           // longest wait for one frame
 
 using MarkerMeans = std::map<int, Eigen::Vector3d>;  // marker number: position
 
@@ -82,37 +81,6 @@ MarkerMeans wait_for_grid(RigClient& rig, const session::SessionPlan& plan, cons
   }
   throw DeviceFailed(fmt::format("tracker: no grid that stands still in a new pose within {:.0f} s; at least {:.0f} % of its {} markers must be seen",
                                  plan.answer_timeout_s, 100 * kLeastSeen, plan.grid.columns * plan.grid.rows));
-}
-
-projector::Pattern to_pattern(const calib::PatternStep& step) {
-  projector::Pattern pattern;
-  pattern.level = step.level;
-  pattern.inverted = step.inverted;
-  pattern.orientation = step.horizontal ? projector::Orientation::horizontal : projector::Orientation::vertical;
-  switch (step.kind) {
-    case calib::PatternStep::Kind::off: pattern.kind = projector::PatternKind::off; break;
-    case calib::PatternStep::Kind::solid: pattern.kind = projector::PatternKind::solid; break;
-    case calib::PatternStep::Kind::gray_code:
-      pattern.kind = projector::PatternKind::gray_code;
-      pattern.bit = step.bit;
-      break;
-    case calib::PatternStep::Kind::phase_shift:
-      pattern.kind = projector::PatternKind::phase_shift;
-      pattern.period_px = step.period_px;
-      pattern.first_bright_row_px = step.first_px;
-      pattern.phase_rad = step.phase_rad;
-      break;
-  }
-  return pattern;
-}
-
-calib::GreyImage image_of(const Frame& frame, int width_px, int height_px) {
-  return Eigen::Map<const calib::GreyImage>(frame.pixels.data(), height_px, width_px);
-}
-
-calib::GreyImage image_under(RigClient& rig, const projector::Pattern& pattern) {
-  const double shown_s = rig.show(pattern);
-  return image_of(rig.first_frame_after(shown_s, kFrame_s), rig.width_px(), rig.height_px());
 }
 
 struct Capture {

@@ -3,49 +3,17 @@
 #include <algorithm>
 #include <cmath>
 
-#include <Eigen/Eigenvalues>
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include "files/whole_file.h"
-#include "fit/silhouette.h"
+#include "station/projector_check.h"
 
 namespace selvedge::station {
 
 namespace {
 
-constexpr double kEdge_px = 60;        // of the side edge below the corner
-constexpr size_t kLeastPoints = 6;     // on it
-constexpr double kAcross = 0.7;        // an edge point's normal points so far sideways
-
-struct Line {
-  Eigen::Vector2d point, direction;    // direction points up in the image
-};
-
-// Principal axis; points further than two pixels from it are left out once.
-std::optional<Line> fit_line(std::vector<Eigen::Vector2d> points) {
-  Line line;
-  for (int round = 0; round < 2; ++round) {
-    if (points.size() < kLeastPoints) return std::nullopt;
-    Eigen::Vector2d mean = Eigen::Vector2d::Zero();
-    for (const auto& p : points) mean += p / static_cast<double>(points.size());
-    Eigen::Matrix2d spread = Eigen::Matrix2d::Zero();
-    for (const auto& p : points) spread += (p - mean) * (p - mean).transpose();
-    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes(spread);
-    line = {mean, axes.eigenvectors().col(1)};
-    if (line.direction.y() > 0) line.direction = -line.direction;
-    const Eigen::Vector2d across = axes.eigenvectors().col(0);
-    std::erase_if(points, [&](const auto& p) { return std::abs(across.dot(p - mean)) > 2; });
-  }
-  return line;
-}
-
-bool is_inside(const std::vector<unsigned char>& mask, const trial::GreyImage& image, const Eigen::Vector2d& p) {
-  const auto x = static_cast<Eigen::Index>(std::lround(p.x())), y = static_cast<Eigen::Index>(std::lround(p.y()));
-  return x >= 0 && y >= 0 && x < image.cols() && y < image.rows() && mask[static_cast<size_t>(y * image.cols() + x)] != 0;
-}
-
-// Mean of the tracked samples around a time; nullopt where the corner is hidden or outside the recording.
+// The tracked corner at a time, between its samples; nullopt where the corner is hidden or outside the recording.
 std::optional<Eigen::Vector3d> tracked_at(const std::vector<double>& time_s, const Eigen::Matrix3Xd& corner, double t_s) {
   const auto after = std::lower_bound(time_s.begin(), time_s.end(), t_s);
   if (after == time_s.begin() || after == time_s.end()) return std::nullopt;
@@ -69,35 +37,159 @@ calib::MarkerTrack track_of(const trial::Corners& corners, int side) {
   return track;
 }
 
-calib::TimeOffset delay_of(const trial::Trial& trial, const WatchedTrial& watched, const WatchOptions& options) {
-  calib::TimeOffsetOptions o;
-  o.pixel_noise_px = options.pixel_noise_px;
-  o.tracker_noise_m = trial.mocap_noise_m.value_or(o.tracker_noise_m);
-  std::vector<calib::TimedSighting> sightings;
-  for (const SeenCorner& c : watched.corners) sightings.push_back({c.time_s, c.corner, c.pixel});
-  return calib::estimate_time_offset(calib::from_projection(*trial.camera), {track_of(trial.corners, 0), track_of(trial.corners, 1)}, sightings, o);
+// Longest way of a corner from where it was first seen, m.
+double travel_m(const calib::MarkerTrack& track) {
+  double longest = 0;
+  for (const Eigen::Vector3d& p : track.position) longest = std::max(longest, (p - track.position.front()).norm());
+  return longest;
 }
 
-WatchedTrial look_at(const trial::Trial& trial, calib::TrialSightings& sightings, const WatchOptions& options) {
+// Tracks of the corners that move.
+std::vector<calib::MarkerTrack> moving_tracks(const trial::Trial& trial, const WatchOptions& options) {
+  std::vector<calib::MarkerTrack> tracks = {track_of(trial.corners, 0), track_of(trial.corners, 1)};
+  std::erase_if(tracks, [&](const calib::MarkerTrack& track) { return travel_m(track) < options.least_travel_m; });
+  return tracks;
+}
+
+// From the stripes about the corners, which show a corner's motion in depth; without stripes from the corners' pixels, which
+// the fabric's lag behind the corner draws along. camera: as it stands in that trial.
+calib::TimeOffset delay_of(const trial::Trial& trial, const WatchedTrial& watched, const calib::CameraParameters& camera, const WatchOptions& options) {
+  const std::vector<calib::MarkerTrack> tracks = moving_tracks(trial, options);
+  calib::TimeOffset unknown;
+  unknown.why = "the corners hold still";
+  if (tracks.empty()) return unknown;
+  const auto moves = [&](int corner) { return std::any_of(tracks.begin(), tracks.end(), [&](const auto& track) { return track.marker == corner; }); };
+  calib::TimeOffsetOptions o;
+  o.tracker_noise_m = trial.mocap_noise_m.value_or(o.tracker_noise_m);
+  o.turn_sd_rad = o.shift_sd_m = 0.003;
+  if (trial.projector && trial.pattern) {
+    calib::TimedLines lines;
+    lines.projector = calib::from_projection(*trial.projector);
+    lines.rows = trial.pattern->orientation == "horizontal";
+    lines.period_px = trial.pattern->period_px;
+    for (const SeenCorner& c : watched.corners)
+      if (c.seen.line && moves(c.corner)) lines.sightings.push_back({c.time_s, c.corner, *c.seen.line});
+    o.common_px = options.line_common_px;
+    return calib::estimate_time_offset(camera, tracks, lines, o);
+  }
+  std::vector<calib::TimedSighting> sightings;
+  for (const SeenCorner& c : watched.corners)
+    if (c.seen.pixel && moves(c.corner)) sightings.push_back({c.time_s, c.corner, *c.seen.pixel});
+  o.pixel_noise_px = options.pixel_noise_px;
+  o.common_px = options.pixel_common_px;
+  return calib::estimate_time_offset(camera, tracks, sightings, o);
+}
+
+WatchedTrial look_at(const trial::Trial& trial, const WatchOptions& options) {
   WatchedTrial watched;
   watched.name = trial.name;
+  const bool moves = !moving_tracks(trial, options).empty();
   double next_s = -1e300;
   for (size_t i = 0; i < trial.frames->time_s.size(); ++i) {
     const double t = trial.frames->time_s[i];
-    if (t < next_s) continue;
-    next_s = t + 0.999 / options.frame_rate_hz;
+    const bool due = t >= next_s;
+    if (!due && !moves) continue;
+    if (due) next_s = t + 0.999 / options.frame_rate_hz;
     ++watched.frames;
-    const trial::GreyImage image = trial::read_frame(trial, i);
-    for (int side = 0; side < 2; ++side) {
-      const auto at = tracked_at(trial.corners.time_s, side == 0 ? trial.corners.left : trial.corners.right, t);
-      if (!at) continue;
-      const auto pixel = find_corner(image, geometry::project(*trial.camera, *at), side == 0, options);
-      if (!pixel) continue;
-      watched.corners.push_back({t, side, *pixel});
-      sightings.sightings.push_back({0, side, 0, *at, *pixel});
-    }
+    const TrackedCorners tracked{tracked_at(trial.corners.time_s, trial.corners.left, t), tracked_at(trial.corners.time_s, trial.corners.right, t)};
+    const HeldCorners seen = find_held_corners(trial, trial::read_frame(trial, i), tracked, options.corner);
+    for (int side = 0; side < 2; ++side)
+      if (seen[side].pixel || seen[side].line) watched.corners.push_back({t, side, *tracked[side], seen[side]});
   }
   return watched;
+}
+
+calib::TrialSightings camera_sightings(const trial::Trial& trial, const WatchedTrial& watched) {
+  calib::TrialSightings sightings{trial.name, {}, calib::Seen::both, calib::from_projection(*trial.camera)};
+  for (const SeenCorner& c : watched.corners)
+    if (c.seen.pixel) sightings.sightings.push_back({0, c.corner, 0, c.tracked, *c.seen.pixel});
+  return sightings;
+}
+
+// From the stripes about the corners. camera: as it stands in that trial.
+calib::TrialSightings striped_sightings(const trial::Trial& trial, const WatchedTrial& watched, const calib::CameraParameters& camera) {
+  const bool rows = trial.pattern->orientation == "horizontal";
+  calib::TrialSightings sightings{trial.name, {}, rows ? calib::Seen::row : calib::Seen::column, calib::from_projection(*trial.projector)};
+  for (const SeenCorner& c : watched.corners) {
+    if (!c.seen.line) continue;
+    Eigen::Vector2d pixel = calib::pixel_of(*sightings.calibrated, c.tracked);
+    double& line_px = rows ? pixel.y() : pixel.x();
+    const double off_px = c.seen.line->line_at(calib::pixel_of(camera, c.tracked)) - line_px;
+    line_px += std::remainder(off_px, trial.pattern->period_px);
+    sightings.sightings.push_back({0, c.corner, 0, c.tracked, pixel});
+  }
+  return sightings;
+}
+
+// From the grey code shown before the trial.
+calib::TrialSightings coded_sightings(const trial::Trial& trial, const ProjectorCheck& check, const calib::CameraParameters& camera) {
+  calib::TrialSightings sightings{trial.name, {}, calib::Seen::both, calib::from_projection(*trial.projector)};
+  for (int side = 0; side < 2; ++side) {
+    const auto& corner = check[static_cast<size_t>(side)];
+    if (!corner) continue;
+    if (const auto pixel = corner->projector_at(calib::pixel_of(camera, corner->tracked))) sightings.sightings.push_back({0, side, 0, corner->tracked, *pixel});
+  }
+  return sightings;
+}
+
+// Projector px that a camera px is worth across the stripes, mean over the corners seen.
+double lines_per_px(const std::vector<WatchedTrial>& trials) {
+  double sum = 0;
+  int count = 0;
+  for (const WatchedTrial& t : trials)
+    for (const SeenCorner& c : t.corners)
+      if (c.seen.line) sum += c.seen.line->per_px.norm(), ++count;
+  return count > 0 ? sum / count : 1;
+}
+
+const calib::TrialDrift* judged(const calib::Drift& drift, const std::string& trial) {
+  for (const calib::TrialDrift& d : drift.trials)
+    if (d.trial == trial && d.judged) return &d;
+  return nullptr;
+}
+
+void judge_camera(CalibrationWatch& watch, const std::vector<const trial::Trial*>& trials, const WatchOptions& options) {
+  calib::DriftOptions drift;
+  drift.tracker_noise_m = trials.front()->mocap_noise_m.value_or(drift.tracker_noise_m);
+  drift.pixel_noise_px = options.pixel_noise_px;
+  drift.harmless_px = 2 * options.pixel_noise_px;
+  std::vector<calib::TrialSightings> all;
+  for (size_t i = 0; i < trials.size(); ++i) all.push_back(camera_sightings(*trials[i], watch.trials[i]));
+  watch.camera = calib::check_drift("camera", *all.front().calibrated, all, drift);
+}
+
+// The camera that a trial carries, moved to where it was found to stand in it.
+calib::CameraParameters camera_in(const trial::Trial& trial, const calib::Drift& drift) {
+  const calib::CameraParameters camera = calib::from_projection(*trial.camera);
+  const calib::TrialDrift* d = judged(drift, trial.name);
+  return d && d->moved ? calib::shifted(camera, d->shift) : camera;
+}
+
+void judge_projector(CalibrationWatch& watch, const std::vector<const trial::Trial*>& trials, const WatchOptions& options) {
+  std::vector<calib::TrialSightings> coded, striped;
+  calib::DriftOptions drift;
+  for (size_t i = 0; i < trials.size(); ++i) {
+    const trial::Trial& trial = *trials[i];
+    if (!trial.projector || !trial.pattern) continue;
+    const calib::CameraParameters camera = camera_in(trial, watch.camera);
+    striped.push_back(striped_sightings(trial, watch.trials[i], camera));
+    drift.repeats_px = trial.pattern->period_px;
+    if (const auto check = read_projector_check(trial.folder)) coded.push_back(coded_sightings(trial, *check, camera));
+  }
+  if (striped.empty()) {
+    watch.projector.sentence = "The projector could not be checked: no trial has a projector and stripes.";
+    return;
+  }
+  drift.tracker_noise_m = trials.front()->mocap_noise_m.value_or(drift.tracker_noise_m);
+  drift.pixel_noise_px = options.line_noise_px * lines_per_px(watch.trials);
+  drift.harmless_px = 2 * drift.pixel_noise_px;
+  const bool all_coded = coded.size() == striped.size();
+  if (all_coded) {
+    drift.repeats_px = 0;
+    drift.least_sightings = 1;
+    drift.independent_share = 1;
+  }
+  watch.projector = calib::check_drift("projector", *striped.front().calibrated, all_coded ? coded : striped, drift);
 }
 
 nlohmann::json to_json(const calib::TimeOffset& delay) {
@@ -105,64 +197,45 @@ nlohmann::json to_json(const calib::TimeOffset& delay) {
   return {{"known", true}, {"offset_s", delay.offset_s}, {"sd_s", delay.sd_s}, {"rms_px", delay.rms_px}};
 }
 
-}  // namespace
-
-std::optional<Eigen::Vector2d> find_corner(const trial::GreyImage& image, const Eigen::Vector2d& expected, bool left, const WatchOptions& options) {
-  const fit::Background background = fit::measure_background(image);
-  const std::vector<unsigned char> mask = fit::silhouette_mask(image, background);
-  std::vector<Eigen::Vector2d> edge;
-  for (const fit::SilhouettePoint& p : fit::outline_points(image, mask, background, 2, 0.1)) {
-    const double out = left ? -p.normal.x() : p.normal.x();
-    const Eigen::Vector2d from = p.pixel - expected;
-    if (out > kAcross && std::abs(from.x()) < options.reach_px && from.y() > 0 && from.y() < kEdge_px + options.reach_px) edge.push_back(p.pixel);
-  }
-  if (edge.empty()) return std::nullopt;
-  const auto top = std::min_element(edge.begin(), edge.end(), [](const auto& a, const auto& b) { return a.y() < b.y(); })->y();
-  std::erase_if(edge, [&](const auto& p) { return p.y() > top + kEdge_px; });
-  const std::optional<Line> line = fit_line(edge);
-  if (!line) return std::nullopt;
-  // Two pixels inside the edge, upwards until the fabric ends.
-  const Eigen::Vector2d inwards((left ? 1 : -1) * std::abs(line->direction.y()), 0);
-  Eigen::Vector2d p = line->point;
-  constexpr double kStep_px = 0.25;
-  int outside = 0;
-  Eigen::Vector2d last = p;
-  for (double s = 0; s < 3 * kEdge_px && outside < 12; s += kStep_px) {
-    p = line->point + s * line->direction;
-    if (is_inside(mask, image, p + 2 * inwards)) last = p, outside = 0;
-    else ++outside;
-  }
-  if ((last - expected).norm() > options.reach_px) return std::nullopt;
-  return last;
+nlohmann::json to_json(const calib::TrialDrift& d) {
+  return {{"moved", d.moved}, {"shift_px", d.shift_px}, {"sd_px", d.sd_px}, {"turn_deg", d.turn_deg}, {"rms_px", d.rms_px}};
 }
+
+nlohmann::json to_json(const calib::Drift& drift) {
+  return {{"sentence", drift.sentence}, {"moved_since", drift.since ? nlohmann::json(*drift.since) : nlohmann::json(nullptr)}};
+}
+
+std::string delay_text(const calib::TimeOffset& delay) {
+  if (!delay.known) return "delay not known: " + delay.why;
+  return fmt::format("frames late by {:.1f} ± {:.1f} ms", -1e3 * delay.offset_s, 1e3 * delay.sd_s);
+}
+
+std::string drift_text(const calib::Drift& drift, const std::string& trial) {
+  const calib::TrialDrift* d = judged(drift, trial);
+  return d ? fmt::format("{:.2f} ± {:.2f} px{}", d->shift_px, d->sd_px, d->moved ? " MOVED" : "") : "not seen";
+}
+
+}  // namespace
 
 CalibrationWatch watch_calibration(const trial::Campaign& campaign, const report::ProgressCallback& progress, const WatchOptions& options) {
   CalibrationWatch watch;
-  std::vector<calib::TrialSightings> all;
-  std::optional<calib::CameraParameters> camera;
-  double noise_m = calib::DriftOptions().tracker_noise_m;
+  std::vector<const trial::Trial*> looked_at;
   for (size_t i = 0; i < campaign.trials.size(); ++i) {
     const trial::Trial& trial = campaign.trials[i];
     progress(static_cast<double>(i) / static_cast<double>(campaign.trials.size()), "looking at the held corners of " + trial.name);
     if (!trial.frames || !trial.camera) continue;
-    if (!camera) camera = calib::from_projection(*trial.camera);
-    noise_m = trial.mocap_noise_m.value_or(noise_m);
-    calib::TrialSightings sightings;
-    sightings.trial = trial.name;
-    WatchedTrial watched = look_at(trial, sightings, options);
-    watched.delay = delay_of(trial, watched, options);
-    all.push_back(std::move(sightings));
-    watch.trials.push_back(std::move(watched));
+    watch.trials.push_back(look_at(trial, options));
+    looked_at.push_back(&trial);
   }
-  if (!camera) {
+  if (looked_at.empty()) {
     watch.camera.sentence = "The camera could not be checked: no trial has images.";
+    watch.projector.sentence = "The projector could not be checked: no trial has images.";
     return watch;
   }
-  calib::DriftOptions drift;
-  drift.tracker_noise_m = noise_m;
-  drift.pixel_noise_px = options.pixel_noise_px;
-  drift.harmless_px = 2 * options.pixel_noise_px;
-  watch.camera = calib::check_drift("camera", *camera, all, drift);
+  judge_camera(watch, looked_at, options);
+  judge_projector(watch, looked_at, options);
+  for (size_t i = 0; i < looked_at.size(); ++i)
+    watch.trials[i].delay = delay_of(*looked_at[i], watch.trials[i], camera_in(*looked_at[i], watch.camera), options);
   progress(1, "done");
   return watch;
 }
@@ -170,22 +243,19 @@ CalibrationWatch watch_calibration(const trial::Campaign& campaign, const report
 void write_watch(const CalibrationWatch& watch, const std::filesystem::path& folder) {
   nlohmann::json trials = nlohmann::json::object();
   for (const WatchedTrial& t : watch.trials) {
-    trials[t.name] = {{"frames", t.frames}, {"corners_seen", t.corners.size()}, {"delay", to_json(t.delay)}};
-    for (const calib::TrialDrift& d : watch.camera.trials)
-      if (d.trial == t.name && d.judged)
-        trials[t.name]["camera"] = {{"moved", d.moved}, {"shift_px", d.shift_px}, {"sd_px", d.sd_px}, {"turn_deg", d.turn_deg}, {"rms_px", d.rms_px}};
+    nlohmann::json& one = trials[t.name] = {{"frames", t.frames}, {"corners_seen", t.corners.size()}, {"delay", to_json(t.delay)}};
+    if (const calib::TrialDrift* d = judged(watch.camera, t.name)) one["camera"] = to_json(*d);
+    if (const calib::TrialDrift* d = judged(watch.projector, t.name)) one["projector"] = to_json(*d);
   }
-  nlohmann::json out = {{"format", "calibration-watch/1"}, {"sentence", watch.camera.sentence}, {"trials", trials}};
-  if (watch.camera.since) out["moved_since"] = *watch.camera.since;
-  files::write_json(folder / "calibration-watch.json", out);
+  files::write_json(folder / "calibration-watch.json",
+                    {{"format", "calibration-watch/1"}, {"camera", to_json(watch.camera)}, {"projector", to_json(watch.projector)}, {"trials", trials}});
 }
 
 std::string to_text(const CalibrationWatch& watch) {
-  std::string text = watch.camera.sentence + "\n";
+  std::string text = watch.camera.sentence + "\n" + watch.projector.sentence + "\n";
   for (const WatchedTrial& t : watch.trials)
-    text += fmt::format("{:<14} held corners seen {} times in {} frames; {}\n", t.name, t.corners.size(), t.frames,
-                        t.delay.known ? fmt::format("frames late by {:.1f} ± {:.1f} ms", -1e3 * t.delay.offset_s, 1e3 * t.delay.sd_s)
-                                      : "delay not known: " + t.delay.why);
+    text += fmt::format("{:<14} camera {}; projector {}; {}\n", t.name, drift_text(watch.camera, t.name), drift_text(watch.projector, t.name),
+                        delay_text(t.delay));
   return text;
 }
 

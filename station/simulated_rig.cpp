@@ -39,7 +39,9 @@ toml::table& section(toml::table& file, const char* name) {
 // A UNIX socket's path may have 107 characters, and a run's folder may lie deep.
 fs::path socket_path() { return fs::temp_directory_path() / ("selvedge-projector-" + std::to_string(::getpid()) + ".sock"); }
 
-void write_files(const SimulatedRigFiles& files, const fs::path& folder) {
+}  // namespace
+
+void write_simulated_rig(const SimulatedRigFiles& files, const fs::path& folder) {
   toml::table rig = read_toml(files.rig), world = read_toml(files.world);
   const int bus_port = free_bus_port(), tracker_port = free_tcp_port(), arm_port = free_tcp_port(), script_port = free_tcp_port();
   const std::string camera_address = free_camera_address(), socket = socket_path().string();
@@ -63,17 +65,17 @@ void write_files(const SimulatedRigFiles& files, const fs::path& folder) {
     devices.insert_or_assign("arm_model", model);
     devices.insert_or_assign("arm_port", arm_port);
     devices.insert_or_assign("arm_script_port", script_port);
+  } else {
+    devices.erase("arm_model");
   }
   write_toml(folder / "rig.toml", rig);
   write_toml(folder / "world.toml", world);
 }
 
-}  // namespace
-
 SimulatedRig::SimulatedRig(const SimulatedRigFiles& files, const fs::path& folder) {
   const fs::path logs = folder / "logs";
   fs::create_directories(logs);
-  write_files(files, folder);
+  write_simulated_rig(files, folder);
   configuration_ = rig::Configuration::load(folder / "rig.toml");
   const std::string program = own_program().string();
   const auto start = [&](const std::string& name, const std::vector<std::string>& command) {

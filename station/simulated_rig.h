@@ -19,6 +19,9 @@ struct SimulatedRigFiles {
   std::filesystem::path arms;   // folder of the arms' models
 };
 
+// FOLDER/rig.toml and FOLDER/world.toml: the examples with ports and addresses that are free now and fit each other.
+void write_simulated_rig(const SimulatedRigFiles& files, const std::filesystem::path& folder);
+
 class SimulatedRig {
  public:
   // Throws BadInput for files that are no good. Returns at once; the session waits for the devices.

@@ -83,28 +83,19 @@ void RigClient::subscribe() {
       status_[device] = message;
       news_.notify_all();
     });
-  bus_->subscribe<selvedge_rig::clock_map_t>(rig::channel("camera", rig::kClock), [this](const selvedge_rig::clock_map_t& message) {
-    const std::lock_guard lock(mutex_);
-    camera_clock_ = message;
-    news_.notify_all();
-  });
-  bus_->subscribe<corner_sample_t>(rig::channel("tracker", rig::kCorners), [this](const corner_sample_t& message) {
-    const std::lock_guard lock(mutex_);
-    corners_ = message;
-    keep_newest(corner_queue_, message);
-    news_.notify_all();
-  });
-  bus_->subscribe<projector_status_t>(rig::channel("projector", rig::kPattern), [this](const projector_status_t& message) {
-    const std::lock_guard lock(mutex_);
-    pattern_ = message;
-    news_.notify_all();
-  });
-  bus_->subscribe<arm_status_t>(rig::channel("arm", rig::kArm), [this](const arm_status_t& message) {
-    const std::lock_guard lock(mutex_);
-    arm_ = message;
-    keep_newest(arm_queue_, message);
-    news_.notify_all();
-  });
+  // The newest message, and where there is a queue all until they are taken.
+  const auto keep = [this]<class Message>(const std::string& channel, std::optional<Message>& newest, auto*... queue) {
+    bus_->subscribe<Message>(channel, [this, &newest, queue...](const Message& message) {
+      const std::lock_guard lock(mutex_);
+      newest = message;
+      (keep_newest(*queue, message), ...);
+      news_.notify_all();
+    });
+  };
+  keep(rig::channel("camera", rig::kClock), camera_clock_);
+  keep(rig::channel("projector", rig::kPattern), pattern_);
+  keep(rig::channel("tracker", rig::kCorners), corners_, &corner_queue_);
+  keep(rig::channel("arm", rig::kArm), arm_, &arm_queue_);
 }
 
 std::string RigClient::last_words(const std::string& device) const {

@@ -232,7 +232,7 @@ void require_usable(const Recording& recording, const SessionPlan& session, cons
 
 // One attempt. Throws Spoiled and ArmStopped where another may do better.
 TrialRecord attempt_trial(RigClient& rig, const rig::Configuration& configuration, const SessionPlan& session, const TrialPlan& plan,
-                          const RigOptics& optics, const std::filesystem::path& folder, const report::ProgressCallback& progress) {
+                          const RigOptics& optics, const std::filesystem::path& folder, const report::ProgressCallback& progress, const std::function<void()>& at_rest) {
   const bool robot = plan.kind == trial::Experiment::robot;
   rig.ask(robot ? prompt("robot_path", "put the right corner into the gripper, the left one on its post, and stand back")
                 : prompt("hang_still", "hang the fabric by both corners and let it come to rest"));
@@ -242,6 +242,10 @@ TrialRecord attempt_trial(RigClient& rig, const rig::Configuration& configuratio
   rig.ask(prompt("stand_back", "let go of the fabric and stand back"));
   const Rest rest = wait_for_rest(rig, session, progress);
   if (!rest.reached) spdlog::warn("{}: the fabric still moves after {:.0f} s; the trial starts as it is", plan.name, rest.waited_s);
+  if (at_rest) {
+    at_rest();
+    rig.show(session.stripes);
+  }
   std::optional<Eigen::Isometry3d> world_from_base;
   if (robot) world_from_base = arm::read_configuration(configuration.section("arm")).world_from_base;
   const std::unique_ptr<Motion> motion = prepare_motion(rig, plan, world_from_base);
@@ -260,10 +264,11 @@ TrialRecord attempt_trial(RigClient& rig, const rig::Configuration& configuratio
 }  // namespace
 
 TrialRecord run_trial(RigClient& rig, const rig::Configuration& configuration, const SessionPlan& session, const TrialPlan& plan,
-                      const RigOptics& optics, const std::filesystem::path& folder, const report::ProgressCallback& progress) {
+                      const RigOptics& optics, const std::filesystem::path& folder, const report::ProgressCallback& progress,
+                      const std::function<void()>& at_rest) {
   for (int attempt = 1;; ++attempt) {
     try {
-      TrialRecord record = attempt_trial(rig, configuration, session, plan, optics, folder, progress);
+      TrialRecord record = attempt_trial(rig, configuration, session, plan, optics, folder, progress, at_rest);
       record.attempts = attempt;
       return record;
     } catch (const Spoiled& error) {

@@ -1,7 +1,7 @@
 // Records one trial on a running, calibrated rig.
 //
-//   ask the operator → wait until the fabric hangs still → (robot: arm, plan, check the path) → record:
-//   a still lead-in, the motion, a tail → close the trial
+//   ask the operator → wait until the fabric hangs still → whatever the caller wants done at rest → (robot: arm, plan,
+//   check the path) → record: a still lead-in, the motion, a tail → close the trial
 //
 // All times in a trial are host seconds since its origin, which lies just before the first frame: tracker samples
 // as the tracker's daemon maps them, frames by their mid-exposure on the camera's clock mapped to the host's.
@@ -10,6 +10,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 
 #include "capture/session/rig_client.h"
 #include "capture/session/session_plan.h"
@@ -32,8 +33,10 @@ struct RigOptics {
   geometry::Projection camera, projector;
 };
 
-// Writes FOLDER/NAME. Throws DeviceFailed where the trial could not be recorded in plan.attempts attempts.
+// Writes FOLDER/NAME. at_rest: called in every attempt once the fabric hangs still; it may show other patterns.
+// Throws DeviceFailed where the trial could not be recorded in plan.attempts attempts.
 TrialRecord run_trial(RigClient& rig, const rig::Configuration& configuration, const SessionPlan& session, const TrialPlan& plan,
-                      const RigOptics& optics, const std::filesystem::path& folder, const report::ProgressCallback& progress);
+                      const RigOptics& optics, const std::filesystem::path& folder, const report::ProgressCallback& progress,
+                      const std::function<void()>& at_rest = {});
 
 }  // namespace selvedge::session

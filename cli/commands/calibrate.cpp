@@ -1,5 +1,6 @@
 // `./selvedge calibrate FOLDER --out DIR`: poses on disk to calibration.json and report.html.
 // `./selvedge calibrate --rig FILE --out DIR`: the same with poses captured on a running rig.
+// A refused calibration leaves its report and a calibration.json without matrices, and exits 2 with the reason.
 #include <cmath>
 #include <filesystem>
 #include <memory>
@@ -77,15 +78,19 @@ calib::Calibration calibrate_live(const std::filesystem::path& rig_file, const s
 
 void run(const CalibrateArguments& a) {
   const std::filesystem::path out = a.out;
-  const calib::Calibration calibration = a.rig.empty() ? calibrate_folder(a.folder) : calibrate_live(a.rig, out);
-  const bool exports = a.exports;
+  const bool live = !a.rig.empty();
+  const calib::Calibration calibration = live ? calibrate_live(a.rig, out) : calibrate_folder(a.folder);
   std::filesystem::create_directories(out);
-  calib::write_report(calibration, out / "report.html");
-  if (exports) {
+  if (!live) {
+    calib::write_report(calibration, out / "report.html");
+    calib::write_calibration(calibration, out / "calibration.json");
+  }
+  if (calibration.verdict == calib::Verdict::refused)
+    refuse(live ? a.rig : a.folder, "calibration refused (see {}): {}", (out / "report.html").string(), calibration.advice);
+  if (a.exports) {
     export_device(calibration.camera, out, "camera");
     if (calibration.projector) export_device(*calibration.projector, out, "projector");
   }
-  calib::write_calibration(calibration, out / "calibration.json");
   print(calibration);
   fmt::print("written: {} and report.html beside it\n", (out / "calibration.json").string());
 }

@@ -77,7 +77,7 @@ void print_session(const station::SessionResult& session) {
   for (const session::TrialRecord& trial : session.trials)
     fmt::print("{:<10} {} frames, {} lost, {} corner samples{}{}\n", trial.folder.filename().string(), trial.frames, trial.frames_lost, trial.samples,
                trial.started_at_rest ? "" : ", not at rest at its start", trial.attempts > 1 ? fmt::format(", attempt {}", trial.attempts) : "");
-  fmt::print("{}\n", session.watch.camera.sentence);
+  fmt::print("{}\n{}\n", session.watch.camera.sentence, session.watch.projector.sentence);
 }
 
 int run_demo(const DemoArguments& a) {

@@ -1,4 +1,4 @@
-// `./selvedge watch CAMPAIGN`: whether the camera still stands where the trials' matrices say.
+// `./selvedge watch CAMPAIGN`: whether camera and projector still stand where the trials' matrices say.
 #include <filesystem>
 #include <memory>
 
@@ -19,7 +19,7 @@ struct WatchArguments {
 }  // namespace
 
 void add_watch(CLI::App& app, int& exit_status) {
-  CLI::App* sub = app.add_subcommand("watch", "compare the held corners in recorded frames with the tracker's; exit 1 where the camera has moved");
+  CLI::App* sub = app.add_subcommand("watch", "compare the held corners and the stripes about them in recorded frames with the tracker; exit 1 where camera or projector has moved");
   auto a = std::make_shared<WatchArguments>();
   sub->add_option("CAMPAIGN", a->campaign, "a trial's or a campaign's folder, with images")->required();
   sub->add_option("--out", a->out, "also write calibration-watch.json into this folder");
@@ -30,7 +30,7 @@ void add_watch(CLI::App& app, int& exit_status) {
       station::write_watch(watch, a->out);
     }
     fmt::print("{}", station::to_text(watch));
-    exit_status = watch.camera.since ? 1 : 0;
+    exit_status = watch.moved() ? 1 : 0;
   });
 }
 

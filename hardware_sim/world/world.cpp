@@ -156,6 +156,7 @@ void World::obey(const Prompt& prompt, double at_s) {
     stages_.push_back({at_s + kBoardUpS, Stage::board, prompt.index});
     return;
   }
+  if ((is(prompt, "hang_still") || is(prompt, "robot_path")) && ++trials_ == configuration_.knock.before_trial) knocked_from_s_ = at_s;
   if (is(prompt, "stand_back") || is(prompt, "done") || is(prompt, "wave_right_corner") || is(prompt, "wave_left_corner"))
     steady_until_s_ = at_s;  // the hand lets go of the fabric
   if (is(prompt, "stand_back") || is(prompt, "done")) return;
@@ -166,7 +167,9 @@ void World::obey(const Prompt& prompt, double at_s) {
   if (!hung_) {
     begin_hanging(place, at_s);
     // What was asked for beyond hanging comes once it hangs.
-    if (!is(prompt, "hang_still")) prompts_.push_front({at_s, prompt});
+    if (is(prompt, "hang_still")) return;
+    if (is(prompt, "robot_path")) --trials_;  // counted when it comes again
+    prompts_.push_front({at_s, prompt});
     return;
   }
   const auto back_to_hand = [&] {
@@ -254,11 +257,13 @@ std::vector<SeenMarker> World::markers_at(double host_time_s) {
 bool World::image_at(double host_time_s, unsigned char* pixels) {
   StageChange stage;
   Eigen::Matrix3Xd nodes;
+  bool after_knock = false;
   {
     std::unique_lock lock(mutex_);
     if (!wait_for(lock, host_time_s)) return false;
     stage = stage_at(host_time_s);
     if (stage.stage == Stage::fabric) nodes = interpolated(host_time_s);
+    after_knock = host_time_s >= knocked_from_s_;
   }
   const std::lock_guard lock(picture_mutex_);
   if (stage.stage == Stage::board) {
@@ -266,7 +271,11 @@ bool World::image_at(double host_time_s, unsigned char* pixels) {
     return true;
   }
   if (stage.stage == Stage::fabric) {
-    add_noise(picture_.take(nodes, triangles_, pattern_at_ ? pattern_at_(host_time_s) : projector::Pattern{}), pixels);
+    if (after_knock && !knocked_picture_) {
+      const WorldConfiguration stands = knocked(configuration_);
+      knocked_picture_ = std::make_unique<FabricPicture>(stands.camera, stands.projector, stands.picture);
+    }
+    add_noise((after_knock ? *knocked_picture_ : picture_).take(nodes, triangles_, pattern_at_ ? pattern_at_(host_time_s) : projector::Pattern{}), pixels);
     return true;
   }
   const size_t count = size_t(configuration_.camera.width_px) * configuration_.camera.height_px;

@@ -6,7 +6,7 @@
 // velocities). Whoever asks for a moment that is not simulated yet waits. A slow host falls behind and catches
 // up; nothing is skipped.
 // A person at the rig obeys the session's prompts: shows the board, hangs the fabric and steadies it with a hand,
-// waves a corner, clips the corner to the arm, stands back.
+// waves a corner, clips the corner to the arm, stands back. He may also run into a device before some trial.
 // Thread-safe. Host clock: CLOCK_MONOTONIC, s. Motion-capture frame, m.
 #pragma once
 
@@ -14,6 +14,7 @@
 #include <deque>
 #include <functional>
 #include <future>
+#include <limits>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -102,10 +103,13 @@ class World {
   bool hung_ = false;              // else the sheet lies aside and only time passes
   std::future<void> hanging_;      // the person hangs it; prompts wait
   double hangs_from_s_ = 0;
+  int trials_ = 0;                 // hung so far
+  double knocked_from_s_ = std::numeric_limits<double>::infinity();
   bool stopping_ = false;
 
   std::mutex picture_mutex_;
   FabricPicture picture_;
+  std::unique_ptr<FabricPicture> knocked_picture_;
   struct Board;
   std::unique_ptr<Board> board_;
   std::vector<float> noise_;

@@ -1,5 +1,8 @@
 #include "hardware_sim/world/world_configuration.h"
 
+#include "calib/synthetic_poses.h"
+#include "files/bad_input.h"
+
 namespace selvedge::hardware_sim {
 
 namespace {
@@ -85,6 +88,18 @@ void read_camera(Section s, WorldConfiguration& world) {
   s.finish();
 }
 
+Knock read_knock(Section s) {
+  Knock knock;
+  const std::string device = s.text("device", "none");
+  if (device == "camera") knock.device = Knock::Device::camera;
+  else if (device == "projector") knock.device = Knock::Device::projector;
+  else if (device != "none") refuse(s.where() + " device", "expected camera, projector or none, found {}", in_quotes(device));
+  knock.turn_deg = vector3(s, "turn_deg", Eigen::Vector3d::Zero(), 45, "degrees");
+  knock.before_trial = int(s.integer("before_trial", 1, 1, 1000));
+  s.finish();
+  return knock;
+}
+
 nlohmann::json to_json(const geometry::Projection& p) {
   nlohmann::json rows = nlohmann::json::array();
   for (int r = 0; r < 3; ++r) rows.push_back({p.matrix(r, 0), p.matrix(r, 1), p.matrix(r, 2), p.matrix(r, 3)});
@@ -95,7 +110,7 @@ nlohmann::json to_json(const geometry::Projection& p) {
 
 const std::vector<std::string>& world_sections() {
   static const std::vector<std::string> sections = {"fabric", "lattice", "air", "camera", "projector", "grid",
-                                                    "stand",  "hand",    "arm", "world",  "devices",   "bus"};
+                                                    "stand",  "hand",    "arm", "knock",  "world",  "devices",   "bus"};
   return sections;
 }
 
@@ -147,10 +162,17 @@ WorldConfiguration read_world(const rig::Configuration& configuration) {
       (Eigen::AngleAxisd(turn.z(), Eigen::Vector3d::UnitZ()) * Eigen::AngleAxisd(turn.y(), Eigen::Vector3d::UnitY()) *
        Eigen::AngleAxisd(turn.x(), Eigen::Vector3d::UnitX())).toRotationMatrix();
   arm.finish();
+  world.knock = read_knock(configuration.section("knock"));
   Section general = configuration.section("world");
   world.seed = unsigned(general.integer("seed", 1, 0, 1'000'000'000));
   general.finish();
   world.board.seed = world.hand.seed = world.seed;
+  return world;
+}
+
+WorldConfiguration knocked(WorldConfiguration world) {
+  if (world.knock.device == Knock::Device::camera) world.camera = calib::turned(world.camera, world.knock.turn_deg);
+  if (world.knock.device == Knock::Device::projector) world.projector = calib::turned(world.projector, world.knock.turn_deg);
   return world;
 }
 

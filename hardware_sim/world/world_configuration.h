@@ -14,6 +14,8 @@
 //   [stand]      left_m separation_m
 //   [hand]       carry_s sway_m
 //   [arm]        base_position_m base_rpy_deg   as in the rig's own configuration
+//   [knock]      device ("camera", "projector") turn_deg before_trial   somebody runs into it before the trial of that
+//                number (1 is the first) is hung
 //   [world]      seed
 //   [devices]    hardware_sim/simulated_rig.h;  [bus] as in the rig's own configuration
 #pragma once
@@ -32,6 +34,14 @@
 
 namespace selvedge::hardware_sim {
 
+// A device turned about its own axes (x right, y down, z forward).
+struct Knock {
+  enum class Device { none, camera, projector };
+  Device device = Device::none;
+  Eigen::Vector3d turn_deg = Eigen::Vector3d::Zero();
+  int before_trial = 0;
+};
+
 struct WorldConfiguration {
   FabricTruth fabric;
   LatticeOptions lattice;
@@ -46,8 +56,12 @@ struct WorldConfiguration {
   double separation_m = 0.256;      // of the corners while hanging, along +x, unless a prompt says otherwise
   HandOptions hand;
   Eigen::Isometry3d world_from_arm = Eigen::Isometry3d::Identity();
+  Knock knock;
   unsigned seed = 1;
 };
+
+// The world after its knock.
+WorldConfiguration knocked(WorldConfiguration world);
 
 // The sections above.
 const std::vector<std::string>& world_sections();

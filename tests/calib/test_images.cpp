@@ -8,8 +8,7 @@
 
 #include "calib/image_folder.h"
 #include "calib/read_images.h"
-#include "calib/synthetic_images.h"
-#include "calib/synthetic_poses.h"
+#include "calib/synthetic_recording.h"
 #include "files/bad_input.h"
 #include "files/whole_file.h"
 
@@ -23,27 +22,13 @@ struct Recording {
 };
 
 // Pattern images for the first `decoded` poses alone: they take longest to make.
-Recording record(const BoardLook& board, int poses, int decoded) {
+Recording record(const BoardLook& look, int poses, size_t decoded) {
   Recording recording;
   SyntheticOptions made;
   made.poses = poses;
   made.seed = 21;
   recording.truth = make_synthetic_poses(made);
-  BoardLook look = board;
-  for (int pose = 0; pose < poses; ++pose) {
-    PoseImages& one = recording.images.emplace_back();
-    one.pose = pose;
-    for (const Correspondence& row : recording.truth.poses.rows)
-      if (row.pose == pose) one.markers.push_back({row.marker, row.position});
-    const BoardView view = view_board(recording.grid, look, recording.truth.world_from_grid[pose], recording.truth.camera,
-                                      recording.truth.projector);
-    one.marker_image = shade_board(view, look, PatternStep{}, true);
-    if (pose >= decoded) continue;
-    for (const PatternStep& step : calibration_sequence(recording.truth.poses.projector)) {
-      ++look.seed;
-      one.sequence.push_back({step, shade_board(view, look, step, false)});
-    }
-  }
+  recording.images = record_images(recording.truth, recording.grid, look, decoded);
   return recording;
 }
 

@@ -1,0 +1,24 @@
+#include "calib/synthetic_recording.h"
+
+namespace selvedge::calib {
+
+std::vector<PoseImages> record_images(const SyntheticPoses& truth, const MarkerGrid& grid, const BoardLook& look, size_t decoded) {
+  BoardLook noisy = look;
+  std::vector<PoseImages> images;
+  for (size_t pose = 0; pose < truth.world_from_grid.size(); ++pose) {
+    PoseImages& one = images.emplace_back();
+    one.pose = static_cast<int>(pose);
+    for (const Correspondence& row : truth.poses.rows)
+      if (row.pose == one.pose) one.markers.push_back({row.marker, row.position});
+    const BoardView view = view_board(grid, noisy, truth.world_from_grid[pose], truth.camera, truth.projector);
+    one.marker_image = shade_board(view, noisy, PatternStep{}, true);
+    if (pose >= decoded) continue;
+    for (const PatternStep& step : calibration_sequence(truth.poses.projector)) {
+      ++noisy.seed;
+      one.sequence.push_back({step, shade_board(view, noisy, step, false)});
+    }
+  }
+  return images;
+}
+
+}  // namespace selvedge::calib

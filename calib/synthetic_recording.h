@@ -1,0 +1,17 @@
+// Made-up poses as a rig would have recorded them: the tracker's markers, the marker image and the pattern images.
+#pragma once
+
+#include <limits>
+#include <vector>
+
+#include "calib/read_images.h"
+#include "calib/synthetic_images.h"
+#include "calib/synthetic_poses.h"
+
+namespace selvedge::calib {
+
+// decoded: how many poses, from the first on, have pattern images (calibration_sequence); they take longest to make.
+std::vector<PoseImages> record_images(const SyntheticPoses& truth, const MarkerGrid& grid, const BoardLook& look,
+                                      size_t decoded = std::numeric_limits<size_t>::max());
+
+}  // namespace selvedge::calib
