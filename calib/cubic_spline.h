@@ -36,4 +36,7 @@ class CubicSpline {
 // 1 at a sample, less half way.
 double variance_slope(double fraction);
 
+// Variance that the same noise gives the velocity there, per interval squared.
+double velocity_variance(double fraction);
+
 }  // namespace selvedge::calib

@@ -101,6 +101,7 @@ struct Sums {
   double squares = 0;        // px²
   double weighted = 0;       // rᵀΣ⁻¹r
   double speed_squares = 0;  // px²/s²
+  double noise_speed_squares = 0;   // of those, what the tracker's noise is worth
   int count = 0, values = 0;
   double degrees_of_freedom() const { return std::max(static_cast<double>(values - gradient.size()), 1.0); }
 };
@@ -130,6 +131,7 @@ Sums sum_up(const Problem& problem, const Estimate& at, double gate_sd, std::map
     sums.squares += c.residual.squaredNorm();
     sums.weighted += square;
     sums.speed_squares += c.speed.squaredNorm();
+    sums.noise_speed_squares += variance * from_point.trace() * velocity_variance(c.fraction) / (c.gap_s * c.gap_s);
     ++sums.count;
     sums.values += static_cast<int>(c.residual.size());
   });
@@ -203,17 +205,15 @@ double sample_interval_s(const std::vector<MarkerTrack>& tracks) {
   return count > 0 ? sum / count : 0;
 }
 
-// What the tracker's noise may shift the offset by, beyond what the gradient was freed of.
-double expected_bias_s(const Problem& problem, const Estimate& at, double interval_s) {
-  double noise_squares = 0, speed_squares = 0;
+// Between samples the spline averages the tracker's noise. Where frames fall at one place in the interval h, that would
+// draw the delay to the middle by up to 0.75 σ²/(h v²) with noise σ (px) and speed v (px/s). The gradient is freed of it as
+// far as σ is known; a fifth of it is taken to remain.
+double remaining_bias_s(const Problem& problem, const Estimate& at, double interval_s, double moving_squares) {
+  double noise_squares = 0;
   for_each_compared(problem, at, [&](double, const Compared& c) {
     noise_squares += std::pow(problem.options.tracker_noise_m, 2) * c.by_point.squaredNorm() / static_cast<double>(c.residual.size());
-    speed_squares += c.speed.squaredNorm();
   });
-  // Between samples the spline averages the tracker's noise. Where frames fall at one place in the interval h,
-  // that would draw the delay to the middle by up to 0.75 σ²/(h v²) with noise σ (px) and speed v (px/s). The
-  // gradient is freed of it as far as σ is known; a fifth of it is taken to remain.
-  return std::min(0.15 * noise_squares / (interval_s * std::max(speed_squares, 1e-9)), interval_s / 2);
+  return 0.15 * noise_squares / (interval_s * moving_squares);
 }
 
 // Scan, then Gauss–Newton, the gate drawn in as the noise becomes known.
@@ -238,22 +238,26 @@ TimeOffset estimate(const Problem& problem, double interval_s) {
   const Estimate without = solve(problem, Estimate(problem), gate_sd, false);
   result.rms_without_px = rms(sum_up(problem, without, gate_sd));
   best = solve(problem, best, gate_sd, true);
-  for (int round = 0; round < 3; ++round) {
+  for (int round = 0; round < 8; ++round) {
     // The noise may be larger than stated: the gate is as wide as it is.
     const Sums all = sum_up(problem, best, gate_sd);
-    gate_sd = std::min(gate_sd, options.gate_sd * std::sqrt(std::max(all.weighted / all.degrees_of_freedom(), 1.0)));
+    const double drawn_in = options.gate_sd * std::sqrt(std::max(all.weighted / all.degrees_of_freedom(), 1.0));
+    if (drawn_in > 0.97 * gate_sd) break;
+    gate_sd = drawn_in;
     best = solve(problem, best, gate_sd, true);
   }
   const Sums sums = sum_up(problem, best, gate_sd);
+  // Speeds that are the tracker's noise tell nothing of the delay.
+  const double moving_squares = std::max(sums.speed_squares - sums.noise_speed_squares, 1e-3 * sums.speed_squares) + 1e-12;
   result.offset_s = best.offset_s();
   result.rms_px = rms(sums);
   result.sightings = sums.count;
-  result.speed_px_s = std::sqrt(sums.speed_squares / std::max(sums.count, 1));
+  result.speed_px_s = std::sqrt(moving_squares / std::max(sums.count, 1));
   result.camera = shifted(problem.camera, best.shift());
-  result.expected_bias_s = expected_bias_s(problem, best, interval_s);
+  result.expected_bias_s = remaining_bias_s(problem, best, interval_s, moving_squares);
   const double residual_sd_s = std::sqrt(Normal(sums.normal.inverse())(kOffset, kOffset) * sums.weighted / sums.degrees_of_freedom());
-  const double common_s = options.common_px / std::max(result.speed_px_s, 1e-9);
-  result.sd_s = std::hypot(std::max(residual_sd_s, scatter_sd_s(problem, best, gate_sd)), result.expected_bias_s, common_s);
+  const double random_s = std::max(residual_sd_s, scatter_sd_s(problem, best, gate_sd)) * sums.speed_squares / moving_squares;
+  result.sd_s = std::hypot(random_s, result.expected_bias_s, options.common_px / result.speed_px_s);
   if (std::abs(result.offset_s) > options.reach_s)
     return unknown(fmt::format("the delay found, {:.1f} ms, lies beyond the {:.0f} ms looked at", 1e3 * result.offset_s, 1e3 * options.reach_s));
   if (!(result.sd_s < options.most_sd_s))

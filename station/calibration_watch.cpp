@@ -153,6 +153,7 @@ void judge_camera(CalibrationWatch& watch, const std::vector<const trial::Trial*
   drift.tracker_noise_m = trials.front()->mocap_noise_m.value_or(drift.tracker_noise_m);
   drift.pixel_noise_px = options.pixel_noise_px;
   drift.harmless_px = 2 * options.pixel_noise_px;
+  drift.least_sightings = options.least_sightings;
   std::vector<calib::TrialSightings> all;
   for (size_t i = 0; i < trials.size(); ++i) all.push_back(camera_sightings(*trials[i], watch.trials[i]));
   watch.camera = calib::check_drift("camera", *all.front().calibrated, all, drift);
@@ -183,6 +184,7 @@ void judge_projector(CalibrationWatch& watch, const std::vector<const trial::Tri
   drift.tracker_noise_m = trials.front()->mocap_noise_m.value_or(drift.tracker_noise_m);
   drift.pixel_noise_px = options.line_noise_px * lines_per_px(watch.trials);
   drift.harmless_px = 2 * drift.pixel_noise_px;
+  drift.least_sightings = options.least_sightings;
   const bool all_coded = coded.size() == striped.size();
   if (all_coded) {
     drift.repeats_px = 0;

@@ -48,6 +48,7 @@ struct CalibrationWatch {
 
 struct WatchOptions {
   double frame_rate_hz = 10;       // frames looked at for drift; those of a trial that moves are all looked at for its delay
+  size_t least_sightings = 8;      // of a trial, for its drift to be judged
   double least_travel_m = 0.002;   // of a corner, for a delay to be sought
   double pixel_noise_px = 1.0;     // of a corner found
   double line_noise_px = 0.5;      // of the camera's, along the stripes' normal
