@@ -152,10 +152,10 @@ TEST_F(Calibrate, DamagedInputIsRefusedAndNothingIsWritten) {
   expect_nothing("fabric_volume_m");
 }
 
-// Hidden, merged and false blobs in the marker images of five poses, no rough camera: labels come from the tracker alone.
+// Hidden, merged and false blobs in the marker images of four poses, no rough camera: labels come from the tracker alone.
 TEST_F(Calibrate, ImagesAndTrackerFilesCalibrate) {
   SyntheticOptions made;
-  made.poses = 5;
+  made.poses = 4;
   made.seed = 21;
   const calib::SyntheticPoses truth = calib::make_synthetic_poses(made);
   calib::ImageFolder images{truth.poses, calib::record_images(truth, made.grid, {})};
