@@ -182,15 +182,17 @@ void judge_projector(CalibrationWatch& watch, const std::vector<const trial::Tri
     return;
   }
   drift.tracker_noise_m = trials.front()->mocap_noise_m.value_or(drift.tracker_noise_m);
-  drift.pixel_noise_px = options.line_noise_px * lines_per_px(watch.trials);
-  drift.harmless_px = 2 * drift.pixel_noise_px;
-  drift.least_sightings = options.least_sightings;
   const bool all_coded = coded.size() == striped.size();
   if (all_coded) {
     drift.repeats_px = 0;
+    drift.pixel_noise_px = options.code_noise_px;
     drift.least_sightings = 1;
     drift.independent_share = 1;
+  } else {
+    drift.pixel_noise_px = options.line_noise_px * lines_per_px(watch.trials);
+    drift.least_sightings = options.least_sightings;
   }
+  drift.harmless_px = 2 * drift.pixel_noise_px;
   watch.projector = calib::check_drift("projector", *striped.front().calibrated, all_coded ? coded : striped, drift);
 }
 

@@ -52,6 +52,7 @@ struct WatchOptions {
   double least_travel_m = 0.002;   // of a corner, for a delay to be sought
   double pixel_noise_px = 1.0;     // of a corner found
   double line_noise_px = 0.5;      // of the camera's, along the stripes' normal
+  double code_noise_px = 0.6;      // of the projector pixel read from the grey code at a corner
   double pixel_common_px = 0.5;    // of either that may go with the motion, since the fabric lags behind its corner
   double line_common_px = 0.1;
   CornerOptions corner;

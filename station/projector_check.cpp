@@ -5,7 +5,6 @@
 
 #include <Eigen/Cholesky>
 
-#include "calib/structured_light.h"
 #include "files/bad_input.h"
 #include "files/csv_table.h"
 #include "files/whole_file.h"
@@ -74,6 +73,14 @@ std::optional<Eigen::Vector2d> CodedCorner::projector_at(const Eigen::Vector2d& 
   return fit.row(0).transpose();
 }
 
+ProjectorCheck decode_corners(const std::vector<calib::PatternImage>& sequence, const std::array<std::optional<Eigen::Vector3d>, 2>& tracked,
+                              const geometry::Projection& camera) {
+  ProjectorCheck check;
+  for (size_t side = 0; side < 2; ++side)
+    if (tracked[side]) check[side] = read_corner(sequence, *tracked[side], camera);
+  return check;
+}
+
 ProjectorCheck check_projector(session::RigClient& rig, const session::RigOptics& optics) {
   rig.forget_samples();
   rig.skip_to_newest_frame();
@@ -82,16 +89,16 @@ ProjectorCheck check_projector(session::RigClient& rig, const session::RigOptics
     rig.remind();
     sequence.push_back({step, image_under(rig, to_pattern(step))});
   }
-  ProjectorCheck check;
+  std::array<std::optional<Eigen::Vector3d>, 2> tracked;
   const auto samples = rig.take_corners();
   for (size_t side = 0; side < 2; ++side) {
     Eigen::Vector3d sum = Eigen::Vector3d::Zero();
     size_t seen = 0;
     for (const auto& sample : samples)
       if (const auto at = session::marker(sample, side == 0 ? "left" : "right")) sum += *at, ++seen;
-    if (seen > 0) check[side] = read_corner(sequence, sum / static_cast<double>(seen), optics.camera);
+    if (seen > 0) tracked[side] = sum / static_cast<double>(seen);
   }
-  return check;
+  return decode_corners(sequence, tracked, optics.camera);
 }
 
 void write_projector_check(const ProjectorCheck& check, const std::filesystem::path& trial_folder) {

@@ -15,6 +15,7 @@
 #include <optional>
 #include <vector>
 
+#include "calib/structured_light.h"
 #include "capture/session/rig_client.h"
 #include "capture/session/run_trial.h"
 
@@ -29,6 +30,10 @@ struct CodedCorner {
 };
 
 using ProjectorCheck = std::array<std::optional<CodedCorner>, 2>;   // left, right
+
+// From the patterns' images (calib::coarse_code_sequence) of a fabric at rest.
+ProjectorCheck decode_corners(const std::vector<calib::PatternImage>& sequence, const std::array<std::optional<Eigen::Vector3d>, 2>& tracked,
+                              const geometry::Projection& camera);
 
 // Shows the patterns and looks. Corners that the tracker does not see or whose pixels cannot be read are none.
 ProjectorCheck check_projector(session::RigClient& rig, const session::RigOptics& optics);

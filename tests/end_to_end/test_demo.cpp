@@ -1,4 +1,5 @@
 // The whole way once, as a user goes it: the demo's own command, every device simulated, every process real.
+#include <cmath>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -69,7 +70,8 @@ int Demo::status_ = -1;
 TEST_F(Demo, WalksTheWholeWay) {
   // A session this short determines little: 0 and 1 both mean that it got to the verdict.
   ASSERT_TRUE(status_ == 0 || status_ == 1) << output();
-  for (const char* file : {"calibration.json", "calibration/poses.json", "campaign.json", "fit.json", "report.html", "truth.json"})
+  for (const char* file : {"calibration.json", "calibration/poses.json", "campaign.json", "fit.json", "report.html", "truth.json", "calibration-watch.json",
+                           "waving-1/projector-check.csv"})
     EXPECT_TRUE(fs::is_regular_file(folder() / file)) << file << "\n" << output();
   const auto fit = files::read_json(folder() / "fit.json");
   EXPECT_EQ(fit.at("format"), "fit/1");
@@ -84,6 +86,18 @@ TEST_F(Demo, CalibratesToTheRigThatWasSimulated) {
   EXPECT_LT(largest_difference_px(found.camera, projection_from(truth.at("camera"))), 1.0);
   ASSERT_TRUE(found.projector);
   EXPECT_LT(largest_difference_px(*found.projector, projection_from(truth.at("projector"))), 2.0);
+}
+
+TEST_F(Demo, WatchesThatNothingMovedAndNoFrameIsLate) {
+  ASSERT_TRUE(fs::exists(folder() / "calibration-watch.json")) << output();
+  const auto watch = files::read_json(folder() / "calibration-watch.json");
+  for (const char* device : {"camera", "projector"}) EXPECT_TRUE(watch.at(device).at("moved_since").is_null()) << watch.dump(2);
+  for (const char* trial : {"waving-1", "robot-1"}) {
+    EXPECT_LT(watch.at("trials").at(trial).at("projector").at("shift_px"), 2) << watch.dump(2);
+    const auto& delay = watch.at("trials").at(trial).at("delay");
+    if (!delay.at("known")) continue;
+    EXPECT_LT(std::abs(delay.at("offset_s").get<double>()), 4 * delay.at("sd_s").get<double>()) << watch.dump(2);
+  }
 }
 
 TEST_F(Demo, RecordsTrialsThatStartStillAndThenMove) {
