@@ -82,6 +82,8 @@ void add_rejected(report::HtmlReport& report, const Calibration& calibration) {
 void write_report(const Calibration& calibration, const std::filesystem::path& path) {
   report::HtmlReport report(fmt::format("Calibration: {}", to_text(calibration.verdict)));
   report.paragraph(calibration.advice);
+  if (calibration.verdict == Verdict::refused)
+    report.paragraph("The figures below are what these poses claim of themselves, to show what is missing; calibration.json holds no matrices.");
   add_figures(report, calibration);
   const std::optional<NextPose> next = suggest_next_pose(calibration);
   if (next)

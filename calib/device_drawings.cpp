@@ -72,7 +72,7 @@ std::string volume_outline(const DeviceSolution& d, const Eigen::Vector3d& low, 
 }  // namespace
 
 double residual_magnification(const DeviceSolution& d) {
-  const double wanted = 20 * unit(d.size) / std::max(d.rms_px, 1e-9);
+  const double wanted = 12 * unit(d.size) / std::max(d.rms_px, 1e-9);
   double chosen = 1;
   for (const double step : {2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0, 1000.0})
     if (step <= wanted) chosen = step;

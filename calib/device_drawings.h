@@ -8,7 +8,7 @@
 
 namespace selvedge::calib {
 
-// A round factor that makes the usual residual some twenty pixels long in the picture.
+// A round factor that makes the usual residual some ten pixels long in the picture.
 double residual_magnification(const DeviceSolution& solution);
 
 // Trusted sightings as dots with their residual vectors magnified; rejected ones as crosses.

@@ -247,8 +247,8 @@ TimeOffset estimate(const Problem& problem, double interval_s) {
     best = solve(problem, best, gate_sd, true);
   }
   const Sums sums = sum_up(problem, best, gate_sd);
-  // Speeds that are the tracker's noise tell nothing of the delay.
-  const double moving_squares = std::max(sums.speed_squares - sums.noise_speed_squares, 1e-3 * sums.speed_squares) + 1e-12;
+  // Speeds that are the tracker's noise tell nothing of the delay; its deviation is known to a tenth.
+  const double moving_squares = std::max(sums.speed_squares - 1.2 * sums.noise_speed_squares, 1e-3 * sums.speed_squares) + 1e-12;
   result.offset_s = best.offset_s();
   result.rms_px = rms(sums);
   result.sightings = sums.count;

@@ -113,19 +113,37 @@ void judge_knock(Judgement& judgement, const std::string& who, const DeviceSolut
                              before, before));
 }
 
-void judge_left_out_pose(Judgement& judgement, const std::string& name, const DeviceSolution& d, const PoseEvent& event, bool both) {
-  const Displacement moved = board_displacement(d.refined.camera, event.shift, board_mean(d, event.pose));
-  const auto poses = poses_of(d.seen());
-  std::string cause = fmt::format("the board moved by {:.1f} mm and {:.2f} degrees between the tracker's look and "
-                                  "the images", moved.distance_mm, moved.angle_deg);
-  if (!both)
-    cause += fmt::format(", or the {} was touched ({:.2f} degrees){}", name, angle_deg(event.shift),
-                         event.pose == poses.front() || event.pose == poses.back()
-                             ? " and may stand elsewhere since" : "");
+// Whether a device saw a pose and found nothing wrong with it.
+bool fits_pose(const DeviceCalibration* device, int pose) {
+  if (!device || !device->solution.solved) return false;
+  const auto& events = device->solution.events;
+  const std::vector<int> poses = poses_of(device->solution.seen());
+  return std::find(poses.begin(), poses.end(), pose) != poses.end() &&
+         std::none_of(events.begin(), events.end(), [pose](const PoseEvent& event) { return event.pose == pose; });
+}
+
+// A board that moved shows in both devices: where the other one fits, this one was turned.
+std::string cause_of(const std::string& name, const DeviceSolution& d, const PoseEvent& event, bool both, bool other_fits) {
+  const std::vector<int> poses = poses_of(d.seen());
+  const Displacement board = board_displacement(d.refined.camera, event.shift, board_mean(d, event.pose));
+  const std::string moved = fmt::format("the board moved by {:.1f} mm and {:.2f} degrees between the tracker's look and the images",
+                                        board.distance_mm, board.angle_deg);
+  const bool first = event.pose == poses.front(), last = event.pose == poses.back();
+  if (both) return moved;
+  if (other_fits)
+    return fmt::format("the {} was turned by {:.2f} degrees {}", name, angle_deg(event.shift),
+                       first ? "after it" : last ? "before it, and stands elsewhere since than its matrix says" : "in it alone");
+  return fmt::format("{}, or the {} was touched ({:.2f} degrees){}", moved, name, angle_deg(event.shift),
+                     first || last ? " and may stand elsewhere since" : "");
+}
+
+void judge_left_out_pose(Judgement& judgement, const std::string& name, const DeviceSolution& d, const PoseEvent& event, bool both, bool other_fits) {
   // A device touched in the last pose may no longer stand where its matrix says.
-  judgement.tell(!both && event.pose == poses.back() ? Verdict::doubtful : Verdict::good,
-                 fmt::format("Pose {} is left out, for the {} it does not fit the others: {}. Record it again.",
-                             event.pose, both ? "camera and the projector" : name, cause));
+  const bool last = event.pose == poses_of(d.seen()).back();
+  judgement.tell(!both && last ? Verdict::doubtful : Verdict::good,
+                 fmt::format("Pose {} is left out, for the {} it does not fit the others: {}. {}", event.pose,
+                             both ? "camera and the projector" : name, cause_of(name, d, event, both, other_fits),
+                             !both && last ? "Fasten the mount, and record the poses again." : "Record it again."));
 }
 
 void judge_accuracy(Judgement& judgement, const std::string& name, const DeviceCalibration& device,
@@ -220,14 +238,15 @@ void judge(Calibration& calibration) {
     if (!device.solution.solved) return;
     for (const PoseEvent& event : device.solution.events) {
       const bool is_projector = name == "projector";
-      const bool both = is_projector ? false : same_event(calibration.projector ? &*calibration.projector : nullptr, event) != nullptr;
+      const DeviceCalibration* other = is_projector ? &calibration.camera : calibration.projector ? &*calibration.projector : nullptr;
+      const bool both = !is_projector && same_event(other, event);
       // What both saw was told with the camera.
       if (is_projector && same_event(&calibration.camera, event)) continue;
       if (event.knocked)
         judge_knock(judgement, both ? "Camera and projector both, or the tracker's frame," : "The " + name, device.solution, event,
                     volume_points(calibration.inputs.volume_low, calibration.inputs.volume_high, 3));
       else
-        judge_left_out_pose(judgement, name, device.solution, event, both);
+        judge_left_out_pose(judgement, name, device.solution, event, both, fits_pose(other, event.pose));
     }
     judge_accuracy(judgement, name, device, good_sd_px, calibration.options);
     judge_rejected(judgement, name, device.solution, calibration.options);

@@ -93,6 +93,16 @@ TEST_F(Calibrate, ACameraTurnedBetweenPosesIsNamedWithThePosesOnBothSides) {
   EXPECT_NEAR(event["moved_px_at_fabric"], 0.5 * M_PI / 180 * 1400, 2);
 }
 
+// One pose on one side of the knock: told from a board that moved by the projector, which the pose fits.
+TEST_F(Calibrate, ACameraTurnedBeforeTheLastPoseOrAfterTheFirstIsNamed) {
+  SyntheticOptions made;
+  made.poses = 8;
+  made.knocked_pose = 7;
+  expect(calibrate(made), "doubtful", "Pose 7 is left out, for the camera it does not fit the others: the camera was turned by 0.");
+  made.knocked_pose = 1;
+  expect(calibrate(made), "good", "Pose 0 is left out, for the camera it does not fit the others: the camera was turned by 0.");
+}
+
 TEST_F(Calibrate, AProjectorTurnedBetweenPosesIsNamed) {
   SyntheticOptions made;
   made.knocked_pose = 7;
