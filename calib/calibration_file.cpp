@@ -110,6 +110,13 @@ geometry::Projection projection_from_json(const json& device, const std::string&
   return projection;
 }
 
+json read_file(const std::filesystem::path& path) {
+  json value = files::read_json(path);
+  const json& format = member(value, "format", path.string());
+  if (format != "calibration/1") refuse(path.string(), "expected format \"calibration/1\", found {}", format.dump());
+  return value;
+}
+
 double number_or_nan(const json& device, const char* key) {
   return device.contains(key) && device[key].is_number() ? device[key].get<double>() : std::nan("");
 }
@@ -142,11 +149,13 @@ void write_calibration(const Calibration& calibration, const std::filesystem::pa
   files::write_json(path, to_json(calibration));
 }
 
+Poses read_inputs(const std::filesystem::path& path) {
+  return poses_from_json(member(read_file(path), "inputs", path.string()), path.string() + ": inputs");
+}
+
 StoredCalibration read_calibration(const std::filesystem::path& path) {
-  const json value = files::read_json(path);
+  const json value = read_file(path);
   const std::string where = path.string();
-  const json& format = member(value, "format", where);
-  if (format != "calibration/1") refuse(where, "expected format \"calibration/1\", found {}", format.dump());
   StoredCalibration stored;
   stored.verdict = member(value, "verdict", where).get<std::string>();
   if (stored.verdict == to_text(Verdict::refused))

@@ -29,4 +29,7 @@ struct StoredCalibration {
 // Throws BadInput naming file, key, what was found and what was expected, and where the verdict is "refused".
 StoredCalibration read_calibration(const std::filesystem::path& path);
 
+// The poses that a calibration on disk was solved from, refused or not. Throws BadInput as read_calibration.
+Poses read_inputs(const std::filesystem::path& path);
+
 }  // namespace selvedge::calib

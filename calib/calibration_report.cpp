@@ -87,10 +87,7 @@ void write_report(const Calibration& calibration, const std::filesystem::path& p
   add_figures(report, calibration);
   const std::optional<NextPose> next = suggest_next_pose(calibration);
   if (next)
-    report.paragraph(fmt::format("The next pose that would help most: the grid's middle at ({:.2f}, {:.2f}, {:.2f}) m, {} as in pose {} "
-                                 "(the rings in the pictures of coverage). Expected then: camera {} px, projector {} px.",
-                                 next->centre.x(), next->centre.y(), next->centre.z(), next->tilt, next->like_pose,
-                                 px(next->camera_sd_px), calibration.projector ? px(next->projector_sd_px) : "-"));
+    report.paragraph(to_text(*next) + " It is drawn dashed in the pictures of coverage.");
   add_device(report, "camera", calibration.camera, calibration, next);
   if (calibration.projector) add_device(report, "projector", *calibration.projector, calibration, next);
   add_rejected(report, calibration);

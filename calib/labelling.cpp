@@ -14,6 +14,10 @@ namespace selvedge::calib {
 
 namespace {
 
+constexpr double kFewPartners = 0.5;      // share of a pose's markers: fewer, and the camera may have stood elsewhere
+constexpr double kEnoughPartners = 0.6;   // that a shift of the image must bring
+constexpr double kKnock_px = 200;
+
 struct Pair {
   size_t pose, marker, blob;
 };
@@ -208,20 +212,48 @@ bool lies_in_a_blob(const UnlabelledPose& pose, const Eigen::Vector2d& pixel, do
   });
 }
 
+// The camera as it stood in one pose, and how far off a partner may be.
+struct Stand {
+  CameraParameters camera;
+  double gate_px;
+};
+
+// A camera that was knocked between poses agrees with the others' camera but for a shift of its image: the one that
+// brings most markers to blobs is taken, where the pose has few partners without.
+Stand stand_in(const UnlabelledPose& pose, const CameraParameters& camera, double gate_px) {
+  const auto partners = [&](const CameraParameters& at, double gate) { return mutual_nearest({pose}, at, gate).size(); };
+  const Stand as_the_others{camera, gate_px};
+  if (partners(camera, gate_px) >= kFewPartners * static_cast<double>(pose.markers.size())) return as_the_others;
+  const double wide_gate_px = std::max(gate_px, 0.2 * marker_spacing_px({pose}, camera));
+  Stand best = as_the_others;
+  size_t most = static_cast<size_t>(kEnoughPartners * static_cast<double>(pose.markers.size()));
+  for (const TrackedMarker& marker : pose.markers)
+    for (const Blob& blob : pose.blobs) {
+      const Eigen::Vector2d shift = blob.centre - pixel_of(camera, marker.position);
+      if (shift.norm() > kKnock_px) continue;
+      CameraParameters moved = camera;
+      moved.segment<2>(kPrincipal) += shift;
+      if (const size_t count = partners(moved, wide_gate_px); count > most) {
+        most = count;
+        best = {moved, wide_gate_px};
+      }
+    }
+  return best;
+}
+
 void collect(Labelling& result, const std::vector<UnlabelledPose>& poses, double gate_px) {
-  const std::vector<Pair> pairs = mutual_nearest(poses, result.camera, gate_px);
   size_t matched = 0, all = 0;
   for (size_t p = 0; p < poses.size(); ++p) {
     std::vector<const Blob*> partner(poses[p].markers.size(), nullptr);
-    for (const Pair& pair : pairs)
-      if (pair.pose == p) partner[pair.marker] = &poses[p].blobs[pair.blob];
+    const Stand stand = stand_in(poses[p], result.camera, gate_px);
+    for (const Pair& pair : mutual_nearest({poses[p]}, stand.camera, stand.gate_px)) partner[pair.marker] = &poses[p].blobs[pair.blob];
     size_t taken = 0;
     for (size_t m = 0; m < partner.size(); ++m) {
       LabelledMarker labelled{poses[p].pose, poses[p].markers[m].marker, std::nullopt, ""};
       ++all;
       if (partner[m]) ++taken;
       if (!partner[m]) {
-        labelled.why = lies_in_a_blob(poses[p], pixel_of(result.camera, poses[p].markers[m].position), gate_px)
+        labelled.why = lies_in_a_blob(poses[p], pixel_of(stand.camera, poses[p].markers[m].position), gate_px)
                            ? "camera: blob is merged with another"
                            : "camera: hidden, no blob where the marker should be";
       } else if (!looks_like_one_disc(*partner[m])) {

@@ -4,6 +4,7 @@
 // (iterated closest point with a robust loss). The guess comes from whoever knows roughly where the camera
 // stands, or from the poses themselves: over all directions of view the camera's place that best brings the
 // mean of each pose's markers to the mean of its blobs is linear to find, and the best directions are tried.
+// Poses that then have few partners are tried with the image shifted: the camera was knocked between poses.
 // Hidden markers, merged and stray blobs stay without a partner. m, px.
 // Source: P. Besl, N. McKay, A method for registration of 3-D shapes, 1992; docs/calibration.md.
 #pragma once

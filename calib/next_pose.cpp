@@ -107,4 +107,12 @@ std::optional<NextPose> suggest_next_pose(const Calibration& calibration) {
   return best;
 }
 
+std::string to_text(const NextPose& next) {
+  std::string text = fmt::format("The next pose that would help most: the grid's middle at ({:.2f}, {:.2f}, {:.2f}) m, {} as in pose {}. Expected "
+                                 "error at the fabric then: camera {:.3f} px", next.centre.x(), next.centre.y(), next.centre.z(), next.tilt,
+                                 next.like_pose, next.camera_sd_px);
+  if (next.projector_sd_px > 0) text += fmt::format(", projector {:.3f} px", next.projector_sd_px);
+  return text + ".";
+}
+
 }  // namespace selvedge::calib

@@ -25,4 +25,7 @@ struct NextPose {
 // Nothing where a device is not solved.
 std::optional<NextPose> suggest_next_pose(const Calibration& calibration);
 
+// A sentence on where to hold the grid, and what it would bring.
+std::string to_text(const NextPose& next);
+
 }  // namespace selvedge::calib

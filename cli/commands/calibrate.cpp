@@ -12,6 +12,7 @@
 #include "calib/calibration_report.h"
 #include "calib/export.h"
 #include "calib/image_folder.h"
+#include "calib/next_pose.h"
 #include "calib/poses.h"
 #include "capture/session/rig_client.h"
 #include "capture/session/session_plan.h"
@@ -48,10 +49,12 @@ void print(const calib::Calibration& calibration) {
     fmt::print("triangulated point: {:.3f} mm expected error\n", calibration.triangulation_sd_mm);
   fmt::print("rejected: {} sightings\nverdict: {}\n{}\n", calibration.rejected.size(),
              calib::to_text(calibration.verdict), calibration.advice);
+  if (const auto next = calib::suggest_next_pose(calibration)) fmt::print("{}\n", calib::to_text(*next));
 }
 
-// Correspondences where there are any, images otherwise.
+// Correspondences where there are any, images otherwise; a calibration.json is solved again from its own inputs.
 calib::Calibration calibrate_folder(const std::filesystem::path& folder) {
+  if (std::filesystem::is_regular_file(folder)) return calib::calibrate(calib::read_inputs(folder));
   if (std::filesystem::exists(folder / "tracker.csv") && !std::filesystem::exists(folder / "correspondences.csv")) {
     const calib::ImageFolder images = calib::read_image_folder(folder);
     return calib::calibrate_images(images.poses, images.header);
@@ -100,7 +103,7 @@ void run(const CalibrateArguments& a) {
 void add_calibrate(CLI::App& app, int&) {
   CLI::App* sub = app.add_subcommand("calibrate", "Solve camera and projector from grid poses, and say how far to trust them");
   auto a = std::make_shared<CalibrateArguments>();
-  auto* folder = sub->add_option("FOLDER", a->folder, "Folder with poses.json and correspondences.csv, or with tracker.csv and images");
+  auto* folder = sub->add_option("FOLDER", a->folder, "Folder with poses.json and correspondences.csv, or with tracker.csv and images; or a calibration.json, to solve it again");
   auto* rig = sub->add_option("--rig", a->rig, "Capture the poses on this running rig instead (its configuration, TOML)");
   folder->excludes(rig);
   sub->add_option("--out", a->out, "Folder for calibration.json and report.html")->required();

@@ -100,6 +100,21 @@ TEST(images, hidden_merged_and_false_blobs_are_told_apart) {
   EXPECT_GE(reading.matched_share, 0.98);
 }
 
+TEST(images, a_camera_knocked_between_poses_keeps_its_labels_and_is_named) {
+  SyntheticOptions made;
+  made.poses = 8;
+  SyntheticPoses truth = make_synthetic_poses(made);
+  const MarkerGrid grid;
+  std::vector<PoseImages> images = record_images(truth, grid, {}, 0);
+  truth.camera = turned(truth.camera, {0.2, 0.5, 0.3});
+  const std::vector<PoseImages> before = record_images(truth, grid, {}, 0);
+  for (size_t pose = 0; pose < 4; ++pose) images[pose].marker_image = before[pose].marker_image;
+  const Calibration calibration = calibrate_images(images, truth.poses);
+  EXPECT_TRUE(calibration.rejected.empty());
+  ASSERT_EQ(calibration.camera.solution.events.size(), 1u) << calibration.advice;
+  EXPECT_NE(calibration.advice.find("camera moved between poses 3 and 4"), std::string::npos) << calibration.advice;
+}
+
 TEST(images, gamma_is_measured_and_taken_out) {
   BoardLook look;
   look.gamma = 2.2;

@@ -61,6 +61,10 @@ TEST_F(Calibrate, TwelvePosesAreGoodAndExported) {
     EXPECT_TRUE(fs::exists(out() / file)) << file;
   EXPECT_LT(result()["camera"]["predicted_sd_px"], 0.08);
   EXPECT_EQ(result()["inputs"]["correspondences"].size(), 360u);
+  EXPECT_NE(ran.out.find("next pose that would help most"), std::string::npos) << ran.out;
+  // Anyone can solve it again from the result alone.
+  ASSERT_EQ(run_binary("calibrate out/calibration.json --out again", working_folder()).exit_status, 0);
+  EXPECT_EQ(files::read_json(working_folder() / "again/calibration.json")["camera"]["projection"], result()["camera"]["projection"]);
 }
 
 TEST_F(Calibrate, FlatGridIsRefused) {
