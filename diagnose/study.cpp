@@ -6,10 +6,9 @@
 
 #include <fmt/format.h>
 
-#include "files/bad_input.h"
-#include "fit/coarse_search.h"
 #include "fit/least_squares.h"
 #include "fit/observed_trial.h"
+#include "fit/stages.h"
 
 namespace selvedge::diagnose {
 
@@ -18,24 +17,6 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 namespace {
-
-report::ProgressCallback part(const report::ProgressCallback& whole, double from, double to, const std::string& name) {
-  return [=](double done, const std::string& what) { whole(from + (to - from) * done, name + ": " + what); };
-}
-
-std::vector<fit::ObservedTrial> observe_all(const trial::Campaign& campaign, const StudyOptions& options) {
-  std::vector<fit::ObservedTrial> trials;
-  for (const trial::Trial& trial : campaign.trials) {
-    fit::ObserveOptions observe;
-    observe.rate_hz = trial.markers ? options.rate_hz : options.image_rate_hz;
-    trials.push_back(fit::observe_trial(trial, observe));
-    const trial::Fabric &a = trial.fabric, &b = campaign.trials[0].fabric;
-    if (a.width_m != b.width_m || a.height_m != b.height_m)
-      refuse((trial.folder / "trial.json").string(), "found a fabric of {} x {} m, expected that of the campaign's other trials, {} x {} m", a.width_m,
-             a.height_m, b.width_m, b.height_m);
-  }
-  return trials;
-}
 
 bool applies(const Effect& effect, const std::vector<fit::ObservedTrial>& trials, fit::Drag drag) {
   if (effect.applies_to == AppliesTo::simple_drag) return drag != fit::Drag::nonlinear;
@@ -67,21 +48,6 @@ std::vector<std::vector<size_t>> group_trials(const trial::Campaign& campaign, c
   return groups;
 }
 
-VectorXd usual(const std::vector<fit::Parameter>& parameters) {
-  VectorXd x(static_cast<Index>(parameters.size()));
-  for (size_t k = 0; k < parameters.size(); ++k) x(static_cast<Index>(k)) = fit::to_coordinate(parameters[k], parameters[k].start);
-  return x;
-}
-
-// Still trials and three that move: enough to start from.
-std::vector<size_t> first_few(const std::vector<fit::ObservedTrial>& trials) {
-  std::vector<size_t> few;
-  size_t moved = 0;
-  for (size_t i = 0; i < trials.size(); ++i)
-    if (trials[i].still || moved++ < 3) few.push_back(i);
-  return few;
-}
-
 // What the fine mesh adds to each residual at these parameters, mm; zero where it blew up.
 std::vector<VectorXd> mesh_change(const fit::Objective& objective, const fit::Objective& fine, const std::vector<fit::Parameter>& parameters,
                                   const VectorXd& x) {
@@ -98,19 +64,6 @@ std::vector<VectorXd> mesh_change(const fit::Objective& objective, const fit::Ob
   if (!objective.mesh_correction().empty())
     for (size_t i = 0; i < change.size(); ++i) change[i] += objective.mesh_correction()[i];
   return change;
-}
-
-// A grid over the decisive parameters, then a first fit, on a coarse mesh and few trials.
-VectorXd coarse_start(const std::vector<fit::ObservedTrial>& trials, const fit::ObjectiveOptions& on, const std::vector<fit::Parameter>& base,
-                      const report::ProgressCallback& progress) {
-  fit::LeastSquaresOptions search;
-  search.trials = first_few(trials);
-  search.max_iterations = 6;
-  search.progress = part(progress, 0.02, 0.12, "coarse grid");
-  fit::Objective coarse(trials, on, base, usual(base));
-  const VectorXd x = fit::coarse_search(coarse, base, search).coordinates;
-  search.progress = part(progress, 0.12, 0.25, "coarse mesh");
-  return fit::minimise(coarse, base, x, search).coordinates;
 }
 
 MatrixXd base_jacobian(Study& study) {
@@ -148,7 +101,7 @@ MatrixXd residuals_at(const Study& study, const MatrixXd& coordinates, const std
 Study make_study(const trial::Campaign& campaign, const std::vector<Effect>& effects, const StudyOptions& options) {
   Study study;
   study.campaign = campaign.folder.filename().string();
-  const std::vector<fit::ObservedTrial> trials = observe_all(campaign, options);
+  const std::vector<fit::ObservedTrial> trials = fit::observe_campaign(campaign, options.rate_hz, options.image_rate_hz, fit::part_of(options.progress, 0, 0.02, "campaign"));
   const std::vector<fit::Parameter> base = fit::base_parameters(options.drag);
   study.base_count = base.size();
   study.parameters = base;
@@ -183,24 +136,26 @@ Study make_study(const trial::Campaign& campaign, const std::vector<Effect>& eff
     study.mesh_change = mesh_change(*study.objective, *study.fine, base, x);
     study.objective->set_mesh_correction(study.mesh_change);
   } else {
-    x = coarse_start(trials, objective_on(options.coarse_columns), base, options.progress);
+    fit::LeastSquaresOptions start;
+    start.progress = fit::part_of(options.progress, 0.02, 0.25, "coarse mesh");
+    x = fit::find_start(trials, objective_on(options.coarse_columns), base, start).coordinates;
     study.objective = std::make_shared<fit::Objective>(trials, objective_on(options.columns), base, x);
     fit::LeastSquaresOptions search;
     search.max_iterations = 6;
-    search.progress = part(options.progress, 0.25, 0.55, "base fit");
-    x = fit::minimise(*study.objective, base, x, search).coordinates;
+    search.progress = fit::part_of(options.progress, 0.25, 0.55, "base fit");
+    x = fit::minimise_on_branches(*study.objective, base, x, search).coordinates;
     fine_after(x);
     search.max_iterations = 2;
     for (int round = 0; round < 2; ++round) {
       study.mesh_change = mesh_change(*study.objective, *study.fine, base, x);
       study.objective->set_mesh_correction(study.mesh_change);
-      search.progress = part(options.progress, 0.6 + 0.2 * round, 0.75 + 0.2 * round, "base fit, finer mesh");
-      x = fit::minimise(*study.objective, base, x, search).coordinates;
+      search.progress = fit::part_of(options.progress, 0.6 + 0.2 * round, 0.75 + 0.2 * round, "base fit, finer mesh");
+      x = fit::minimise_on_branches(*study.objective, base, x, search).coordinates;
     }
   }
 
   study.rows = std::make_unique<Rows>(*study.objective);
-  study.base = usual(study.parameters);
+  study.base = fit::usual_coordinates(study.parameters);
   study.base.head(static_cast<Index>(study.base_count)) = x;
   study.jacobian = base_jacobian(study);
   options.progress(1, "base model fitted");

@@ -1,7 +1,9 @@
 #include "fit/coarse_search.h"
 
+#include <algorithm>
 #include <limits>
 #include <map>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -45,26 +47,28 @@ Eigen::MatrixXd all_combinations(const std::vector<Parameter>& parameters) {
 
 }  // namespace
 
-CoarseResult coarse_search(Objective& objective, const std::vector<Parameter>& parameters,
-                           const LeastSquaresOptions& options) {
+CoarseResult coarse_search(const Objective& objective, const std::vector<Parameter>& parameters,
+                           const LeastSquaresOptions& options, size_t keep) {
   const Eigen::MatrixXd sets = all_combinations(parameters);
-  CoarseResult best{sets.col(0), std::numeric_limits<double>::infinity(), static_cast<int>(sets.cols())};
+  std::vector<std::pair<double, Eigen::Index>> costs;
+  double least = std::numeric_limits<double>::infinity();
   constexpr Eigen::Index kAtOnce = 8;
   for (Eigen::Index first = 0; first < sets.cols(); first += kAtOnce) {
     const Eigen::Index count = std::min(kAtOnce, sets.cols() - first);
     const std::vector<Residuals> evaluated = objective.evaluate(parameters, sets.middleCols(first, count), options.trials);
     for (Eigen::Index i = 0; i < count; ++i) {
       if (!evaluated[static_cast<size_t>(i)].finite) continue;
-      const double cost = cost_of(objective, evaluated[static_cast<size_t>(i)], options, 1);
-      if (cost < best.cost) {
-        best.cost = cost;
-        best.coordinates = sets.col(first + i);
-      }
+      costs.emplace_back(cost_of(objective, evaluated[static_cast<size_t>(i)], options, 1), first + i);
+      least = std::min(least, costs.back().first);
     }
     options.progress(static_cast<double>(first + count) / static_cast<double>(sets.cols()),
-                     fmt::format("coarse grid, best cost {:.4g}", best.cost));
+                     fmt::format("coarse grid, best cost {:.4g}", least));
   }
-  return best;
+  std::sort(costs.begin(), costs.end());
+  CoarseResult out{{}, least, static_cast<int>(sets.cols())};
+  for (size_t i = 0; i < std::min(keep, costs.size()); ++i) out.best.emplace_back(sets.col(costs[i].second));
+  if (out.best.empty()) out.best.emplace_back(sets.col(0));
+  return out;
 }
 
 }  // namespace selvedge::fit

@@ -7,12 +7,13 @@
 namespace selvedge::fit {
 
 struct CoarseResult {
-  Eigen::VectorXd coordinates;
-  double cost = 0;
+  std::vector<Eigen::VectorXd> best;  // coordinates, the best first; at least one
+  double cost = 0;                    // of the best
   int evaluations = 0;
 };
 
-CoarseResult coarse_search(Objective& objective, const std::vector<Parameter>& parameters,
-                           const LeastSquaresOptions& options);
+// keep: how many of the best come back. Sets whose simulation blew up are left out.
+CoarseResult coarse_search(const Objective& objective, const std::vector<Parameter>& parameters,
+                           const LeastSquaresOptions& options, size_t keep = 1);
 
 }  // namespace selvedge::fit

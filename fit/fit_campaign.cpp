@@ -9,8 +9,7 @@
 
 #include <Eigen/Eigenvalues>
 
-#include "files/bad_input.h"
-#include "fit/coarse_search.h"
+#include "fit/stages.h"
 #include "fit/stripe_residual.h"
 
 namespace selvedge::fit {
@@ -22,42 +21,11 @@ using Eigen::VectorXd;
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
-std::vector<ObservedTrial> observe_all(const trial::Campaign& campaign, const FitOptions& options) {
-  std::vector<ObservedTrial> trials;
-  for (size_t i = 0; i < campaign.trials.size(); ++i) {
-    ObserveOptions observe;
-    observe.rate_hz = campaign.trials[i].markers ? options.rate_hz : options.image_rate_hz;
-    trials.push_back(observe_trial(campaign.trials[i], observe));
-    const trial::Fabric &a = campaign.trials[i].fabric, &b = campaign.trials[0].fabric;
-    if (a.width_m != b.width_m || a.height_m != b.height_m)
-      refuse((campaign.trials[i].folder / "trial.json").string(), "found a fabric of {} x {} m, expected that of the campaign's other trials, {} x {} m",
-             a.width_m, a.height_m, b.width_m, b.height_m);
-    options.progress(0.05 * static_cast<double>(i + 1) / static_cast<double>(campaign.trials.size()), "reading " + campaign.trials[i].name);
-  }
-  return trials;
-}
-
-VectorXd usual(const std::vector<Parameter>& parameters) {
-  VectorXd x(static_cast<Index>(parameters.size()));
-  for (size_t k = 0; k < parameters.size(); ++k) x(static_cast<Index>(k)) = to_coordinate(parameters[k], parameters[k].start);
-  return x;
-}
-
 std::vector<size_t> moving(const std::vector<ObservedTrial>& trials) {
   std::vector<size_t> out;
   for (size_t i = 0; i < trials.size(); ++i)
     if (!trials[i].still) out.push_back(i);
   return out;
-}
-
-double longest(const std::vector<ObservedTrial>& trials) {
-  double end = 0;
-  for (const ObservedTrial& t : trials)
-    if (!t.still) {
-      if (t.markers) end = std::max(end, t.markers->time_s.back());
-      if (t.stripes) end = std::max(end, last_time_s(*t.stripes));
-    }
-  return end;
 }
 
 // A long campaign is fitted on a coarser mesh: what it gains is samples, not detail.
@@ -67,20 +35,6 @@ int final_columns(const std::vector<ObservedTrial>& trials, const FitOptions& op
   for (const ObservedTrial& t : trials)
     if (!t.still) motion_s += t.experiment.sample_s.back() - t.experiment.start_s;
   return motion_s > 30 ? 13 : 17;
-}
-
-// Trials enough to start from: all still ones are cheap, and three that move show every parameter once.
-std::vector<size_t> first_few(const std::vector<ObservedTrial>& trials) {
-  std::vector<size_t> few;
-  size_t moved = 0;
-  for (size_t i = 0; i < trials.size(); ++i)
-    if (trials[i].still || moved++ < 3) few.push_back(i);
-  return few;
-}
-
-// Progress of one stage as a part of the whole.
-report::ProgressCallback part(const report::ProgressCallback& whole, double from, double to, const std::string& name) {
-  return [=](double done, const std::string& what) { whole(from + (to - from) * done, name + ": " + what); };
 }
 
 // Root mean square of markers' speed error, mm/s: differences of position residuals over neighbouring times.
@@ -175,7 +129,7 @@ void hold_out_trials(FitOutcome& out, const std::vector<Parameter>& parameters, 
   for (size_t i = 0; i < count; ++i) fold[(out.objective->scenes()[i].trial.still ? rested++ : moved++) % 2].push_back(i);
   for (int side = 0; side < 2; ++side) {
     if (fold[side].empty() || fold[1 - side].empty()) continue;
-    LeastSquaresOptions o = search_options(options, 1e300, part(options.progress, 0.8 + 0.1 * side, 0.9 + 0.1 * side, "held-out fold"));
+    LeastSquaresOptions o = search_options(options, 1e300, part_of(options.progress, 0.8 + 0.1 * side, 0.9 + 0.1 * side, "held-out fold"));
     o.trials = fold[side];
     o.max_iterations = 3;
     Objective copy = *out.objective;
@@ -227,13 +181,13 @@ FitOutcome fit_campaign(const trial::Campaign& campaign, const FitOptions& optio
   FitOutcome out;
   out.campaign = campaign.folder.filename().string();
   const std::vector<Parameter> parameters = base_parameters(options.drag);
-  const std::vector<ObservedTrial> trials = observe_all(campaign, options);
+  const std::vector<ObservedTrial> trials = observe_campaign(campaign, options.rate_hz, options.image_rate_hz, part_of(options.progress, 0, 0.05, "campaign"));
   const int columns = final_columns(trials, options);
   out.model = fmt::format("Baraff-Witkin triangles, {}, {} columns", drag_text(options.drag), columns);
 
   const bool by_trials = options.hold_out == HoldOut::trials || (options.hold_out == HoldOut::automatic && moving(trials).size() >= 4);
   out.hold_out = by_trials ? "trials" : "frames";
-  out.cut_s = by_trials || moving(trials).empty() ? 1e300 : trials[moving(trials).front()].experiment.start_s + 2.0 / 3 * longest(trials);
+  out.cut_s = by_trials || moving(trials).empty() ? 1e300 : trials[moving(trials).front()].experiment.start_s + 2.0 / 3 * last_observed_s(trials);
 
   const auto objective_on = [&](int columns) {
     ObjectiveOptions o;
@@ -241,18 +195,16 @@ FitOutcome fit_campaign(const trial::Campaign& campaign, const FitOptions& optio
     o.simulation.integrator = options.integrator;
     return o;
   };
-  Objective coarse(trials, objective_on(options.coarse_columns), parameters, usual(parameters));
-  LeastSquaresOptions coarse_options = search_options(options, out.cut_s, part(options.progress, 0.05, 0.2, "coarse"));
-  coarse_options.trials = first_few(trials);
-  const CoarseResult found = coarse_search(coarse, parameters, coarse_options);
+  const Start found = find_start(trials, objective_on(options.coarse_columns), parameters,
+                                 search_options(options, out.cut_s, part_of(options.progress, 0.05, 0.3, "coarse mesh")));
   const int middle_columns = 3 * (columns - 1) / 4 + 1;
   Objective middle(trials, objective_on(middle_columns), parameters, found.coordinates);
   const LeastSquaresResult halfway =
-      minimise(middle, parameters, found.coordinates, search_options(options, out.cut_s, part(options.progress, 0.2, 0.45, "middle mesh")));
+      minimise_on_branches(middle, parameters, found.coordinates, search_options(options, out.cut_s, part_of(options.progress, 0.3, 0.5, "middle mesh")));
   out.objective = std::make_shared<Objective>(trials, objective_on(columns), parameters, halfway.coordinates);
-  LeastSquaresOptions last = search_options(options, out.cut_s, part(options.progress, 0.45, 0.8, "final mesh"));
+  LeastSquaresOptions last = search_options(options, out.cut_s, part_of(options.progress, 0.5, 0.8, "final mesh"));
   last.max_iterations = std::max(3, options.max_iterations / 2);
-  const LeastSquaresResult fit = minimise(*out.objective, parameters, halfway.coordinates, last);
+  const LeastSquaresResult fit = minimise_on_branches(*out.objective, parameters, halfway.coordinates, last);
   // Second order in the spacing: the limit lies this share of the last change beyond the final mesh.
   const double beyond = 1 / (std::pow((columns - 1.0) / (middle_columns - 1.0), 2) - 1);
   const VectorXd mesh = beyond * (fit.coordinates - halfway.coordinates);

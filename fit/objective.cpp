@@ -112,17 +112,54 @@ Objective::Objective(std::vector<ObservedTrial> trials, const ObjectiveOptions& 
   tbb::parallel_for(size_t{0}, scenes_.size(), [&](size_t i) { choose_branch(scenes_[i], parameters, usual); });
 }
 
+bool Objective::rematch(const std::vector<Parameter>& parameters, const Eigen::VectorXd& coordinates, const std::vector<size_t>& wanted) {
+  const std::vector<size_t> trials = wanted.empty() ? all_of(scenes_.size()) : wanted;
+  std::vector<char> changed(trials.size());
+  tbb::parallel_for(size_t{0}, trials.size(), [&](size_t i) {
+    Scene& scene = scenes_[trials[i]];
+    const Eigen::Matrix3Xd before = scene.start_shape;
+    choose_branch(scene, parameters, coordinates);
+    constexpr double kAlike_m = 1e-3;
+    changed[i] = (scene.start_shape - before).colwise().squaredNorm().mean() > kAlike_m * kAlike_m;
+  });
+  return std::find(changed.begin(), changed.end(), char{1}) != changed.end();
+}
+
+// The first observed time alone: all samples at the equilibrium, residuals of that time.
+double Objective::distance_at_first_sight_mm(const ObservedTrial& trial, Prediction prediction, const Eigen::Matrix3Xd& rest) const {
+  ObservedTrial first = trial;
+  cloth::Trajectory still;
+  still.start = rest;
+  still.samples = {rest};
+  first.experiment.sample_s = {first.experiment.start_s};
+  if (first.markers) {
+    const auto times = static_cast<Index>(first.markers->time_s.size());
+    Eigen::Matrix3Xd initial(3, static_cast<Index>(first.markers->uv.size()));
+    for (Index k = 0; k < initial.cols(); ++k) initial.col(k) = first.markers->position.col(k * times);
+    first.markers->position = initial;
+    first.markers->time_s.resize(1);
+  }
+  if (first.stripes) {
+    auto one_frame = std::make_shared<StripeTrack>(*first.stripes);
+    one_frame->frames.resize(1);
+    first.stripes = one_frame;
+  }
+  prediction.experiment.sample_s = first.experiment.sample_s;
+  return median_absolute(residual_of(first, prediction, still));
+}
+
 void Objective::choose_branch(Scene& scene, const std::vector<Parameter>& parameters, const Eigen::VectorXd& usual) const {
   const size_t trial = static_cast<size_t>(&scene - scenes_.data());
-  std::vector<Prediction> tries;
+  const bool has_one = scene.start_shape.cols() > 0;
   std::vector<Eigen::Matrix3Xd> shapes;
+  if (has_one) shapes.push_back(scene.start_shape);
   for (const double side : {1.0, -1.0}) {
     const Eigen::Matrix3Xd hung = cloth::hung_shape(sheet_, scene.trial.experiment, side);
-    shapes.push_back(hung);
+    std::vector<Eigen::Vector2d> uv;
     if (scene.trial.markers) {
       const MarkerTrack& m = *scene.trial.markers;
       const auto times = static_cast<Index>(m.time_s.size());
-      std::vector<Eigen::Vector2d> uv = {{0, 0}, {scene.trial.width_m, 0}};
+      uv = {{0, 0}, {scene.trial.width_m, 0}};
       Eigen::Matrix3Xd at(3, static_cast<Index>(m.uv.size()) + 2);
       at.leftCols(2) = scene.trial.experiment.path.at(scene.trial.experiment.start_s);
       for (size_t k = 0; k < m.uv.size(); ++k) {
@@ -134,44 +171,23 @@ void Objective::choose_branch(Scene& scene, const std::vector<Parameter>& parame
       if (uv.size() >= 6)
         shapes.push_back(cloth::bent_through(sheet_, hung, uv, at.leftCols(static_cast<Index>(uv.size()))));
     }
+    if (!has_one || uv.size() < 6) shapes.push_back(hung);
   }
-  scene.start_shape = shapes.front();
   std::vector<cloth::Experiment> lanes;
-  Prediction common;
+  const Prediction common = predictions(parameters, Eigen::MatrixXd(usual), trial, 0, 1).front();
   for (const Eigen::Matrix3Xd& shape : shapes) {
-    Eigen::MatrixXd one = usual;
-    Prediction p = predictions(parameters, one, trial, 0, 1).front();
-    p.experiment.start_shape = shape;
-    common = p;
-    lanes.push_back(p.experiment);
+    lanes.push_back(common.experiment);
+    lanes.back().start_shape = shape;
   }
   const std::vector<cloth::Rest> rests = cloth::relax(sheet_, lanes, options_.simulation);
+  // A tenth nearer, or the branch in use stays.
+  constexpr double kClearly = 0.9;
   double least = std::numeric_limits<double>::infinity();
+  scene.start_shape = shapes.front();
   for (size_t i = 0; i < rests.size(); ++i) {
-    // The first observed time alone decides: all samples at the equilibrium, residuals of that time.
-    ObservedTrial first = scene.trial;
-    cloth::Trajectory still;
-    still.start = rests[i].position;
-    still.samples = {rests[i].position};
-    first.experiment.sample_s = {first.experiment.start_s};
-    if (first.markers) {
-      const auto times = static_cast<Index>(first.markers->time_s.size());
-      Eigen::Matrix3Xd initial(3, static_cast<Index>(first.markers->uv.size()));
-      for (Index k = 0; k < initial.cols(); ++k) initial.col(k) = first.markers->position.col(k * times);
-      first.markers->position = initial;
-      first.markers->time_s.resize(1);
-    }
-    if (first.stripes) {
-      auto one_frame = std::make_shared<StripeTrack>(*first.stripes);
-      one_frame->frames.resize(1);
-      first.stripes = one_frame;
-    }
-    Prediction at_start = common;
-    at_start.experiment.sample_s = first.experiment.sample_s;
-    // marker_points_ of this trial serve: only the times were cut.
-    const double error = median_absolute(residual_of(first, at_start, still));
+    const double error = distance_at_first_sight_mm(scene.trial, common, rests[i].position);
     if (error < least) {
-      least = error;
+      least = has_one && i == 0 ? kClearly * error : error;
       scene.start_shape = rests[i].position;
     }
   }

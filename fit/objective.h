@@ -54,6 +54,11 @@ class Objective {
   // Time of each residual, s, in the trial's own clock.
   Eigen::VectorXd time_s(size_t trial) const;
 
+  // Seeks each trial's branch of equilibrium again, at these coordinates: among shapes bent through what was seen and
+  // the one in use. True where a trial (of those wanted, empty: all) left its branch for one that lies nearer to the
+  // first observation. An optimiser stays on a branch that once was near, also when the parameters have moved away.
+  bool rematch(const std::vector<Parameter>& parameters, const Eigen::VectorXd& coordinates, const std::vector<size_t>& trials = {});
+
   // Start equilibria for the next evaluations.
   void set_start(const std::vector<Eigen::Matrix3Xd>& start);
 
@@ -69,7 +74,9 @@ class Objective {
  private:
   std::vector<Prediction> predictions(const std::vector<Parameter>& parameters, const Eigen::MatrixXd& coordinates,
                                       size_t trial, Eigen::Index first, Eigen::Index count) const;
+  // Sets the scene's start_shape; keeps the present one where there is one and none lies clearly nearer.
   void choose_branch(Scene& scene, const std::vector<Parameter>& parameters, const Eigen::VectorXd& usual) const;
+  double distance_at_first_sight_mm(const ObservedTrial& trial, Prediction prediction, const Eigen::Matrix3Xd& rest) const;
   Eigen::VectorXd residual_of(const ObservedTrial& trial, const Prediction& prediction,
                               const cloth::Trajectory& trajectory) const;
 

@@ -1,0 +1,142 @@
+#include "fit/stages.h"
+
+#include <algorithm>
+#include <limits>
+
+#include <fmt/format.h>
+
+#include "files/bad_input.h"
+#include "fit/coarse_search.h"
+#include "fit/stripe_residual.h"
+
+namespace selvedge::fit {
+
+namespace {
+
+std::vector<size_t> first_few(const std::vector<ObservedTrial>& trials) {
+  std::vector<size_t> few;
+  size_t moved = 0;
+  for (size_t i = 0; i < trials.size(); ++i)
+    if (trials[i].still || moved++ < 3) few.push_back(i);
+  return few;
+}
+
+double first_start_s(const std::vector<ObservedTrial>& trials) {
+  for (const ObservedTrial& t : trials)
+    if (!t.still) return t.experiment.start_s;
+  return 0;
+}
+
+// Still trials, and the first three that move until a time. Enough to start from: still trials are cheap, and three that
+// move show every parameter once.
+std::vector<ObservedTrial> beginnings_of(const std::vector<ObservedTrial>& trials, double until_s) {
+  std::vector<ObservedTrial> out;
+  for (const size_t i : first_few(trials)) {
+    ObservedTrial t = trials[i];
+    if (!t.still) {
+      std::vector<double>& sample_s = t.experiment.sample_s;
+      // One sample beyond the last observation serves interpolation.
+      const auto end = std::upper_bound(sample_s.begin(), sample_s.end(), until_s);
+      if (end != sample_s.end()) sample_s.erase(end + 1, sample_s.end());
+      if (t.markers) {
+        MarkerTrack& m = *t.markers;
+        const auto all = static_cast<Eigen::Index>(m.time_s.size());
+        m.time_s.erase(std::upper_bound(m.time_s.begin(), m.time_s.end(), until_s), m.time_s.end());
+        const auto kept = static_cast<Eigen::Index>(m.time_s.size());
+        Eigen::Matrix3Xd position(3, kept * static_cast<Eigen::Index>(m.uv.size()));
+        for (Eigen::Index k = 0; k < static_cast<Eigen::Index>(m.uv.size()); ++k)
+          position.middleCols(k * kept, kept) = m.position.middleCols(k * all, kept);
+        m.position = std::move(position);
+      }
+      if (t.stripes) {
+        auto track = std::make_shared<StripeTrack>(*t.stripes);
+        std::erase_if(track->frames, [&](const StripeFrame& f) { return f.time_s > until_s; });
+        t.stripes = track;
+      }
+    }
+    out.push_back(std::move(t));
+  }
+  return out;
+}
+
+}  // namespace
+
+std::vector<ObservedTrial> observe_campaign(const trial::Campaign& campaign, double rate_hz, double image_rate_hz,
+                                            const report::ProgressCallback& progress) {
+  std::vector<ObservedTrial> trials;
+  for (const trial::Trial& trial : campaign.trials) {
+    ObserveOptions observe;
+    observe.rate_hz = trial.markers ? rate_hz : image_rate_hz;
+    trials.push_back(observe_trial(trial, observe));
+    const trial::Fabric &a = trial.fabric, &b = campaign.trials[0].fabric;
+    if (a.width_m != b.width_m || a.height_m != b.height_m)
+      refuse((trial.folder / "trial.json").string(), "found a fabric of {} x {} m, expected that of the campaign's other trials, {} x {} m",
+             a.width_m, a.height_m, b.width_m, b.height_m);
+    progress(static_cast<double>(trials.size()) / static_cast<double>(campaign.trials.size()), "reading " + trial.name);
+  }
+  return trials;
+}
+
+Eigen::VectorXd usual_coordinates(const std::vector<Parameter>& parameters) {
+  Eigen::VectorXd x(static_cast<Eigen::Index>(parameters.size()));
+  for (size_t k = 0; k < parameters.size(); ++k) x(static_cast<Eigen::Index>(k)) = to_coordinate(parameters[k], parameters[k].start);
+  return x;
+}
+
+double last_observed_s(const std::vector<ObservedTrial>& trials) {
+  double end = 0;
+  for (const ObservedTrial& t : trials)
+    if (!t.still) {
+      if (t.markers) end = std::max(end, t.markers->time_s.back());
+      if (t.stripes) end = std::max(end, last_time_s(*t.stripes));
+    }
+  return end;
+}
+
+report::ProgressCallback part_of(const report::ProgressCallback& whole, double from, double to, const std::string& name) {
+  return [=](double done, const std::string& what) { whole(from + (to - from) * done, name + ": " + what); };
+}
+
+LeastSquaresResult minimise_on_branches(Objective& objective, const std::vector<Parameter>& parameters, const Eigen::VectorXd& start,
+                                        const LeastSquaresOptions& options) {
+  LeastSquaresResult result = minimise(objective, parameters, start, options);
+  constexpr int kRounds = 2;
+  for (int round = 0; round < kRounds && objective.rematch(parameters, result.coordinates, options.trials); ++round) {
+    LeastSquaresResult again = minimise(objective, parameters, result.coordinates, options);
+    again.evaluations += result.evaluations + 1;
+    again.history.insert(again.history.begin(), result.history.begin(), result.history.end());
+    result = std::move(again);
+  }
+  return result;
+}
+
+Start find_start(const std::vector<ObservedTrial>& trials, const ObjectiveOptions& on, const std::vector<Parameter>& parameters,
+                 const LeastSquaresOptions& options) {
+  constexpr size_t kCandidates = 3;
+  constexpr double kBeginning = 0.4, kLeast_s = 1.2;  // of the longest trial
+  const double begin_s = first_start_s(trials), span_s = std::min(options.fit_until_s, last_observed_s(trials)) - begin_s;
+  const Objective grid(beginnings_of(trials, begin_s + std::clamp(kBeginning * span_s, std::min(kLeast_s, span_s), span_s)), on, parameters,
+                       usual_coordinates(parameters));
+  LeastSquaresOptions search = options;
+  search.max_iterations = 5;
+  search.progress = part_of(options.progress, 0, 0.4, "grid");
+  const CoarseResult found = coarse_search(grid, parameters, search, kCandidates);
+  Start out{found.best.front(), found.evaluations};
+  double least = std::numeric_limits<double>::infinity();
+  for (size_t i = 0; i < found.best.size(); ++i) {
+    const double from = 0.4 + 0.6 * static_cast<double>(i) / kCandidates;
+    search.progress = part_of(options.progress, from, from + 0.6 / kCandidates, fmt::format("start {} of {}", i + 1, found.best.size()));
+    Objective own = grid;
+    own.rematch(parameters, found.best[i]);
+    const LeastSquaresResult fitted = minimise_on_branches(own, parameters, found.best[i], search);
+    out.evaluations += fitted.evaluations;
+    // One scale for all, so that a start that fits little well does not win by calling the rest outliers.
+    const double cost = cost_of(own, fitted.residuals, search, 1);
+    if (!(cost < least)) continue;
+    least = cost;
+    out.coordinates = fitted.coordinates;
+  }
+  return out;
+}
+
+}  // namespace selvedge::fit
