@@ -82,7 +82,7 @@ TrialDrift judge_trial(const CameraParameters& first, const TrialSightings& tria
   result.shift_px /= count;
   result.sd_px = std::sqrt(variance / count + keep.trace() * std::pow(options.calibration_sd_px, 2));
   result.shift = fit.shift;
-  result.turn_deg = fit.shift.head<3>().norm() * 180 / M_PI;
+  result.turn_deg = result.shift_px / calibrated[kFocal + (trial.seen == Seen::row ? 1 : 0)] * 180 / M_PI;
   result.rms_px = rms(calibrated, PoseShift::Zero(), trial);
   result.rms_after_px = rms(calibrated, fit.shift, trial);
   result.moved = result.shift_px > std::max(options.least_ratio * result.sd_px, options.harmless_px);
@@ -108,7 +108,7 @@ Drift check_drift(const std::string& device, const CameraParameters& calibrated,
   } else if (first_of_run) {
     drift.since = first_of_run->trial;
     const std::string repeats = options.repeats_px > 0 ? fmt::format(" (stripes repeat: or that and whole multiples of {:.0f} px)", options.repeats_px) : "";
-    drift.sentence = fmt::format("The {} has moved since trial {}: by {:.1f} ± {:.1f} px at the fabric{}, turned by {:.2f} degrees. "
+    drift.sentence = fmt::format("The {} has moved since trial {}: by {:.1f} ± {:.1f} px at the fabric{}, as much as a turn by {:.2f} degrees. "
                                  "Calibrate again; trials from {} on have a wrong matrix.", device, first_of_run->trial,
                                  first_of_run->shift_px, first_of_run->sd_px, repeats, first_of_run->turn_deg, first_of_run->trial);
   } else {

@@ -47,7 +47,7 @@ struct TrialDrift {
   bool moved = false;
   double shift_px = 0;      // mean length over the sightings
   double sd_px = 0;
-  double turn_deg = 0;
+  double turn_deg = 0;      // of the device about its centre that would shift the pixels as much
   PoseShift shift = PoseShift::Zero();
   double rms_px = 0;        // as calibrated
   double rms_after_px = 0;  // with the turn and shift

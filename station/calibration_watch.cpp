@@ -216,7 +216,7 @@ std::string delay_text(const calib::TimeOffset& delay) {
 
 std::string drift_text(const calib::Drift& drift, const std::string& trial) {
   const calib::TrialDrift* d = judged(drift, trial);
-  return d ? fmt::format("{:.2f} ± {:.2f} px{}", d->shift_px, d->sd_px, d->moved ? " MOVED" : "") : "not seen";
+  return d ? fmt::format("{:.2f} ± {:.2f} px{}", d->shift_px, d->sd_px, d->moved ? " MOVED" : "") : "too seldom seen";
 }
 
 }  // namespace
