@@ -6,6 +6,7 @@ std::vector<Figure> bench_capture(const FigureOptions& options);
 std::vector<Figure> bench_cloth(const FigureOptions& options);
 std::vector<Figure> bench_contact(const FigureOptions& options);
 std::vector<Figure> bench_diagnose(const FigureOptions& options);
+std::vector<Figure> bench_fit(const FigureOptions& options);
 std::vector<Figure> bench_format(const FigureOptions& options);
 std::vector<Figure> bench_metric(const FigureOptions& options);
 
@@ -15,6 +16,7 @@ const std::vector<FigureSet>& benches() {
       {"cloth", "seconds of work per simulated second, batches, cost of finer meshes", bench_cloth},
       {"contact", "a waved swatch with contact off and on, and a skirt on a walking body", bench_contact},
       {"diagnose", "a marker campaign diagnosed, stage by stage", bench_diagnose},
+      {"fit", "a waving trial of 50 frames, nine parameters, from the coarse grid to the end", bench_fit},
       {"format", "reading and writing trials: CSV, PNG", bench_format},
       {"metric", "angle maps and pictures of 640x480 frames", bench_metric},
   };

@@ -5,6 +5,7 @@ namespace selvedge::cli {
 std::vector<Figure> prove_calibration(const FigureOptions& options);
 std::vector<Figure> prove_cloth(const FigureOptions& options);
 std::vector<Figure> prove_contact(const FigureOptions& options);
+std::vector<Figure> prove_fit(const FigureOptions& options);
 std::vector<Figure> prove_format(const FigureOptions& options);
 std::vector<Figure> prove_louchet(const FigureOptions& options);
 std::vector<Figure> prove_metric(const FigureOptions& options);
@@ -16,6 +17,7 @@ const std::vector<FigureSet>& proofs() {
       {"cloth", "the fabric against closed forms, finer meshes and conservation laws", prove_cloth},
       {"contact", "fabric over a rod and folded onto itself never intersects, contact gives no energy, friction holds its angle, a skirt is worn",
        prove_contact},
+      {"fit", "tables 1 to 3 and figure 14 of 2003 on four simulated fabrics, annealing beside least squares", prove_fit},
       {"format", "trials come back from disk unchanged, and every damage is refused", prove_format},
       {"louchet", "the 17x17 sheet of 1995 identified from its motion, by its evolution strategy and by ours", prove_louchet},
       {"metric", "the fold metric recovers stripes of known direction", prove_metric},
