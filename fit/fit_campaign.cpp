@@ -100,7 +100,15 @@ void judge_parameters(FitOutcome& out, const std::vector<Parameter>& parameters,
     const double delta = std::sqrt(2 * 0.01 * fit.cost / std::max(fit.information(at, at), 1e-300));
     f.variability_percent = 100 * (p.logarithmic ? delta : delta * p.scale / std::max(std::abs(f.value), 1e-300));
     f.at_bound = f.value <= p.lower * 1.01 || f.value >= p.upper * 0.99;
-    f.determined = !f.at_bound && f.upper_interval < 1.25 * f.value && f.lower_interval > f.value / 1.25;
+    // Where the trials say less of it than the pull to the start, its whole range is open.
+    const double pull = std::pow(fit.scale / LeastSquaresOptions{}.prior_sd, 2);
+    const bool unseen = fit.information(at, at) < 2 * pull;
+    if (unseen) {
+      f.lower_interval = p.lower;
+      f.upper_interval = p.upper;
+      out.remarks.push_back(fmt::format("{} is undetermined: these trials do not show it, it stays where the search left it", p.name));
+    }
+    f.determined = !f.at_bound && !unseen && f.upper_interval < 1.25 * f.value && f.lower_interval > f.value / 1.25;
     if (f.at_bound) out.remarks.push_back(fmt::format("{} ends at its bound {:.3g} {}", p.name, f.value, p.unit));
     out.parameters.push_back(std::move(f));
   }
@@ -197,23 +205,37 @@ FitOutcome fit_campaign(const trial::Campaign& campaign, const FitOptions& optio
   };
   const Start found = find_start(trials, objective_on(options.coarse_columns), parameters,
                                  search_options(options, out.cut_s, part_of(options.progress, 0.05, 0.3, "coarse mesh")));
-  const int middle_columns = 3 * (columns - 1) / 4 + 1;
-  Objective middle(trials, objective_on(middle_columns), parameters, found.coordinates);
-  const LeastSquaresResult halfway =
-      minimise_on_branches(middle, parameters, found.coordinates, search_options(options, out.cut_s, part_of(options.progress, 0.3, 0.5, "middle mesh")));
-  out.objective = std::make_shared<Objective>(trials, objective_on(columns), parameters, halfway.coordinates);
   LeastSquaresOptions last = search_options(options, out.cut_s, part_of(options.progress, 0.5, 0.8, "final mesh"));
-  last.max_iterations = std::max(3, options.max_iterations / 2);
-  const LeastSquaresResult fit = minimise_on_branches(*out.objective, parameters, halfway.coordinates, last);
-  // Second order in the spacing: the limit lies this share of the last change beyond the final mesh.
-  const double beyond = 1 / (std::pow((columns - 1.0) / (middle_columns - 1.0), 2) - 1);
-  const VectorXd mesh = beyond * (fit.coordinates - halfway.coordinates);
+  LeastSquaresResult fit;
+  VectorXd mesh = VectorXd::Zero(found.coordinates.size());
+  int before_last = found.evaluations;
+  if (options.search) {
+    out.objective = std::make_shared<Objective>(trials, objective_on(columns), parameters, found.coordinates);
+    const SearchResult searched = options.search(*out.objective, parameters, found.coordinates,
+                                                 search_options(options, out.cut_s, part_of(options.progress, 0.3, 0.75, "search")));
+    out.trace = searched.trace;
+    before_last += searched.evaluations;
+    last.max_iterations = 0;  // derivatives alone
+    fit = minimise(*out.objective, parameters, searched.point, last);
+  } else {
+    const int middle_columns = 3 * (columns - 1) / 4 + 1;
+    Objective middle(trials, objective_on(middle_columns), parameters, found.coordinates);
+    const LeastSquaresResult halfway =
+        minimise_on_branches(middle, parameters, found.coordinates, search_options(options, out.cut_s, part_of(options.progress, 0.3, 0.5, "middle mesh")));
+    out.objective = std::make_shared<Objective>(trials, objective_on(columns), parameters, halfway.coordinates);
+    last.max_iterations = std::max(3, options.max_iterations / 2);
+    fit = minimise_on_branches(*out.objective, parameters, halfway.coordinates, last);
+    before_last += halfway.evaluations;
+    // Second order in the spacing: the limit lies this share of the last change beyond the final mesh.
+    const double beyond = 1 / (std::pow((columns - 1.0) / (middle_columns - 1.0), 2) - 1);
+    mesh = beyond * (fit.coordinates - halfway.coordinates);
+  }
 
   out.coordinates = fit.coordinates;
   out.residuals = fit.residuals;
   out.residuals_start = out.objective->evaluate(parameters, found.coordinates).front();
   out.history = fit.history;
-  out.evaluations = found.evaluations + halfway.evaluations + fit.evaluations + 1;
+  out.evaluations = before_last + fit.evaluations + 1;
   judge_parameters(out, parameters, found.coordinates, fit, mesh);
   name_weak_combinations(out, parameters, fit);
   list_errors(out);

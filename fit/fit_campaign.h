@@ -14,10 +14,15 @@
 #include <vector>
 
 #include "fit/least_squares.h"
+#include "fit/optimisers/search.h"
 
 namespace selvedge::fit {
 
 enum class HoldOut { automatic, frames, trials };
+
+// A search from `start` on the final mesh; `cost` says which trials and times count, and takes its progress.
+using CampaignSearchFunction = std::function<SearchResult(const Objective& objective, const std::vector<Parameter>& parameters,
+                                                          const Eigen::VectorXd& start, const LeastSquaresOptions& cost)>;
 
 struct FitOptions {
   Drag drag = Drag::nonlinear;
@@ -27,6 +32,7 @@ struct FitOptions {
   double image_rate_hz = 10;    // frames likewise
   HoldOut hold_out = HoldOut::automatic;  // trials where at least four move, else the last third of the frames
   int max_iterations = 10;
+  CampaignSearchFunction search;  // where set, takes the place of step 3 (campaign_search.h)
   cloth::Options::Integrator integrator = cloth::Options::Integrator::leapfrog;
   report::ProgressCallback progress = [](double, const std::string&) {};
 };
@@ -58,6 +64,8 @@ struct FitOutcome {
   Eigen::VectorXd coordinates;
   std::vector<TrialError> trials;
   std::vector<double> history;          // cost after each iteration of the last stage
+  std::string optimiser = "least_squares";
+  std::vector<SearchStep> trace;        // of a search that took the place of least squares
   int evaluations = 0;
   double wall_s = 0;
   double cut_s = 0;                     // frames after it were held out (hold_out frames)

@@ -72,8 +72,31 @@ void add_errors(report::HtmlReport& html, const FitOutcome& out) {
   }
 }
 
+// Best error so far and, where there is one, the temperature, against evaluations (figure 5 of Bhat et al. 2003).
+void add_search(report::HtmlReport& html, const FitOutcome& out) {
+  report::Series best{"best error", {}, {}}, temperature{"temperature", {}, {}};
+  for (const SearchStep& step : out.trace) {
+    best.x.push_back(step.evaluations);
+    best.y.push_back(step.best_cost);
+    if (!std::isfinite(step.temperature)) continue;
+    temperature.x.push_back(step.evaluations);
+    temperature.y.push_back(step.temperature);
+  }
+  std::vector<report::Series> series = {best};
+  if (!temperature.x.empty()) series.push_back(temperature);
+  report::PlotOptions plot;
+  plot.x_label = "evaluations";
+  plot.y_label = "error, and temperature in its unit";
+  plot.log_y = true;
+  html.svg(report::line_plot(series, plot), fmt::format("{}: {} evaluations", out.optimiser, out.trace.back().evaluations));
+}
+
 void add_progress(report::HtmlReport& html, const FitOutcome& out) {
   html.heading("Progress of the fit");
+  if (!out.trace.empty()) {
+    add_search(html, out);
+    return;
+  }
   report::Series series;
   series.name = "cost";
   for (size_t i = 0; i < out.history.size(); ++i) {
@@ -106,6 +129,7 @@ json to_json(const FitOutcome& out) {
   json out_json = {{"format", "fit/1"}, {"model", out.model}, {"campaign", out.campaign}, {"parameters", parameters}, {"trials", trials},
                    {"units", "mm root mean square"}, {"evaluations", out.evaluations}, {"wall_s", out.wall_s}, {"remarks", out.remarks},
                    {"held_out", {{"by", out.hold_out}, {"error", number(held_out_mm(out))}}}};
+  out_json["optimiser"] = out.optimiser;
   if (const auto plate = rigid_plate_mm(out)) out_json["held_out"]["rigid_plate_error"] = *plate;
   return out_json;
 }

@@ -8,6 +8,7 @@
 #include "capture/trial/trial.h"
 #include "cli/command.h"
 #include "files/bad_input.h"
+#include "fit/campaign_search.h"
 #include "fit/fit_report.h"
 #include "report/progress.h"
 
@@ -18,6 +19,8 @@ namespace {
 struct FitArguments {
   std::filesystem::path path, out;
   std::string base = "nonlinear_drag", hold_out = "automatic", integrator = "leapfrog";
+  std::string optimiser = "least_squares", error = "residuals";
+  fit::CampaignSearch search;
   fit::FitOptions options;
 };
 
@@ -47,7 +50,14 @@ void run_fit(FitArguments& a) {
   a.options.hold_out = a.hold_out == "trials" ? fit::HoldOut::trials : a.hold_out == "frames" ? fit::HoldOut::frames : fit::HoldOut::automatic;
   if (a.integrator == "runge_kutta_45") a.options.integrator = cloth::Options::Integrator::runge_kutta_45;
   a.options.progress = report::terminal_progress("fit " + campaign.folder.filename().string());
-  const fit::FitOutcome out = fit::fit_campaign(campaign, a.options);
+  const bool searches = a.optimiser != "least_squares";
+  if (searches) {
+    a.search.optimiser = a.optimiser;
+    a.search.error = a.error == "folds" ? fit::SearchError::folds : fit::SearchError::residuals;
+    a.options = fit::with_search(a.options, a.search, campaign, a.out);
+  }
+  fit::FitOutcome out = fit::fit_campaign(campaign, a.options);
+  out.optimiser = a.optimiser;
   fit::write_fit(out, campaign, a.out);
   print_outcome(out);
   fmt::print("wrote {} and {}\n", (a.out / "fit.json").string(), (a.out / "report.html").string());
@@ -64,6 +74,12 @@ void add_fit(CLI::App& app, int&) {
   command->add_option("--columns", a->options.columns, "mesh vertices along the width (9 to 65); 17 by default, or 13 where more than 30 s of motion are fitted")->check(CLI::Range(9, 65));
   command->add_option("--hold-out", a->hold_out, "what is held out")->check(CLI::IsMember({"automatic", "frames", "trials"}))->capture_default_str();
   command->add_option("--integrator", a->integrator, "time integrator")->check(CLI::IsMember({"leapfrog", "runge_kutta_45"}))->capture_default_str();
+  command->add_option("--optimiser", a->optimiser, "what refines the start; all but least_squares continue from DIR/evaluations.txt")
+      ->check(CLI::IsMember({"least_squares", "annealing", "evolution", "cma", "grid"}))->capture_default_str();
+  command->add_option("--error", a->error, "what those minimise: robust residuals in mm, or the fold metric's E")->check(CLI::IsMember({"residuals", "folds"}))->capture_default_str();
+  command->add_option("--evaluations", a->search.evaluations, "their budget")->check(CLI::PositiveNumber)->capture_default_str();
+  command->add_option("--seed", a->search.seed, "of their random choices")->type_name("N")->capture_default_str();
+  command->add_option("--search", a->search.parameters, "parameters they search, with commas between; all by default")->delimiter(',')->type_name("NAMES");
   command->callback([a] { run_fit(*a); });
 }
 

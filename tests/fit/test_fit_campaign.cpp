@@ -9,6 +9,7 @@
 #include "capture/trial/trial_writer.h"
 #include "files/bad_input.h"
 #include "files/whole_file.h"
+#include "fit/campaign_search.h"
 #include "fit/fit_report.h"
 
 namespace selvedge::fit {
@@ -138,8 +139,61 @@ TEST_F(FitCampaign, StillTrialAloneLeavesDampingUndetermined) {
   for (const FittedParameter& p : out.parameters) {
     if (p.parameter.name != "bend_damping" && p.parameter.name != "drag_normal") continue;
     EXPECT_GT(p.variability_percent, 50) << p.parameter.name;
+    EXPECT_FALSE(p.determined) << p.parameter.name;
+    EXPECT_EQ(p.upper_interval, p.parameter.upper) << p.parameter.name;
   }
   EXPECT_TRUE(std::isnan(held_out_mm(out)));
+}
+
+FitOptions small_search_options() {
+  FitOptions options;
+  options.coarse_columns = 5;
+  options.columns = 7;
+  return options;
+}
+
+CampaignSearch small_search() {
+  CampaignSearch search;
+  search.optimiser = "annealing";
+  search.evaluations = 24;
+  search.parameters = {"stretch", "shear", "bend"};
+  return search;
+}
+
+// Broken off in the middle, the same fit into the same folder ends as one that ran through.
+TEST_F(FitCampaign, SearchContinuesFromItsJournal) {
+  const trial::Campaign campaign = trial::read_campaign(folder_ / "static-1");
+  const FitOutcome through = fit_campaign(campaign, with_search(small_search_options(), small_search(), campaign, folder_ / "through"));
+  EXPECT_EQ(through.trace.back().evaluations, 24);
+  EXPECT_LE(through.trace.back().best_cost, through.trace.front().best_cost);
+
+  FitOptions killed = small_search_options();
+  int searched = 0;
+  killed.progress = [&](double, const std::string& what) {
+    if (what.rfind("search", 0) == 0 && ++searched == 9) throw std::runtime_error("killed");
+  };
+  EXPECT_THROW(fit_campaign(campaign, with_search(killed, small_search(), campaign, folder_ / "killed")), std::runtime_error);
+  const FitOutcome continued = fit_campaign(campaign, with_search(small_search_options(), small_search(), campaign, folder_ / "killed"));
+  EXPECT_EQ(continued.coordinates, through.coordinates);
+  EXPECT_EQ(files::read_whole(folder_ / "killed" / "evaluations.txt"), files::read_whole(folder_ / "through" / "evaluations.txt"));
+
+  CampaignSearch other = small_search();
+  other.seed = 2;
+  EXPECT_THROW(fit_campaign(campaign, with_search(small_search_options(), other, campaign, folder_ / "killed")), BadInput);
+
+  write_fit(continued, campaign, folder_ / "killed");
+  EXPECT_NE(files::read_whole(folder_ / "killed" / "report.html").find("temperature"), std::string::npos);
+}
+
+TEST_F(FitCampaign, SearchRefusesWhatItDoesNotKnow) {
+  const trial::Campaign campaign = trial::read_campaign(folder_);
+  CampaignSearch search = small_search();
+  search.parameters = {"stretch", "colour"};
+  EXPECT_THROW(with_search({}, search, campaign, folder_ / "refused"), BadInput);
+  search = small_search();
+  search.error = SearchError::folds;  // the trials have markers, no images
+  EXPECT_THROW(with_search({}, search, campaign, folder_ / "refused"), BadInput);
+  EXPECT_FALSE(fs::exists(folder_ / "refused"));
 }
 
 TEST(ObserveTrial, RefusesATrialWithNothingToCompare) {

@@ -1,0 +1,141 @@
+#include "fit/campaign_search.h"
+
+#include <algorithm>
+
+#include <fmt/format.h>
+
+#include "files/bad_input.h"
+#include "files/csv_table.h"
+#include "fit/fold_objective.h"
+#include "fit/optimisers/journal.h"
+
+namespace selvedge::fit {
+
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+// Where in the list of all parameters the searched ones stand.
+std::vector<Index> searched_rows(const std::vector<Parameter>& all, const std::vector<std::string>& names) {
+  std::vector<Index> rows;
+  std::string known;
+  for (size_t k = 0; k < all.size(); ++k) {
+    known += (k > 0 ? ", " : "") + all[k].name;
+    if (names.empty() || std::find(names.begin(), names.end(), all[k].name) != names.end()) rows.push_back(static_cast<Index>(k));
+  }
+  for (const std::string& name : names)
+    if (std::none_of(all.begin(), all.end(), [&](const Parameter& p) { return p.name == name; }))
+      refuse("parameters", "found {}, expected some of {}", in_quotes(name), known);
+  return rows;
+}
+
+// The whole parameter set of each point of the searched ones.
+MatrixXd filled_in(const MatrixXd& points, const VectorXd& start, const std::vector<Index>& rows) {
+  MatrixXd sets = start.replicate(1, points.cols());
+  for (size_t k = 0; k < rows.size(); ++k) sets.row(rows[k]) = points.row(static_cast<Index>(k));
+  return sets;
+}
+
+BatchCosts residual_costs(const Objective& objective, const std::vector<Parameter>& parameters, const LeastSquaresOptions& options) {
+  return [&objective, parameters, options](const MatrixXd& sets) {
+    std::vector<double> costs;
+    for (const Residuals& r : objective.evaluate(parameters, sets, options.trials))
+      costs.push_back(r.finite ? cost_of(objective, r, options, 1) : std::numeric_limits<double>::infinity());
+    return costs;
+  };
+}
+
+// E of all trials up to the time that is fitted.
+struct FoldCosts {
+  std::vector<FoldTrack> tracks;
+  std::unique_ptr<FoldObjective> objective;
+};
+
+std::shared_ptr<FoldCosts> fold_costs(const Objective& scenes, const trial::Campaign& campaign, double until_s) {
+  auto out = std::make_shared<FoldCosts>();
+  for (size_t i = 0; i < campaign.trials.size(); ++i) {
+    const bool still = scenes.scenes()[i].trial.still;
+    FoldTrack track = track_folds(campaign.trials[i], {}, still);
+    while (!still && track.time_s.size() > 1 && track.time_s.back() > until_s) {
+      track.time_s.pop_back();
+      track.recorded.pop_back();
+    }
+    out->tracks.push_back(std::move(track));
+  }
+  out->objective = std::make_unique<FoldObjective>(scenes, out->tracks);
+  return out;
+}
+
+// One line: what would make the evaluations of another search other ones. The cost at the start stands for the data.
+std::string identity_of(const CampaignSearch& search, const trial::Campaign& campaign, const Objective& objective, const VectorXd& start,
+                        const std::vector<Parameter>& parameters, const std::vector<Index>& rows, double start_cost) {
+  std::string text = fmt::format("{} of {} columns {} seed {} evaluations {} parameters", search.optimiser,
+                                 search.error == SearchError::folds ? "folds" : "residuals", objective.options().columns, search.seed, search.evaluations);
+  for (const Index row : rows) text += " " + parameters[static_cast<size_t>(row)].name;
+  text += " trials";
+  for (const trial::Trial& t : campaign.trials) text += " " + t.name;
+  text += " start";
+  for (const double x : start) {
+    text += ' ';
+    files::append_number(text, x);
+  }
+  text += " cost ";
+  files::append_number(text, start_cost);
+  return text;
+}
+
+SearchResult run_search(const CampaignSearch& search, const trial::Campaign& campaign, const std::filesystem::path& folder, const Objective& objective,
+                        const std::vector<Parameter>& parameters, const VectorXd& start, const LeastSquaresOptions& options) {
+  const std::vector<Index> rows = searched_rows(parameters, search.parameters);
+  std::vector<Parameter> searched;
+  for (const Index row : rows) searched.push_back(parameters[static_cast<size_t>(row)]);
+
+  std::shared_ptr<FoldCosts> folds;
+  BatchCosts costs;
+  if (search.error == SearchError::folds) {
+    folds = fold_costs(objective, campaign, options.fit_until_s);
+    costs = fold_problem(*folds->objective, parameters, start).costs;
+  } else {
+    costs = residual_costs(objective, parameters, options);
+  }
+  Journal journal(folder / "evaluations.txt", identity_of(search, campaign, objective, start, parameters, rows, costs(start).front()));
+
+  SearchProblem problem;
+  problem.lower.resize(static_cast<Index>(rows.size()));
+  problem.upper = problem.lower;
+  for (size_t k = 0; k < rows.size(); ++k) {
+    problem.lower(static_cast<Index>(k)) = to_coordinate(searched[k], searched[k].lower);
+    problem.upper(static_cast<Index>(k)) = to_coordinate(searched[k], searched[k].upper);
+  }
+  problem.start = VectorXd(start(rows)).cwiseMax(problem.lower).cwiseMin(problem.upper);
+  problem.costs = journal.recorded([&](const MatrixXd& points) { return costs(filled_in(points, start, rows)); });
+
+  SearchLimits limits;
+  limits.evaluations = search.evaluations;
+  limits.seed = search.seed;
+  const std::string resumed = journal.found() > 0 ? fmt::format(", {} from the journal", journal.found()) : "";
+  limits.progress = [&](double done, const std::string& what) { options.progress(done, what + resumed); };
+  SearchResult found = optimiser_named(search.optimiser).run(problem, limits);
+  found.point = filled_in(found.point, start, rows);
+  return found;
+}
+
+}  // namespace
+
+FitOptions with_search(FitOptions options, const CampaignSearch& search, const trial::Campaign& campaign, const std::filesystem::path& folder) {
+  optimiser_named(search.optimiser);
+  searched_rows(base_parameters(options.drag), search.parameters);
+  if (search.evaluations < 1) refuse("evaluations", "found {}, expected at least 1", search.evaluations);
+  if (search.error == SearchError::folds)
+    for (const trial::Trial& t : campaign.trials)
+      if (!t.frames) refuse((t.folder / "trial.json").string(), "found no frames, expected images: the fold metric compares pictures");
+  options.search = [search, &campaign, folder](const Objective& objective, const std::vector<Parameter>& parameters, const VectorXd& start,
+                                               const LeastSquaresOptions& cost) {
+    return run_search(search, campaign, folder, objective, parameters, start, cost);
+  };
+  return options;
+}
+
+}  // namespace selvedge::fit
