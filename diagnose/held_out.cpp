@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "fit/robust_cost.h"
+
 namespace selvedge::diagnose {
 
 using Eigen::Index;
@@ -31,7 +33,7 @@ double trial_rms_mm(const Study& study, const VectorXd& whitened, size_t trial) 
   const Index first = study.rows->first(trial), count = study.rows->count(trial);
   const VectorXd r = whitened.segment(first, count);
   if (!r.allFinite()) return std::numeric_limits<double>::quiet_NaN();
-  const double cut = kCut * robust_scale(r);
+  const double cut = kCut * fit::robust_scale(r);
   double sum = 0, seen = 0;
   for (Index k = 0; k < count; ++k) {
     if (study.rows->seen()(first + k) == 0) continue;

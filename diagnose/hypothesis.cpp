@@ -7,6 +7,8 @@
 #include <Eigen/Cholesky>
 #include <Eigen/QR>
 
+#include "fit/robust_cost.h"
+
 namespace selvedge::diagnose {
 
 using Eigen::Index;
@@ -56,7 +58,7 @@ std::string name_of(const Study& study, const Hypothesis& hypothesis) {
   return name.empty() ? "none" : name;
 }
 
-double cauchy_constant(const Study& study) { return 3 * robust_scale(study.residual); }
+double cauchy_constant(const Study& study) { return 3 * fit::robust_scale(study.residual); }
 
 MatrixXd screen(Study& study) {
   const auto total = static_cast<Index>(study.parameters.size()), base = static_cast<Index>(study.base_count);
@@ -93,14 +95,14 @@ Hypothesis base_hypothesis(const Study& study) {
   h.x = study.base;
   h.residual = study.residual;
   h.jacobian = study.jacobian;
-  h.cost = cauchy_cost(h.residual, cauchy_constant(study));
+  h.cost = fit::cauchy_cost(h.residual, cauchy_constant(study));
   return h;
 }
 
 Hypothesis make_hypothesis(Study& study, const std::vector<size_t>& effects, const MatrixXd& columns) {
   Hypothesis h = base_hypothesis(study);
   h.effects = effects;
-  const VectorXd weights = cauchy_weights(study.residual, cauchy_constant(study));
+  const VectorXd weights = fit::cauchy_weights(study.residual, cauchy_constant(study));
   MatrixXd own(study.rows->size(), 0);
   for (const size_t e : effects) {
     const Effect& effect = study.effects[e];
@@ -146,7 +148,7 @@ Hypothesis make_hypothesis(Study& study, const std::vector<size_t>& effects, con
   h.screened_gain = gain_of(study.jacobian, own, study.residual, weights);
   h.jacobian.conservativeResize(Eigen::NoChange, h.jacobian.cols() + own.cols());
   h.jacobian.rightCols(own.cols()) = own;
-  h.cost = cauchy_cost(h.residual, cauchy_constant(study));
+  h.cost = fit::cauchy_cost(h.residual, cauchy_constant(study));
   return h;
 }
 
@@ -157,7 +159,7 @@ VectorXd step_from(const Study& study, const Hypothesis& h, const std::vector<si
   VectorXd gradient = VectorXd::Zero(n);
   for (const size_t trial : trials) {
     const Index first = study.rows->first(trial), count = study.rows->count(trial);
-    const VectorXd r = h.residual.segment(first, count), w = cauchy_weights(r, c);
+    const VectorXd r = h.residual.segment(first, count), w = fit::cauchy_weights(r, c);
     const auto j = h.jacobian.middleRows(first, count);
     normal += j.transpose() * w.asDiagonal() * j;
     gradient += j.transpose() * w.cwiseProduct(r);
@@ -233,8 +235,14 @@ void refine_mesh(Study& study, std::vector<Hypothesis>& hypotheses) {
     const auto own_mesh = [&](size_t e) { return study.effects[e].name == "mesh_resolution"; };
     if (std::any_of(h.effects.begin(), h.effects.end(), own_mesh) || !fine[static_cast<size_t>(i)].finite || !coarse.col(i).allFinite()) continue;
     h.mesh_offset = study.rows->whitened(fine[static_cast<size_t>(i)]) - coarse.col(i);
+    for (size_t trial = 0; trial < study.rows->trials(); ++trial) {
+      const Index first = study.rows->first(trial), count = study.rows->count(trial);
+      const VectorXd sd = study.rows->sd_mm().segment(first, count);
+      const VectorXd change = h.mesh_offset.segment(first, count).cwiseProduct(sd), left = coarse.col(i).segment(first, count).cwiseProduct(sd);
+      if (!is_mesh_correction(study, trial, change, left)) h.mesh_offset.segment(first, count).setZero();
+    }
     h.residual = coarse.col(i) + h.mesh_offset;
-    h.cost = cauchy_cost(h.residual, c);
+    h.cost = fit::cauchy_cost(h.residual, c);
   }
 }
 
@@ -263,7 +271,7 @@ void refit(Study& study, std::vector<Hypothesis>& hypotheses, int rounds) {
           const VectorXd wrong = r.col(column) - h.residual - h.jacobian * moved;
           h.jacobian += wrong * moved.transpose() / moved.squaredNorm();
         }
-        const double cost = cauchy_cost(r.col(column), c);
+        const double cost = fit::cauchy_cost(r.col(column), c);
         if (cost < least) {
           least = cost;
           best = column;

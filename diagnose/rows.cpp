@@ -1,6 +1,5 @@
 #include "diagnose/rows.h"
 
-#include <algorithm>
 #include <cmath>
 
 namespace selvedge::diagnose {
@@ -35,19 +34,6 @@ VectorXd Rows::whitened(const fit::Residuals& residuals) const {
     }
   }
   return out;
-}
-
-double cauchy_cost(const VectorXd& r, double c) { return 0.5 * c * c * (1 + (r.array() / c).square()).log().sum(); }
-
-VectorXd cauchy_weights(const VectorXd& r, double c) { return (1 / (1 + (r.array() / c).square())).matrix(); }
-
-double robust_scale(const VectorXd& r) {
-  std::vector<double> seen;
-  for (const double x : r)
-    if (x != 0) seen.push_back(std::abs(x));
-  if (seen.empty()) return 1;
-  std::nth_element(seen.begin(), seen.begin() + static_cast<std::ptrdiff_t>(seen.size() / 2), seen.end());
-  return std::max(1.4826 * seen[seen.size() / 2], 1e-3);
 }
 
 }  // namespace selvedge::diagnose

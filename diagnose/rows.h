@@ -35,10 +35,4 @@ class Rows {
   Eigen::VectorXd inverse_sd_, sd_mm_, seen_;
 };
 
-// Cauchy's robust cost ½ c² Σ ln(1 + (r/c)²) over rows, and its weights.
-double cauchy_cost(const Eigen::VectorXd& r, double c);
-Eigen::VectorXd cauchy_weights(const Eigen::VectorXd& r, double c);
-// 1.4826 × median |r| of the rows that are not zero.
-double robust_scale(const Eigen::VectorXd& r);
-
 }  // namespace selvedge::diagnose

@@ -48,7 +48,14 @@ std::vector<std::vector<size_t>> group_trials(const trial::Campaign& campaign, c
   return groups;
 }
 
-// What the fine mesh adds to each residual at these parameters, mm; zero where it blew up.
+bool is_correction(const fit::Objective& objective, size_t trial, const VectorXd& change_mm, const VectorXd& left_mm) {
+  constexpr double kLargest_mm = 3;
+  const fit::ObservedTrial& observed = objective.scenes()[trial].trial;
+  const VectorXd time_s = objective.time_s(trial);
+  return fit::rms_mm(observed, change_mm, time_s) < std::max(kLargest_mm, fit::rms_mm(observed, left_mm, time_s));
+}
+
+// What the fine mesh adds to each residual at these parameters, mm; zero where it blew up or went another way.
 std::vector<VectorXd> mesh_change(const fit::Objective& objective, const fit::Objective& fine, const std::vector<fit::Parameter>& parameters,
                                   const VectorXd& x) {
   const fit::Residuals coarse_r = objective.evaluate(parameters, x).front(), fine_r = fine.evaluate(parameters, x).front();
@@ -56,13 +63,13 @@ std::vector<VectorXd> mesh_change(const fit::Objective& objective, const fit::Ob
   for (size_t i = 0; i < coarse_r.mm.size(); ++i) {
     VectorXd d = VectorXd::Zero(objective.time_s(i).size());
     if (coarse_r.mm[i].size() == d.size() && fine_r.mm[i].size() == d.size()) d = fine_r.mm[i] - coarse_r.mm[i];
+    // Residuals already hold the correction that was set before.
+    if (!objective.mesh_correction().empty()) d += objective.mesh_correction()[i];
     for (double& value : d)
       if (!std::isfinite(value)) value = 0;
+    if (!is_correction(objective, i, d, coarse_r.mm[i])) d.setZero();
     change.push_back(d);
   }
-  // Residuals already hold the correction that was set before.
-  if (!objective.mesh_correction().empty())
-    for (size_t i = 0; i < change.size(); ++i) change[i] += objective.mesh_correction()[i];
   return change;
 }
 
@@ -87,6 +94,10 @@ MatrixXd base_jacobian(Study& study) {
 }
 
 }  // namespace
+
+bool is_mesh_correction(const Study& study, size_t trial, const VectorXd& change_mm, const VectorXd& left_mm) {
+  return is_correction(*study.objective, trial, change_mm, left_mm);
+}
 
 MatrixXd residuals_at(const Study& study, const MatrixXd& coordinates, const std::vector<size_t>& trials) {
   const std::vector<fit::Residuals> evaluated = study.objective->evaluate(study.parameters, coordinates, trials);
@@ -127,6 +138,7 @@ Study make_study(const trial::Campaign& campaign, const std::vector<Effect>& eff
     fit::ObjectiveOptions on_fine = objective_on(options.fine_columns);
     on_fine.branch_of = study.objective.get();  // the equilibrium that was matched to the recording
     study.fine = std::make_shared<fit::Objective>(trials, on_fine, base, x);
+    study.fine->rematch(base, x);
   };
   VectorXd x;
   if (options.base_fit && options.base_fit->size() == static_cast<Index>(base.size())) {

@@ -10,6 +10,8 @@
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
 
+#include "fit/robust_cost.h"
+
 namespace selvedge::fit {
 
 namespace {
@@ -56,21 +58,6 @@ class Stack {
   };
   std::vector<Row> rows_;
 };
-
-double robust_scale(const VectorXd& r) {
-  std::vector<double> seen;
-  for (const double x : r)
-    if (x != 0) seen.push_back(std::abs(x));
-  if (seen.empty()) return 1;
-  std::nth_element(seen.begin(), seen.begin() + static_cast<std::ptrdiff_t>(seen.size() / 2), seen.end());
-  return std::max(1.4826 * seen[seen.size() / 2], 1e-3);
-}
-
-double cauchy_cost(const VectorXd& r, double c) {
-  return 0.5 * c * c * (1 + (r.array() / c).square()).log().sum();
-}
-
-VectorXd cauchy_weights(const VectorXd& r, double c) { return (1 / (1 + (r.array() / c).square())).matrix(); }
 
 VectorXd clipped(const std::vector<Parameter>& parameters, VectorXd x) {
   for (size_t k = 0; k < parameters.size(); ++k) {

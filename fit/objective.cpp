@@ -126,8 +126,8 @@ bool Objective::rematch(const std::vector<Parameter>& parameters, const Eigen::V
 }
 
 // The first observed time alone: all samples at the equilibrium, residuals of that time.
-double Objective::distance_at_first_sight_mm(const ObservedTrial& trial, Prediction prediction, const Eigen::Matrix3Xd& rest) const {
-  ObservedTrial first = trial;
+double Objective::distance_at_first_sight_mm(size_t trial, Prediction prediction, const Eigen::Matrix3Xd& rest) const {
+  ObservedTrial first = scenes_[trial].trial;
   cloth::Trajectory still;
   still.start = rest;
   still.samples = {rest};
@@ -145,7 +145,7 @@ double Objective::distance_at_first_sight_mm(const ObservedTrial& trial, Predict
     first.stripes = one_frame;
   }
   prediction.experiment.sample_s = first.experiment.sample_s;
-  return median_absolute(residual_of(first, prediction, still));
+  return median_absolute(residual_of(trial, first, prediction, still));
 }
 
 void Objective::choose_branch(Scene& scene, const std::vector<Parameter>& parameters, const Eigen::VectorXd& usual) const {
@@ -185,7 +185,7 @@ void Objective::choose_branch(Scene& scene, const std::vector<Parameter>& parame
   double least = std::numeric_limits<double>::infinity();
   scene.start_shape = shapes.front();
   for (size_t i = 0; i < rests.size(); ++i) {
-    const double error = distance_at_first_sight_mm(scene.trial, common, rests[i].position);
+    const double error = distance_at_first_sight_mm(trial, common, rests[i].position);
     if (error < least) {
       least = has_one && i == 0 ? kClearly * error : error;
       scene.start_shape = rests[i].position;
@@ -207,14 +207,13 @@ std::vector<Prediction> Objective::predictions(const std::vector<Parameter>& par
   return out;
 }
 
-Eigen::VectorXd Objective::residual_of(const ObservedTrial& trial, const Prediction& prediction,
+Eigen::VectorXd Objective::residual_of(size_t index, const ObservedTrial& trial, const Prediction& prediction,
                                        const cloth::Trajectory& trajectory) const {
   Eigen::VectorXd r(residual_count(trial));
   const cloth::Experiment& e = prediction.experiment;
   Index at = 0;
   if (trial.markers) {
-    const auto& points = marker_points_[static_cast<size_t>(
-        std::find_if(scenes_.begin(), scenes_.end(), [&](const Scene& s) { return s.trial.name == trial.name; }) - scenes_.begin())];
+    const std::vector<geometry::MaterialPoint>& points = marker_points_[index];
     const MarkerTrack& m = *trial.markers;
     for (size_t k = 0; k < m.uv.size(); ++k)
       for (size_t j = 0; j < m.time_s.size(); ++j) {
@@ -279,7 +278,7 @@ std::vector<Residuals> Objective::evaluate(const std::vector<Parameter>& paramet
       const cloth::Trajectory& run = runs[static_cast<size_t>(i)];
       r.start[trial] = run.start;
       if (run.finite) {
-        r.mm[trial] = residual_of(scenes_[trial].trial, predicted[static_cast<size_t>(i)], run);
+        r.mm[trial] = residual_of(trial, scenes_[trial].trial, predicted[static_cast<size_t>(i)], run);
         if (!mesh_correction_.empty()) r.mm[trial] += (1 + predicted[static_cast<size_t>(i)].beyond_mesh) * mesh_correction_[trial];
       } else finite[static_cast<size_t>(first + i) * scenes_.size() + trial] = 0;
     }

@@ -76,8 +76,9 @@ class Objective {
                                       size_t trial, Eigen::Index first, Eigen::Index count) const;
   // Sets the scene's start_shape; keeps the present one where there is one and none lies clearly nearer.
   void choose_branch(Scene& scene, const std::vector<Parameter>& parameters, const Eigen::VectorXd& usual) const;
-  double distance_at_first_sight_mm(const ObservedTrial& trial, Prediction prediction, const Eigen::Matrix3Xd& rest) const;
-  Eigen::VectorXd residual_of(const ObservedTrial& trial, const Prediction& prediction,
+  double distance_at_first_sight_mm(size_t trial, Prediction prediction, const Eigen::Matrix3Xd& rest) const;
+  // trial: that of the scene at index, or some times of it.
+  Eigen::VectorXd residual_of(size_t index, const ObservedTrial& trial, const Prediction& prediction,
                               const cloth::Trajectory& trajectory) const;
 
   cloth::Sheet sheet_;

@@ -41,6 +41,10 @@ LatticeSheet::LatticeSheet(const FabricTruth& truth, const LatticeOptions& optio
   const double out_of_plane = stable_step(64 * truth.bend / (truth.density * h4) + 1, 64 * truth.bend_damping / (truth.density * h4));
   step_s_ = options.step_share * std::min(in_plane, out_of_plane);
 
+  // A grip is some millimetres wide; a lattice held at a node would give way by its own spacing instead.
+  constexpr double grip_m = 6.25e-3, growth = 0.82, least = 0.25;
+  grip_change_ = 1 / std::max(least, 1 + growth * std::log(std::sqrt(hu_ * hv_) / grip_m)) - 1;
+
   Eigen::Matrix3Xd flat(3, n);
   const auto uv = rest_uv();
   for (int i = 0; i < n; ++i) flat.col(i) = Eigen::Vector3d(uv[i].x(), 0, -uv[i].y());
@@ -112,8 +116,8 @@ void LatticeSheet::forces() {
     const size_t at = size_t(r) * columns_ + c;
     return ConstRow{&field.axis[0][at], &field.axis[1][at], &field.axis[2][at]};
   };
-  const auto force = [&](int r) {
-    const size_t at = size_t(r) * columns_;
+  const auto force = [&](int r, int c = 0) {
+    const size_t at = size_t(r) * columns_ + c;
     return Row{&f_.axis[0][at], &f_.axis[1][at], &f_.axis[2][at]};
   };
   for (Plane& plane : f_.axis) std::fill(plane.begin(), plane.end(), 0.0);
@@ -154,6 +158,16 @@ void LatticeSheet::forces() {
     for (int c = 0; c < columns_; ++c) scratch[c] = area_[size_t(r) * columns_ + c];
     lattice::drag(row(x_, r), row(x_, above), row(x_, below), row(v_, r), force(r), columns_, scratch, options_.air_m_s.data(),
                   truth_.drag_normal, truth_.drag_tangent, truth_.drag_fade);
+  }
+  // What the two held cells' stretch and shear differ by from the others'.
+  const double stretch = grip_change_ * truth_.stretch, stretch_damping = grip_change_ * truth_.stretch_damping;
+  for (const int c : {0, columns_ - 2}) {
+    for (const int r : {0, 1})
+      lattice::edges_along(row(x_, r, c), row(v_, r, c), force(r, c), 2, hu_, 0.5 * cell, stretch, stretch_damping, scratch);
+    lattice::edges_across(row(x_, 0, c), row(v_, 0, c), force(0, c), row(x_, 1, c), row(v_, 1, c), force(1, c), 2, hv_, cell, 0.5,
+                          stretch, stretch_damping);
+    lattice::cells(row(x_, 0, c), row(v_, 0, c), force(0, c), row(x_, 1, c), row(v_, 1, c), force(1, c), 2, hu_, hv_,
+                   grip_change_ * truth_.shear, grip_change_ * truth_.shear_damping, 0, 0, scratch);
   }
 }
 
@@ -228,15 +242,18 @@ LatticeEnergy LatticeSheet::energy() const {
   for (int r = 0; r < rows_; ++r)
     for (int c = 0; c < columns_; ++c) {
       const double side_u = r == 0 || r + 1 == rows_ ? 0.5 : 1, side_v = c == 0 || c + 1 == columns_ ? 0.5 : 1;
-      if (c + 1 < columns_) e.stretch += 0.5 * truth_.stretch * std::pow(strain(at(c + 1, r) - at(c, r), hu_), 2) * cell * side_u;
-      if (r + 1 < rows_) e.stretch += 0.5 * truth_.stretch * std::pow(strain(at(c, r + 1) - at(c, r), hv_), 2) * cell * side_v;
+      // Shares of the cells above and below an edge, left and right of it, and of the cell itself.
+      const auto held = [&](int column, int row) { return row == 0 && (column == 0 || column + 2 == columns_) ? 0.5 * grip_change_ : 0; };
+      const double along = side_u + held(c, r) + held(c, r - 1), across = side_v + held(c, r) + held(c - 1, r);
+      if (c + 1 < columns_) e.stretch += 0.5 * truth_.stretch * std::pow(strain(at(c + 1, r) - at(c, r), hu_), 2) * cell * along;
+      if (r + 1 < rows_) e.stretch += 0.5 * truth_.stretch * std::pow(strain(at(c, r + 1) - at(c, r), hv_), 2) * cell * across;
       if (c + 2 < columns_) e.bend += 0.5 * truth_.bend * turn2(at(c + 1, r) - at(c, r), at(c + 2, r) - at(c + 1, r), hu_) * cell * side_u;
       if (r + 2 < rows_) e.bend += 0.5 * truth_.bend * turn2(at(c, r + 1) - at(c, r), at(c, r + 2) - at(c, r + 1), hv_) * cell * side_v;
       if (c + 1 < columns_ && r + 1 < rows_) {
         const Eigen::Vector3d a = 0.5 / hu_ * (at(c + 1, r) - at(c, r) + at(c + 1, r + 1) - at(c, r + 1));
         const Eigen::Vector3d b = 0.5 / hv_ * (at(c, r + 1) - at(c, r) + at(c + 1, r + 1) - at(c + 1, r));
         const Eigen::Vector3d twist = (at(c, r) - at(c + 1, r) - at(c, r + 1) + at(c + 1, r + 1)) / cell;
-        e.shear += 0.5 * truth_.shear * std::pow(a.dot(b), 2) * cell;
+        e.shear += 0.5 * truth_.shear * std::pow(a.dot(b), 2) * cell * (1 + 2 * held(c, r));
         e.bend += truth_.bend * twist.squaredNorm() * cell;
       }
       const int i = r * columns_ + c;

@@ -8,7 +8,8 @@
 // x_uv the twist of a cell. To first order these are the format's own definitions. Damping acts on the rates
 // of E_uu, E_vv, a·b and of the second differences. Drag as in the format: −(drag_normal |v_N| v_N / (1 + drag_fade
 // |v_N|²) + drag_tangent v_T) per area, v relative to the air. Masses are lumped; symplectic Euler with a step
-// below its stability bound. The two top corners are held.
+// below its stability bound. The two top corners are held, their cells as soft as a grip of 6 mm leaves them
+// (docs/decisions/0007).
 // SI units. Nodes row by row from the top-left corner.
 #pragma once
 
@@ -108,6 +109,7 @@ class LatticeSheet {
   LatticeOptions options_;
   int columns_, rows_;
   double hu_, hv_, step_s_;
+  double grip_change_ = 0;  // of stretch and shear of the two held cells, relative
   Field x_, v_, f_;
   Plane mass_, area_;  // of each node; extras may add to the mass alone
   std::vector<double> scratch_;

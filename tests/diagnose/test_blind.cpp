@@ -3,6 +3,7 @@
 #include <fstream>
 
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include "diagnose/blind.h"
 #include "files/bad_input.h"
@@ -31,7 +32,7 @@ Diagnosis says(const std::string& cause) {
 class Blind : public testing::Test {
  protected:
   void SetUp() override {
-    folder_ = fs::path(testing::TempDir()) / "selvedge_blind";
+    folder_ = fs::path(testing::TempDir()) / ("selvedge_blind_" + std::to_string(getpid()));
     fs::remove_all(folder_);
     seal_keys(folder_, {{"c1", "salt1", {{"cause", "none"}}}, {"c2", "salt2", {{"cause", "draught"}}}, {"c3", "salt3", {{"cause", "unknown"}}}}, "library");
   }

@@ -5,6 +5,7 @@
 #include <random>
 
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include "capture/trial/trial_writer.h"
 #include "files/bad_input.h"
@@ -86,7 +87,7 @@ trial::Trial simulated_trial(const std::string& name, double amplitude, double s
 class FitCampaign : public testing::Test {
  protected:
   static void SetUpTestSuite() {
-    folder_ = fs::path(testing::TempDir()) / "selvedge_fit_campaign";
+    folder_ = fs::path(testing::TempDir()) / ("selvedge_fit_campaign_" + std::to_string(getpid()));  // tests run side by side
     fs::remove_all(folder_);
     trial::Campaign campaign;
     campaign.fabric = "test knit";
