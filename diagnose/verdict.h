@@ -27,7 +27,7 @@ struct Calibration {
   double prior_none = 0.38, prior_unknown = 0.15;  // the rest is shared by the effects alike
   double mesh_share = 0.3;
   double form_mm = 0.2;
-  double form_share = 0.15;  // of the base's held-out error: a right effect in a form that is not nature's leaves so much
+  double form_share = 0.3;  // of the base's held-out error: a right effect in a form that is not nature's leaves so much
   // Of ln(held-out base error / floor) in campaigns that lack nothing: mean and spread, supposed.
   double null_mean = 0.0, null_sd = 0.12;
 };
