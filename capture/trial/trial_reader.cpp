@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 
 #include <Eigen/LU>
@@ -196,6 +197,16 @@ Robot read_robot(const fs::path& path, State state) {
   return {column(table, 0), points(table, 1), points(table, 4)};
 }
 
+// Whether a table that a trial may lack is to be read. A recorder that was cut off leaves a table that it had only just
+// begun without a whole row: there is nothing in it yet, and what else was recorded is to be read all the same.
+bool is_recorded(const fs::path& path, State state) {
+  std::error_code error;
+  if (!fs::exists(path, error)) return false;
+  if (state == State::complete) return true;
+  const std::string bytes = files::read_whole(path);
+  return std::count(bytes.begin(), bytes.end(), '\n') > 1;
+}
+
 // Whether trial.json or a frames folder promises images.
 bool images_promised(const JsonReader& json, const fs::path& folder) {
   std::error_code error;
@@ -228,13 +239,14 @@ Trial read_trial(const fs::path& folder) {
   trial.name = (fs::absolute(folder) / "").lexically_normal().parent_path().filename().string();
   read_trial_json(json, trial);
   trial.corners = read_corners(folder / "corners.csv", trial.state);
-  const bool has_frames = fs::exists(folder / "frames.csv", error) || images_promised(json, folder);
-  const bool has_markers = fs::exists(folder / "markers.csv", error);
-  if (!has_frames && !has_markers)
+  const bool is_complete = trial.state == State::complete;
+  const bool has_frames = is_recorded(folder / "frames.csv", trial.state) || (is_complete && images_promised(json, folder));
+  const bool has_markers = is_recorded(folder / "markers.csv", trial.state);
+  if (is_complete && !has_frames && !has_markers)
     refuse(folder.string(), "found neither frames.csv nor markers.csv, expected one of them or both");
   if (has_frames) read_images(json, trial);
   if (has_markers) trial.markers = read_markers(folder / "markers.csv", trial.state);
-  if (fs::exists(folder / "robot.csv", error)) trial.robot = read_robot(folder / "robot.csv", trial.state);
+  if (is_recorded(folder / "robot.csv", trial.state)) trial.robot = read_robot(folder / "robot.csv", trial.state);
   return trial;
 }
 

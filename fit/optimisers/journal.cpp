@@ -24,7 +24,9 @@ std::string text_of(const Eigen::VectorXd& point) {
 
 Journal::Journal(const std::filesystem::path& path, const std::string& identity) {
   const std::string first = "selvedge-journal/1 " + identity + "\n";
-  if (!std::filesystem::exists(path)) {
+  // Without a whole first line it was begun and no more: nothing is in it.
+  if (!std::filesystem::exists(path) || files::read_whole(path).find('\n') == std::string::npos) {
+    std::filesystem::remove(path);
     if (path.has_parent_path()) std::filesystem::create_directories(path.parent_path());
     file_ = std::make_unique<files::AppendFile>(path, first);
     return;

@@ -200,13 +200,37 @@ TEST_F(RecorderTest, WhatWasAcknowledgedIsReadableAfterKill9) {
     const trial::Trial found = trial::read_trial(folder_);
     EXPECT_EQ(found.state, trial::State::recording);
     EXPECT_GE(found.corners.time_s.size(), acknowledged[0]);
-    expect_frames(found, acknowledged[1]);
+    // On a busy machine no picture may have been written yet.
+    if (acknowledged[1] > 0 || found.frames) expect_frames(found, acknowledged[1]);
     EXPECT_TRUE(recover(folder_));
     const trial::Trial mended = trial::read_trial(folder_);
     EXPECT_EQ(mended.state, trial::State::cut);
-    EXPECT_EQ(mended.frames->number, found.frames->number);
+    ASSERT_EQ(mended.frames.has_value(), found.frames.has_value());
+    if (found.frames) { EXPECT_EQ(mended.frames->number, found.frames->number); }
     EXPECT_EQ(mended.corners.time_s, found.corners.time_s);
   }
+}
+
+// The recorder may be killed before the first picture, or between a table's birth and its first row.
+TEST_F(RecorderTest, WhatATrialThatWasCutLacksDoesNotHideTheRest) {
+  {
+    Recorder recorder(header(), folder_);
+    for (int i = 0; i < 3; ++i) add_corner_sample(recorder, i);
+  }
+  EXPECT_EQ(trial::read_trial(folder_).corners.time_s.size(), 3u);
+  fs::create_directory(folder_ / "frames");
+  for (const char* begun : {"", "t_s,fra", "t_s,frame\n", "t_s,frame\n0.1"}) {
+    files::write_whole(folder_ / "frames.csv", begun);
+    files::write_whole(folder_ / "markers.csv", begun);
+    files::write_whole(folder_ / "robot.csv", begun);
+    const trial::Trial found = trial::read_trial(folder_);
+    EXPECT_EQ(found.corners.time_s.size(), 3u);
+    EXPECT_FALSE(found.frames || found.markers || found.robot);
+  }
+  nlohmann::json json = files::read_json(folder_ / "trial.json");
+  json["state"] = "complete";
+  files::write_json(folder_ / "trial.json", json);
+  EXPECT_THROW(trial::read_trial(folder_), BadInput);
 }
 
 TEST_F(RecorderTest, AFullDiskCutsTheTrialAndKeepsWhatIsThere) {

@@ -262,6 +262,17 @@ TEST(Journal, RefusesThatOfAnotherSearchAndForeignLines) {
   fs::remove_all(path.parent_path());
 }
 
+TEST(Journal, KilledInItsFirstLineBeginsAgain) {
+  const fs::path path = fs::path(testing::TempDir()) / "selvedge_journal_begun" / "evaluations.txt";
+  for (const char* begun : {"", "selvedge-journal/1 anneal"}) {
+    fs::create_directories(path.parent_path());
+    std::ofstream(path) << begun;
+    EXPECT_EQ(Journal(path, "annealing seed 1").found(), 0u);
+    EXPECT_NO_THROW(Journal(path, "annealing seed 1"));
+    fs::remove_all(path.parent_path());
+  }
+}
+
 TEST(Journal, KeepsInfiniteCostsAndEveryBit) {
   const fs::path path = fs::path(testing::TempDir()) / "selvedge_journal_bits" / "evaluations.txt";
   fs::remove_all(path.parent_path());
