@@ -51,20 +51,9 @@ void swap_labels(std::vector<Correspondence>& rows, size_t first, double share, 
 geometry::Projection look_at(const Eigen::Vector3d& position, const Eigen::Vector3d& target,
                              const Eigen::Vector3d& up, double focal_px, const ImageSize& size,
                              const std::array<double, 5>& distortion) {
-  Eigen::Matrix3d rotation;
-  const Eigen::Vector3d forward = (target - position).normalized();
-  const Eigen::Vector3d right = forward.cross(up).normalized();
-  rotation << right.transpose(), forward.cross(right).transpose(), forward.transpose();
-  Eigen::Matrix3d k = Eigen::Matrix3d::Identity();
-  k(0, 0) = k(1, 1) = focal_px;
-  k(0, 2) = (size.width_px - 1) / 2.0;
-  k(1, 2) = (size.height_px - 1) / 2.0;
-  geometry::Projection projection;
-  projection.matrix.leftCols<3>() = k * rotation;
-  projection.matrix.col(3) = -k * rotation * position;
+  geometry::Projection projection =
+      geometry::looking_at(position, target, {focal_px, focal_px}, {(size.width_px - 1) / 2.0, (size.height_px - 1) / 2.0}, size.width_px, size.height_px, up);
   projection.distortion = distortion;
-  projection.width_px = size.width_px;
-  projection.height_px = size.height_px;
   return projection;
 }
 

@@ -41,6 +41,9 @@ struct FigureSet {
 const std::vector<FigureSet>& proofs();
 const std::vector<FigureSet>& benches();
 
+// The middle value, the upper of two; values: at least one.
+double median(std::vector<double> values);
+
 bool holds(const Figure& figure);
 void print(const std::vector<Figure>& figures);
 nlohmann::json to_json(const std::string& name, const std::vector<Figure>& figures);

@@ -11,6 +11,8 @@
 #include <Eigen/Dense>
 #include <Eigen/Sparse>
 
+#include "geometry/grip.h"
+
 namespace selvedge::cloth {
 
 namespace {
@@ -130,18 +132,13 @@ double mean_spacing(const kernel::SheetData& s) {
   return std::sqrt(2 * area / static_cast<double>(s.triangles.size()));
 }
 
-// A sheet pulled at a point strains without bound there, and a mesh cuts that off at its own spacing h: each halving
-// of h lets a held corner give way by another ln 2 times the same length. The two corners by which a rig holds give
-// way here as on a mesh of the grip's size, whatever the mesh: their triangles' stretch and shear are divided by
-//   1 + c ln(h / grip),
-// c from meshes of 17² to 65² (docs/decisions/0007). A sheet held otherwise does not feel so few triangles.
+// The two corners by which a rig holds; a sheet held otherwise does not feel so few triangles.
 void give_held_corners_the_grips_size(const geometry::TriangleMesh& mesh, kernel::SheetData& s) {
-  constexpr double grip_m = 6.25e-3, growth = 0.82, least = 0.25;
-  const double softer = 1 / std::max(least, 1 + growth * std::log(mean_spacing(s) / grip_m));
+  const double softness = geometry::grip_softness(mean_spacing(s));
   for (const double u : {0.0, mesh.width_m}) {
     const int corner = geometry::nearest_vertex(mesh, {u, 0});
     for (kernel::Triangle& t : s.triangles)
-      if (std::find(t.vertex, t.vertex + 3, corner) != t.vertex + 3) t.membrane_area *= softer;
+      if (std::find(t.vertex, t.vertex + 3, corner) != t.vertex + 3) t.membrane_area *= softness;
   }
 }
 

@@ -239,7 +239,7 @@ void refine_mesh(Study& study, std::vector<Hypothesis>& hypotheses) {
       const Index first = study.rows->first(trial), count = study.rows->count(trial);
       const VectorXd sd = study.rows->sd_mm().segment(first, count);
       const VectorXd change = h.mesh_offset.segment(first, count).cwiseProduct(sd), left = coarse.col(i).segment(first, count).cwiseProduct(sd);
-      if (!is_mesh_correction(study, trial, change, left)) h.mesh_offset.segment(first, count).setZero();
+      if (!is_mesh_correction(*study.objective, trial, change, left)) h.mesh_offset.segment(first, count).setZero();
     }
     h.residual = coarse.col(i) + h.mesh_offset;
     h.cost = fit::cauchy_cost(h.residual, c);

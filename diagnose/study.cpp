@@ -48,13 +48,6 @@ std::vector<std::vector<size_t>> group_trials(const trial::Campaign& campaign, c
   return groups;
 }
 
-bool is_correction(const fit::Objective& objective, size_t trial, const VectorXd& change_mm, const VectorXd& left_mm) {
-  constexpr double kLargest_mm = 3;
-  const fit::ObservedTrial& observed = objective.scenes()[trial].trial;
-  const VectorXd time_s = objective.time_s(trial);
-  return fit::rms_mm(observed, change_mm, time_s) < std::max(kLargest_mm, fit::rms_mm(observed, left_mm, time_s));
-}
-
 // What the fine mesh adds to each residual at these parameters, mm; zero where it blew up or went another way.
 std::vector<VectorXd> mesh_change(const fit::Objective& objective, const fit::Objective& fine, const std::vector<fit::Parameter>& parameters,
                                   const VectorXd& x) {
@@ -67,7 +60,7 @@ std::vector<VectorXd> mesh_change(const fit::Objective& objective, const fit::Ob
     if (!objective.mesh_correction().empty()) d += objective.mesh_correction()[i];
     for (double& value : d)
       if (!std::isfinite(value)) value = 0;
-    if (!is_correction(objective, i, d, coarse_r.mm[i])) d.setZero();
+    if (!is_mesh_correction(objective, i, d, coarse_r.mm[i])) d.setZero();
     change.push_back(d);
   }
   return change;
@@ -95,8 +88,11 @@ MatrixXd base_jacobian(Study& study) {
 
 }  // namespace
 
-bool is_mesh_correction(const Study& study, size_t trial, const VectorXd& change_mm, const VectorXd& left_mm) {
-  return is_correction(*study.objective, trial, change_mm, left_mm);
+bool is_mesh_correction(const fit::Objective& objective, size_t trial, const VectorXd& change_mm, const VectorXd& left_mm) {
+  constexpr double kLargest_mm = 3;
+  const fit::ObservedTrial& observed = objective.scenes()[trial].trial;
+  const VectorXd time_s = objective.time_s(trial);
+  return fit::rms_mm(observed, change_mm, time_s) < std::max(kLargest_mm, fit::rms_mm(observed, left_mm, time_s));
 }
 
 MatrixXd residuals_at(const Study& study, const MatrixXd& coordinates, const std::vector<size_t>& trials) {

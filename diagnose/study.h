@@ -50,7 +50,7 @@ Study make_study(const trial::Campaign& campaign, const std::vector<Effect>& eff
 
 // Whether what a finer mesh adds to a trial's residuals (mm) is a correction. A change that is larger than what the fit
 // leaves (left_mm), and than any mesh's error of a motion that both follow, says that one of them went another way.
-bool is_mesh_correction(const Study& study, size_t trial, const Eigen::VectorXd& change_mm, const Eigen::VectorXd& left_mm);
+bool is_mesh_correction(const fit::Objective& objective, size_t trial, const Eigen::VectorXd& change_mm, const Eigen::VectorXd& left_mm);
 
 // Residuals of many coordinate sets (columns), whitened; a column of NaN where a simulation blew up.
 Eigen::MatrixXd residuals_at(const Study& study, const Eigen::MatrixXd& coordinates, const std::vector<size_t>& trials = {});

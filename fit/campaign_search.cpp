@@ -1,6 +1,7 @@
 #include "fit/campaign_search.h"
 
 #include <algorithm>
+#include <tuple>
 
 #include <fmt/format.h>
 
@@ -103,12 +104,7 @@ SearchResult run_search(const CampaignSearch& search, const trial::Campaign& cam
   Journal journal(folder / "evaluations.txt", identity_of(search, campaign, objective, start, parameters, rows, costs(start).front()));
 
   SearchProblem problem;
-  problem.lower.resize(static_cast<Index>(rows.size()));
-  problem.upper = problem.lower;
-  for (size_t k = 0; k < rows.size(); ++k) {
-    problem.lower(static_cast<Index>(k)) = to_coordinate(searched[k], searched[k].lower);
-    problem.upper(static_cast<Index>(k)) = to_coordinate(searched[k], searched[k].upper);
-  }
+  std::tie(problem.lower, problem.upper) = bounds_of(searched);
   problem.start = VectorXd(start(rows)).cwiseMax(problem.lower).cwiseMin(problem.upper);
   problem.costs = journal.recorded([&](const MatrixXd& points) { return costs(filled_in(points, start, rows)); });
 

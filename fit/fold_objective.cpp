@@ -4,6 +4,7 @@
 #include <cmath>
 #include <memory>
 #include <numeric>
+#include <tuple>
 
 #include <Eigen/QR>
 #include <tbb/enumerable_thread_specific.h>
@@ -99,11 +100,7 @@ std::vector<Sheets> simulate_sheets(const Objective& scenes, const FoldTrack& tr
                                     const MatrixXd& coordinates) {
   const Scene& scene = scenes.scenes()[trial];
   std::vector<cloth::Experiment> lanes;
-  for (Index set = 0; set < coordinates.cols(); ++set) {
-    Prediction p;
-    p.experiment = scene.trial.experiment;
-    p.experiment.start_shape = scene.start_shape;
-    for (size_t k = 0; k < parameters.size(); ++k) parameters[k].apply(p, to_value(parameters[k], coordinates(static_cast<Index>(k), set)));
+  for (Prediction& p : scenes.predictions(parameters, coordinates, trial, 0, coordinates.cols())) {
     // The recording may go on after the last frame compared.
     while (!scene.trial.still && p.experiment.sample_s.size() > 3 && p.experiment.sample_s[p.experiment.sample_s.size() - 3] > track.time_s.back())
       p.experiment.sample_s.pop_back();
@@ -193,12 +190,7 @@ MatrixXd FoldObjective::energy(const std::vector<Parameter>& parameters, const M
 SearchProblem fold_problem(const FoldObjective& objective, const std::vector<Parameter>& parameters, const VectorXd& start,
                            const std::vector<size_t>& trials) {
   SearchProblem problem;
-  problem.lower.resize(start.size());
-  problem.upper.resize(start.size());
-  for (size_t k = 0; k < parameters.size(); ++k) {
-    problem.lower(static_cast<Index>(k)) = to_coordinate(parameters[k], parameters[k].lower);
-    problem.upper(static_cast<Index>(k)) = to_coordinate(parameters[k], parameters[k].upper);
-  }
+  std::tie(problem.lower, problem.upper) = bounds_of(parameters);
   problem.start = start.cwiseMax(problem.lower).cwiseMin(problem.upper);
   problem.costs = [&objective, parameters, trials](const MatrixXd& points) {
     const VectorXd sum = objective.energy(parameters, points, trials).rowwise().sum();

@@ -53,4 +53,21 @@ double to_coordinate(const Parameter& parameter, double value) {
   return parameter.logarithmic ? std::log(value) : value / parameter.scale;
 }
 
+Eigen::VectorXd usual_coordinates(const std::vector<Parameter>& parameters) {
+  Eigen::VectorXd x(static_cast<Eigen::Index>(parameters.size()));
+  for (size_t k = 0; k < parameters.size(); ++k) x(static_cast<Eigen::Index>(k)) = to_coordinate(parameters[k], parameters[k].start);
+  return x;
+}
+
+std::pair<Eigen::VectorXd, Eigen::VectorXd> bounds_of(const std::vector<Parameter>& parameters) {
+  const auto count = static_cast<Eigen::Index>(parameters.size());
+  std::pair<Eigen::VectorXd, Eigen::VectorXd> bounds{Eigen::VectorXd(count), Eigen::VectorXd(count)};
+  for (Eigen::Index k = 0; k < count; ++k) {
+    const Parameter& p = parameters[static_cast<size_t>(k)];
+    bounds.first(k) = to_coordinate(p, p.lower);
+    bounds.second(k) = to_coordinate(p, p.upper);
+  }
+  return bounds;
+}
+
 }  // namespace selvedge::fit

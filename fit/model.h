@@ -6,6 +6,7 @@
 
 #include <functional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "cloth/simulate.h"
@@ -44,5 +45,9 @@ std::vector<Parameter> base_parameters(Drag drag = Drag::nonlinear);
 // From the fitted coordinate (ln or plain) to the value and back.
 double to_value(const Parameter& parameter, double coordinate);
 double to_coordinate(const Parameter& parameter, double value);
+
+// Coordinates of the parameters' usual (or neutral) values, and of their lower and upper bounds.
+Eigen::VectorXd usual_coordinates(const std::vector<Parameter>& parameters);
+std::pair<Eigen::VectorXd, Eigen::VectorXd> bounds_of(const std::vector<Parameter>& parameters);
 
 }  // namespace selvedge::fit

@@ -71,9 +71,11 @@ class Objective {
   cloth::Trajectory trajectory(const std::vector<Parameter>& parameters, const Eigen::VectorXd& coordinates,
                                size_t trial) const;
 
- private:
+  // What is to be simulated for a trial: one prediction for each of `count` sets from `first`.
   std::vector<Prediction> predictions(const std::vector<Parameter>& parameters, const Eigen::MatrixXd& coordinates,
                                       size_t trial, Eigen::Index first, Eigen::Index count) const;
+
+ private:
   // Sets the scene's start_shape; keeps the present one where there is one and none lies clearly nearer.
   void choose_branch(Scene& scene, const std::vector<Parameter>& parameters, const Eigen::VectorXd& usual) const;
   double distance_at_first_sight_mm(size_t trial, Prediction prediction, const Eigen::Matrix3Xd& rest) const;

@@ -21,19 +21,36 @@ std::vector<size_t> first_few(const std::vector<ObservedTrial>& trials) {
   return few;
 }
 
-double first_start_s(const std::vector<ObservedTrial>& trials) {
-  for (const ObservedTrial& t : trials)
-    if (!t.still) return t.experiment.start_s;
-  return 0;
+double first_observed_s(const ObservedTrial& t) {
+  double begin = std::numeric_limits<double>::infinity();
+  if (t.markers) begin = std::min(begin, t.markers->time_s.front());
+  if (t.stripes && !t.stripes->frames.empty()) begin = std::min(begin, t.stripes->frames.front().time_s);
+  return begin;
 }
 
-// Still trials, and the first three that move until a time. Enough to start from: still trials are cheap, and three that
+double last_observed_s(const ObservedTrial& t) {
+  double end = -std::numeric_limits<double>::infinity();
+  if (t.markers) end = std::max(end, t.markers->time_s.back());
+  if (t.stripes) end = std::max(end, last_time_s(*t.stripes));
+  return end;
+}
+
+// The longest that a moving trial is observed, up to until_s on its clock.
+double longest_span_s(const std::vector<ObservedTrial>& trials, double until_s) {
+  double span = 0;
+  for (const ObservedTrial& t : trials)
+    if (!t.still) span = std::max(span, std::min(until_s, last_observed_s(t)) - t.experiment.start_s);
+  return span;
+}
+
+// Still trials, and the first span_s of the first three that move, or as much of it as shows anything. Enough to start from: still trials are cheap, and three that
 // move show every parameter once.
-std::vector<ObservedTrial> beginnings_of(const std::vector<ObservedTrial>& trials, double until_s) {
+std::vector<ObservedTrial> beginnings_of(const std::vector<ObservedTrial>& trials, double span_s) {
   std::vector<ObservedTrial> out;
   for (const size_t i : first_few(trials)) {
     ObservedTrial t = trials[i];
     if (!t.still) {
+      const double until_s = std::max(t.experiment.start_s + span_s, first_observed_s(t));
       std::vector<double>& sample_s = t.experiment.sample_s;
       // One sample beyond the last observation serves interpolation.
       const auto end = std::upper_bound(sample_s.begin(), sample_s.end(), until_s);
@@ -77,19 +94,10 @@ std::vector<ObservedTrial> observe_campaign(const trial::Campaign& campaign, dou
   return trials;
 }
 
-Eigen::VectorXd usual_coordinates(const std::vector<Parameter>& parameters) {
-  Eigen::VectorXd x(static_cast<Eigen::Index>(parameters.size()));
-  for (size_t k = 0; k < parameters.size(); ++k) x(static_cast<Eigen::Index>(k)) = to_coordinate(parameters[k], parameters[k].start);
-  return x;
-}
-
 double last_observed_s(const std::vector<ObservedTrial>& trials) {
   double end = 0;
   for (const ObservedTrial& t : trials)
-    if (!t.still) {
-      if (t.markers) end = std::max(end, t.markers->time_s.back());
-      if (t.stripes) end = std::max(end, last_time_s(*t.stripes));
-    }
+    if (!t.still) end = std::max(end, last_observed_s(t));
   return end;
 }
 
@@ -114,8 +122,8 @@ Start find_start(const std::vector<ObservedTrial>& trials, const ObjectiveOption
                  const LeastSquaresOptions& options) {
   constexpr size_t kCandidates = 3;
   constexpr double kBeginning = 0.4, kLeast_s = 1.2;  // of the longest trial
-  const double begin_s = first_start_s(trials), span_s = std::min(options.fit_until_s, last_observed_s(trials)) - begin_s;
-  const Objective grid(beginnings_of(trials, begin_s + std::clamp(kBeginning * span_s, std::min(kLeast_s, span_s), span_s)), on, parameters,
+  const double span_s = longest_span_s(trials, options.fit_until_s);
+  const Objective grid(beginnings_of(trials, std::clamp(kBeginning * span_s, std::min(kLeast_s, span_s), span_s)), on, parameters,
                        usual_coordinates(parameters));
   LeastSquaresOptions search = options;
   search.max_iterations = 5;

@@ -12,9 +12,6 @@ namespace selvedge::fit {
 std::vector<ObservedTrial> observe_campaign(const trial::Campaign& campaign, double rate_hz, double image_rate_hz,
                                             const report::ProgressCallback& progress);
 
-// Coordinates of the parameters' usual values.
-Eigen::VectorXd usual_coordinates(const std::vector<Parameter>& parameters);
-
 // The longest moving trial's last observed time, s; 0 where none moves.
 double last_observed_s(const std::vector<ObservedTrial>& trials);
 

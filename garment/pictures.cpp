@@ -20,20 +20,6 @@ namespace {
 
 constexpr int kWidth_px = 300, kHeight_px = 420;
 
-geometry::Projection looking_at(const Eigen::Vector3d& target) {
-  const Eigen::Vector3d from = target + Eigen::Vector3d(1.1, -2.4, 0.5);
-  const Eigen::Vector3d forward = (target - from).normalized(), right = forward.cross(Eigen::Vector3d::UnitZ()).normalized();
-  Eigen::Matrix3d rotation, intrinsics;
-  rotation << right.transpose(), forward.cross(right).transpose(), forward.transpose();
-  intrinsics << 640, 0, kWidth_px / 2.0, 0, 640, kHeight_px / 2.0, 0, 0, 1;
-  geometry::Projection p;
-  p.matrix.leftCols<3>() = intrinsics * rotation;
-  p.matrix.col(3) = -intrinsics * rotation * from;
-  p.width_px = kWidth_px;
-  p.height_px = kHeight_px;
-  return p;
-}
-
 void append_mesh(const Eigen::Matrix3Xd& position, std::string& text) {
   for (Eigen::Index v = 0; v < position.cols(); ++v)
     text += fmt::format("v {:.6f} {:.6f} {:.6f}\n", position(0, v), position(1, v), position(2, v));
@@ -72,7 +58,8 @@ std::string picture_of(const Garment& garment, const Wearer& wearer, const Eigen
   const auto offset = static_cast<int>(position.cols());
   for (const auto& t : limbs.triangles) triangles.push_back({t[0] + offset, t[1] + offset, t[2] + offset});
   const Eigen::Vector3d root = pose_at(*wearer.motion, time_s, wearer.dressing_s)[0].translation();
-  const geometry::Projection camera = looking_at(root - Eigen::Vector3d(0, 0, 0.25));
+  const Eigen::Vector3d middle = root - Eigen::Vector3d(0, 0, 0.25);
+  const geometry::Projection camera = geometry::looking_at(middle + Eigen::Vector3d(1.1, -2.4, 0.5), middle, 640, kWidth_px, kHeight_px);
   render::RowMap map(camera, camera);
   map.rasterise(all, triangles);
   const Eigen::Vector3d light = Eigen::Vector3d(0.5, -0.6, 0.6).normalized();

@@ -93,6 +93,24 @@ Eigen::Vector3d ray(const Projection& projection, const Eigen::Vector2d& pixel) 
   return (sign * left.inverse() * straight.homogeneous()).normalized();
 }
 
+Projection looking_at(const Eigen::Vector3d& position, const Eigen::Vector3d& target, const Eigen::Vector2d& focal_px,
+                      const Eigen::Vector2d& principal_px, int width_px, int height_px, const Eigen::Vector3d& up) {
+  const Eigen::Vector3d forward = (target - position).normalized(), right = forward.cross(up).normalized();
+  Eigen::Matrix3d rotation, intrinsics;
+  rotation << right.transpose(), forward.cross(right).transpose(), forward.transpose();
+  intrinsics << focal_px.x(), 0, principal_px.x(), 0, focal_px.y(), principal_px.y(), 0, 0, 1;
+  Projection projection;
+  projection.matrix.leftCols<3>() = intrinsics * rotation;
+  projection.matrix.col(3) = -intrinsics * rotation * position;
+  projection.width_px = width_px;
+  projection.height_px = height_px;
+  return projection;
+}
+
+Projection looking_at(const Eigen::Vector3d& position, const Eigen::Vector3d& target, double focal_px, int width_px, int height_px) {
+  return looking_at(position, target, {focal_px, focal_px}, {width_px / 2.0, height_px / 2.0}, width_px, height_px);
+}
+
 Eigen::Vector3d singular_values(const Eigen::Matrix<double, 3, 4>& matrix) {
   Eigen::Matrix<double, 3, 4> scaled = matrix;
   for (int i = 0; i < 3; ++i)

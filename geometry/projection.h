@@ -18,6 +18,13 @@ struct Projection {
   int height_px = 0;
 };
 
+// A device at `position` (m) whose optical axis meets `target`, with `up` upwards in its image; no distortion.
+Projection looking_at(const Eigen::Vector3d& position, const Eigen::Vector3d& target, const Eigen::Vector2d& focal_px,
+                      const Eigen::Vector2d& principal_px, int width_px, int height_px,
+                      const Eigen::Vector3d& up = Eigen::Vector3d::UnitZ());
+// The same with square pixels and the axis in the middle of the image.
+Projection looking_at(const Eigen::Vector3d& position, const Eigen::Vector3d& target, double focal_px, int width_px, int height_px);
+
 // P = K [R | t] up to scale; K upper triangular with positive diagonal and K(2,2) = 1, R a rotation.
 struct Decomposition {
   Eigen::Matrix3d intrinsics;                // px

@@ -61,8 +61,7 @@ Timed timed(double (*clock)(), const cloth::Sheet& sheet, const std::vector<Expe
     out.motion = cloth::simulate(sheet, lanes, options);
     times.push_back(clock() - start);
   }
-  std::sort(times.begin(), times.end());
-  out.seconds = times[times.size() / 2];
+  out.seconds = median(std::move(times));
   return out;
 }
 

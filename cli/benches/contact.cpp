@@ -13,8 +13,7 @@ namespace {
 double median_wall_s(const ContactScene& scene, bool with_contact, int repeats) {
   std::vector<double> walls;
   for (int i = 0; i < repeats; ++i) walls.push_back(run_contact_scene(scene, with_contact).wall_s);
-  std::nth_element(walls.begin(), walls.begin() + repeats / 2, walls.end());
-  return walls[static_cast<size_t>(repeats / 2)];
+  return median(std::move(walls));
 }
 
 }  // namespace

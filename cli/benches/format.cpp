@@ -25,8 +25,7 @@ double median_s(int repeats, const std::function<void()>& work) {
     work();
     times_s.push_back(std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
   }
-  std::sort(times_s.begin(), times_s.end());
-  return times_s[times_s.size() / 2];
+  return median(std::move(times_s));
 }
 
 trial::Trial many_markers(unsigned seed, int rows) {

@@ -28,22 +28,7 @@ double median_ms(int repeats, const std::function<void()>& work) {
     work();
     times.push_back(std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count());
   }
-  std::sort(times.begin(), times.end());
-  return times[times.size() / 2];
-}
-
-geometry::Projection looking(const Eigen::Vector3d& from, double focal_px, int width_px, int height_px) {
-  const Eigen::Vector3d forward = (Eigen::Vector3d(0, 0, -0.15) - from).normalized();
-  const Eigen::Vector3d right = forward.cross(Eigen::Vector3d::UnitZ()).normalized();
-  Eigen::Matrix3d rotation, k;
-  rotation << right.transpose(), forward.cross(right).transpose(), forward.transpose();
-  k << focal_px, 0, width_px / 2.0, 0, focal_px, height_px / 2.0, 0, 0, 1;
-  geometry::Projection projection;
-  projection.matrix.leftCols<3>() = k * rotation;
-  projection.matrix.col(3) = -k * rotation * from;
-  projection.width_px = width_px;
-  projection.height_px = height_px;
-  return projection;
+  return median(std::move(times));
 }
 
 // The seven basis filters as whole kernels, C2 and C3, blurred, angle: the metric's definition in OpenCV's words.
@@ -81,8 +66,8 @@ cv::Mat angle_by_filter2d(const cv::Mat& grey, const fit::FoldMetricOptions& opt
 
 std::vector<Figure> bench_metric(const FigureOptions& options) {
   cv::setNumThreads(1);
-  const geometry::Projection camera = looking({0.05, -1.0, -0.1}, 1000, 640, 480);
-  const geometry::Projection projector = looking({-0.1, -0.95, 0.4}, 1450, 1024, 768);
+  const geometry::Projection camera = geometry::looking_at({0.05, -1.0, -0.1}, {0, 0, -0.15}, 1000, 640, 480);
+  const geometry::Projection projector = geometry::looking_at({-0.1, -0.95, 0.4}, {0, 0, -0.15}, 1450, 1024, 768);
   const geometry::TriangleMesh mesh = geometry::make_grid_mesh(0.3, 0.3, 33, 33);
   Eigen::Matrix3Xd position(3, mesh.rest_uv.size());
   for (size_t i = 0; i < mesh.rest_uv.size(); ++i) {

@@ -43,7 +43,14 @@ void print_outcome(const fit::FitOutcome& out) {
   fmt::print("; {} simulations in {:.0f} s\n", out.evaluations, out.wall_s);
 }
 
-void run_fit(FitArguments& a) {
+// What only the searches use is not passed over in silence.
+void refuse_what_least_squares_has_not(const CLI::App& command) {
+  for (const char* name : {"--error", "--evaluations", "--seed", "--search"})
+    if (command.count(name) > 0) refuse(name, "found it with --optimiser least_squares, expected it with annealing, evolution, cma or grid alone");
+}
+
+void run_fit(FitArguments& a, const CLI::App& command) {
+  if (a.optimiser == "least_squares") refuse_what_least_squares_has_not(command);
   const trial::Campaign campaign = trial::read_campaign(a.path);
   if (std::filesystem::exists(a.out) && !std::filesystem::is_directory(a.out)) refuse("--out " + a.out.string(), "found a file, expected a folder");
   a.options.drag = drag_of(a.base);
@@ -80,7 +87,7 @@ void add_fit(CLI::App& app, int&) {
   command->add_option("--evaluations", a->search.evaluations, "their budget")->check(CLI::PositiveNumber)->capture_default_str();
   command->add_option("--seed", a->search.seed, "of their random choices")->type_name("N")->capture_default_str();
   command->add_option("--search", a->search.parameters, "parameters they search, with commas between; all by default")->delimiter(',')->type_name("NAMES");
-  command->callback([a] { run_fit(*a); });
+  command->callback([a, command] { run_fit(*a, *command); });
 }
 
 }  // namespace selvedge::cli

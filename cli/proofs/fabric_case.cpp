@@ -1,10 +1,9 @@
 #include "cli/proofs/fabric_case.h"
 
-#include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <limits>
 
+#include "fit/coarse_search.h"
 #include "fit/optimisers/annealing.h"
 
 namespace selvedge::cli {
@@ -24,36 +23,6 @@ VectorXd coordinates_of(const std::vector<fit::Parameter>& parameters, const clo
 
 double seconds_since(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
-
-// Best of four values each of stretch (shear half of it), rigidity and drag, the others as usual, by robust residuals.
-VectorXd coarse_start(const fit::Objective& objective, const std::vector<fit::Parameter>& parameters, const VectorXd& usual) {
-  const auto row = [&](const std::string& name) {
-    return static_cast<Index>(std::find_if(parameters.begin(), parameters.end(), [&](const auto& p) { return p.name == name; }) - parameters.begin());
-  };
-  MatrixXd sets = usual.replicate(1, 64);
-  Index at = 0;
-  for (const double bend : {2e-6, 1.6e-5, 1.2e-4, 9e-4})
-    for (const double drag : {0.3, 0.8, 2.0, 5.0})
-      for (const double stretch : {30, 110, 400, 1500}) {
-        sets(row("bend"), at) = std::log(bend);
-        sets(row("drag_normal"), at) = std::log(drag);
-        sets(row("stretch"), at) = std::log(stretch);
-        sets(row("shear"), at++) = std::log(stretch / 2);
-      }
-  Index best = 0;
-  double least = std::numeric_limits<double>::infinity();
-  for (Index first = 0; first < sets.cols(); first += 8) {
-    const std::vector<fit::Residuals> evaluated = objective.evaluate(parameters, sets.middleCols(first, 8));
-    for (Index i = 0; i < 8; ++i) {
-      const fit::Residuals& r = evaluated[static_cast<size_t>(i)];
-      const double cost = r.finite ? fit::cost_of(objective, r, {}, 1) : std::numeric_limits<double>::infinity();
-      if (cost >= least) continue;
-      least = cost;
-      best = first + i;
-    }
-  }
-  return sets.col(best);
 }
 
 // Costs over the first rows of a set, the others held.
@@ -79,8 +48,6 @@ std::unique_ptr<FabricCase> prepare_case(const TrueFabric& fabric, const std::fi
   c->campaign = record_fabric(fabric, folder, record);
   c->parameters = fit::base_parameters();
   c->true_coordinates = coordinates_of(c->parameters, fabric.material);
-  VectorXd usual(c->true_coordinates.size());
-  for (size_t k = 0; k < c->parameters.size(); ++k) usual(static_cast<Index>(k)) = fit::to_coordinate(c->parameters[k], c->parameters[k].start);
 
   std::vector<fit::ObservedTrial> observed;
   fit::ObserveOptions observe;
@@ -88,8 +55,8 @@ std::unique_ptr<FabricCase> prepare_case(const TrueFabric& fabric, const std::fi
   for (const trial::Trial& t : c->campaign.trials) observed.push_back(fit::observe_trial(t, observe));
   fit::ObjectiveOptions mesh;
   mesh.columns = options.coarse_columns;
-  fit::Objective coarse(observed, mesh, c->parameters, usual);
-  c->start = coarse_start(coarse, c->parameters, usual);
+  const fit::Objective coarse(observed, mesh, c->parameters, fit::usual_coordinates(c->parameters));
+  c->start = fit::coarse_search(coarse, c->parameters, {}).best.front();
   mesh.columns = options.columns;
   c->scenes = std::make_unique<fit::Objective>(observed, mesh, c->parameters, c->start);
   // Every equilibrium is sought from the shape that the recorded one was: initial conditions match, as the paper's do.

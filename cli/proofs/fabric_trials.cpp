@@ -37,20 +37,6 @@ struct HandMotion {
   }
 };
 
-geometry::Projection fabric_view(const Eigen::Vector3d& from, double focal_px, int width_px, int height_px) {
-  const Eigen::Vector3d forward = (Eigen::Vector3d(0, 0.02, -0.15) - from).normalized();
-  const Eigen::Vector3d right = forward.cross(Eigen::Vector3d::UnitZ()).normalized();
-  Eigen::Matrix3d rotation, k;
-  rotation << right.transpose(), forward.cross(right).transpose(), forward.transpose();
-  k << focal_px, 0, width_px / 2.0, 0, focal_px, height_px / 2.0, 0, 0, 1;
-  geometry::Projection projection;
-  projection.matrix.leftCols<3>() = k * rotation;
-  projection.matrix.col(3) = -k * rotation * from;
-  projection.width_px = width_px;
-  projection.height_px = height_px;
-  return projection;
-}
-
 trial::GreyImage with_noise(render::Image image, double sd, std::mt19937_64& random) {
   std::normal_distribution<double> normal(0, sd);
   trial::GreyImage out(image.rows(), image.cols());
@@ -65,8 +51,9 @@ trial::Trial blank_trial(const TrueFabric& fabric, const HandMotion& motion, con
   t.experiment = motion.amplitude_m > 0 ? trial::Experiment::waving : trial::Experiment::static_hang;
   t.fabric = {fabric.name, kRecorded_m, kRecorded_m, fabric.material.density * kRecorded_m * kRecorded_m, true};
   t.starts_at_rest = true;
-  t.camera = fabric_view({0.05, -1.0, -0.1}, 880, 640, 480);
-  t.projector = fabric_view({-0.1, -0.95, 0.4}, 1450, 1024, 768);
+  const Eigen::Vector3d middle(0, 0.02, -0.15);
+  t.camera = geometry::looking_at({0.05, -1.0, -0.1}, middle, 880, 640, 480);
+  t.projector = geometry::looking_at({-0.1, -0.95, 0.4}, middle, 1450, 1024, 768);
   t.pattern = trial::StripePattern{"horizontal", 16, 0.5, 0};
   t.frame_rate_hz = options.frame_rate_hz;
   t.mocap_rate_hz = kTracker_hz;

@@ -73,8 +73,7 @@ double share(const std::vector<SpringRun>& runs, const std::function<bool(const 
 double median_of(const std::vector<SpringRun>& runs, const std::function<double(const SpringRun&)>& value) {
   std::vector<double> values;
   for (const SpringRun& run : runs) values.push_back(value(run));
-  std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2), values.end());
-  return values[values.size() / 2];
+  return median(std::move(values));
 }
 
 void print_runs(const std::string& title, const std::vector<SpringRun>& runs, unsigned first_seed) {

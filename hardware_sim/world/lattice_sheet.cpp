@@ -5,6 +5,7 @@
 
 #include <Eigen/Geometry>
 
+#include "geometry/grip.h"
 #include "hardware_sim/world/lattice_kernels.h"
 
 namespace selvedge::hardware_sim {
@@ -41,9 +42,7 @@ LatticeSheet::LatticeSheet(const FabricTruth& truth, const LatticeOptions& optio
   const double out_of_plane = stable_step(64 * truth.bend / (truth.density * h4) + 1, 64 * truth.bend_damping / (truth.density * h4));
   step_s_ = options.step_share * std::min(in_plane, out_of_plane);
 
-  // A grip is some millimetres wide; a lattice held at a node would give way by its own spacing instead.
-  constexpr double grip_m = 6.25e-3, growth = 0.82, least = 0.25;
-  grip_change_ = 1 / std::max(least, 1 + growth * std::log(std::sqrt(hu_ * hv_) / grip_m)) - 1;
+  grip_change_ = geometry::grip_softness(std::sqrt(hu_ * hv_)) - 1;
 
   Eigen::Matrix3Xd flat(3, n);
   const auto uv = rest_uv();

@@ -37,7 +37,7 @@ geometry::Projection read_projection(Section& s, const Stand& stand) {
   const int height = int(s.integer("height_px", stand.height_px, 16, 8192, "px"));
   const Eigen::Vector2d principal = vector2(s, "principal_px", stand.principal_px, 1e5, "px");
   const auto distortion = s.numbers("distortion", stand.distortion, 5, -5, 5, "OpenCV's k1 k2 p1 p2 k3");
-  geometry::Projection projection = look_at(position, target, focal, principal, width, height);
+  geometry::Projection projection = geometry::looking_at(position, target, focal, principal, width, height);
   std::copy(distortion.begin(), distortion.end(), projection.distortion.begin());
   return projection;
 }
@@ -112,21 +112,6 @@ const std::vector<std::string>& world_sections() {
   static const std::vector<std::string> sections = {"fabric", "lattice", "air", "camera", "projector", "grid",
                                                     "stand",  "hand",    "arm", "knock",  "world",  "devices",   "bus"};
   return sections;
-}
-
-geometry::Projection look_at(const Eigen::Vector3d& position, const Eigen::Vector3d& target, const Eigen::Vector2d& focal_px,
-                             const Eigen::Vector2d& principal_px, int width_px, int height_px) {
-  const Eigen::Vector3d forward = (target - position).normalized();
-  const Eigen::Vector3d right = forward.cross(Eigen::Vector3d::UnitZ()).normalized();
-  Eigen::Matrix3d rotation, intrinsics;
-  rotation << right.transpose(), forward.cross(right).transpose(), forward.transpose();
-  intrinsics << focal_px.x(), 0, principal_px.x(), 0, focal_px.y(), principal_px.y(), 0, 0, 1;
-  geometry::Projection projection;
-  projection.matrix.leftCols<3>() = intrinsics * rotation;
-  projection.matrix.col(3) = -intrinsics * rotation * position;
-  projection.width_px = width_px;
-  projection.height_px = height_px;
-  return projection;
 }
 
 WorldConfiguration read_world(const rig::Configuration& configuration) {

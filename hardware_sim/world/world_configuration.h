@@ -70,10 +70,6 @@ const std::vector<std::string>& world_sections();
 // default world.
 WorldConfiguration read_world(const rig::Configuration& configuration);
 
-// A pinhole at `position` whose optical axis meets `look_at`, rows downwards in the world (z up).
-geometry::Projection look_at(const Eigen::Vector3d& position, const Eigen::Vector3d& target, const Eigen::Vector2d& focal_px,
-                             const Eigen::Vector2d& principal_px, int width_px, int height_px);
-
 // The truth in the names and units of the exchange format's fit and calibration, for comparing afterwards.
 nlohmann::json truth_json(const WorldConfiguration& world);
 

@@ -86,8 +86,8 @@ TEST(StripeObservation, EdgesOfARenderedSheetLieOnTheirRows) {
 }
 
 TEST(StripeObservation, VerticalStripesAreReadAlongRows) {
-  const auto camera = render::look({-0.3, -1.0, -0.15}, {0, 0, -0.15}, 1000, 640, 480);
-  const auto projector = render::look({0.3, -0.9, -0.1}, {0, 0, -0.15}, 1450, 1024, 768);
+  const auto camera = geometry::looking_at({-0.3, -1.0, -0.15}, {0, 0, -0.15}, 1000, 640, 480);
+  const auto projector = geometry::looking_at({0.3, -0.9, -0.1}, {0, 0, -0.15}, 1450, 1024, 768);
   const Sheet sheet = render::make_sheet(33, wave);
   const StripePattern pattern{.horizontal = false, .period_px = 20, .duty = 0.4, .first_bright_px = 3};
   StripeObservation seen = observe(picture(camera, projector, pattern, sheet, 1, 0), camera, projector, pattern);

@@ -13,27 +13,9 @@
 
 namespace selvedge::render {
 
-// Optical axis from `from` towards `to`, image rows downwards (world z up).
-inline geometry::Projection look(const Eigen::Vector3d& from, const Eigen::Vector3d& to, double focal_px,
-                                 int width_px, int height_px) {
-  const Eigen::Vector3d forward = (to - from).normalized();
-  const Eigen::Vector3d right = forward.cross(Eigen::Vector3d::UnitZ()).normalized();
-  const Eigen::Vector3d down = forward.cross(right);
-  Eigen::Matrix3d rotation;
-  rotation << right.transpose(), down.transpose(), forward.transpose();
-  Eigen::Matrix3d k;
-  k << focal_px, 0, width_px / 2.0, 0, focal_px, height_px / 2.0, 0, 0, 1;
-  geometry::Projection projection;
-  projection.matrix.leftCols<3>() = k * rotation;
-  projection.matrix.col(3) = -k * rotation * from;
-  projection.width_px = width_px;
-  projection.height_px = height_px;
-  return projection;
-}
-
-inline geometry::Projection bench_camera() { return look({0.05, -1.0, -0.1}, {0, 0, -0.15}, 1000, 640, 480); }
+inline geometry::Projection bench_camera() { return geometry::looking_at({0.05, -1.0, -0.1}, {0, 0, -0.15}, 1000, 640, 480); }
 inline geometry::Projection bench_projector() {
-  return look({-0.1, -0.95, 0.4}, {0, 0, -0.15}, 1450, 1024, 768);
+  return geometry::looking_at({-0.1, -0.95, 0.4}, {0, 0, -0.15}, 1450, 1024, 768);
 }
 
 struct Sheet {
