@@ -1,6 +1,7 @@
 #include "hardware_sim/datastream_server/datastream_server.h"
 
 #include <poll.h>
+#include <sys/prctl.h>
 
 #include <algorithm>
 #include <array>
@@ -54,9 +55,11 @@ class DatastreamServer::Loop {
   }
   void cut_connections() { cut_ = true; }
   void stall(double seconds) { stalled_until_s_ = rig::host_now_s() + seconds; }
+  void hide(double seconds) { hidden_until_s_ = rig::host_now_s() + seconds; }
 
  private:
   void run() {
+    ::prctl(PR_SET_TIMERSLACK, 1);  // ns; a system that states its latency keeps to it
     while (!stopping_) {
       wait();
       accept_clients();
@@ -64,7 +67,9 @@ class DatastreamServer::Loop {
       if (cut_.exchange(false)) cut_all();
       // One at a time: where looking takes longer than a period, frames come late, but they come.
       if (rig::host_now_s() >= start_s_ + next_sample_ / options_.rate_hz) take_sample();
-      while (!leaving_.empty() && rig::host_now_s() >= std::max<double>(leaving_.front().due_s, stalled_until_s_)) {
+      while (!leaving_.empty() && rig::host_now_s() >= std::max<double>(leaving_.front().due_s, stalled_until_s_) - options_.awake_s) {
+        while (rig::host_now_s() < leaving_.front().due_s) {
+        }
         for (auto& client : clients_) send_frame(client, leaving_.front().frame);
         leaving_.pop_front();
       }
@@ -77,7 +82,7 @@ class DatastreamServer::Loop {
     std::vector<pollfd> entries{{listener_.descriptor(), POLLIN, 0}};
     for (const auto& client : clients_) entries.push_back({client.socket.descriptor(), POLLIN, 0});
     double until_s = start_s_ + next_sample_ / options_.rate_hz;
-    if (!leaving_.empty()) until_s = std::min(until_s, std::max<double>(leaving_.front().due_s, stalled_until_s_));
+    if (!leaving_.empty()) until_s = std::min(until_s, std::max<double>(leaving_.front().due_s, stalled_until_s_) - options_.awake_s);
     const double left_s = std::clamp(until_s - rig::host_now_s(), 0.0, 0.02);
     const timespec limit{0, static_cast<long>(left_s * 1e9)};
     ::ppoll(entries.data(), entries.size(), &limit, nullptr);
@@ -147,6 +152,7 @@ class DatastreamServer::Loop {
       static_cast<MocapCounts&>(counts_) = mocap_.counts();
     }
     if (!seen) return;
+    if (t < hidden_until_s_) seen->clear();
     datastream::Frame frame;
     frame.number = number;
     frame.rate_hz = options_.rate_hz;
@@ -191,7 +197,7 @@ class DatastreamServer::Loop {
   std::deque<Leaving> leaving_;
   std::vector<Client> clients_;
   std::atomic<bool> stopping_ = false, cut_ = false;
-  std::atomic<double> stalled_until_s_ = 0;
+  std::atomic<double> stalled_until_s_ = 0, hidden_until_s_ = 0;
   mutable std::mutex mutex_;
   DatastreamServerCounts counts_;
   std::thread thread_;
@@ -205,5 +211,6 @@ int DatastreamServer::port() const { return loop_->port(); }
 DatastreamServerCounts DatastreamServer::counts() const { return loop_->counts(); }
 void DatastreamServer::cut_connections() { loop_->cut_connections(); }
 void DatastreamServer::stall(double seconds) { loop_->stall(seconds); }
+void DatastreamServer::hide(double seconds) { loop_->hide(seconds); }
 
 }  // namespace selvedge::hardware_sim

@@ -21,6 +21,7 @@ struct DatastreamServerOptions : MocapOptions {
   std::string address = "127.0.0.1";
   int port = 0;                      // 0: the system chooses
   double stated_latency_s = -1;      // what LatencyInfo says; negative: the true one
+  double awake_s = 0;                // busy so long before each frame leaves: the host's timers alone are 0.1 ms late
 };
 
 struct DatastreamServerCounts : MocapCounts {
@@ -41,6 +42,8 @@ class DatastreamServer {
   void cut_connections();
   // Sends nothing for so long; the frames of that time come late, all at once.
   void stall(double seconds);
+  // No marker is seen for so long; frames go on.
+  void hide(double seconds);
 
  private:
   class Loop;

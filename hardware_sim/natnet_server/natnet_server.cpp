@@ -1,6 +1,7 @@
 #include "hardware_sim/natnet_server/natnet_server.h"
 
 #include <poll.h>
+#include <sys/prctl.h>
 
 #include <algorithm>
 #include <atomic>
@@ -57,6 +58,7 @@ class NatnetServer::Loop {
 
  private:
   void run() {
+    ::prctl(PR_SET_TIMERSLACK, 1);  // ns; a system that states its latency keeps to it
     while (!stopping_) {
       wait();
       while (socket_.readable(0)) answer(wire::receive_datagram(socket_));

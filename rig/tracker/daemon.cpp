@@ -24,7 +24,7 @@ class FrameClock {
  public:
   // Host time of the frame's capture, s: by the map once it stands, the raw estimate before.
   double capture_s(const TrackerFrame& frame) {
-    if (frame.rate_hz <= 0) return frame.capture_s;
+    if (frame.rate_hz <= 0) return frame.capture_s - frame.network_s;
     if (!clock_ || frame.rate_hz != rate_hz_) {
       rate_hz_ = frame.rate_hz;
       rig::ClockOptions options;
@@ -32,11 +32,17 @@ class FrameClock {
       clock_.emplace(options);
     }
     clock_->add(frame.frame_number, std::llround(frame.capture_s * 1e6));
-    return clock_->map() ? clock_->map()->host_s(frame.frame_number) : frame.capture_s;
+    map_ = clock_->map();
+    if (!map_) return frame.capture_s - frame.network_s;
+    // The way through the network is taken off behind the envelope, which would hold on to its first, longest value.
+    map_->reference_host_s -= frame.network_s;
+    map_->uncertainty_s = std::hypot(map_->uncertainty_s, frame.capture_sd_s);
+    return map_->host_s(frame.frame_number);
   }
-  std::optional<rig::ClockMap> map() const { return clock_ ? clock_->map() : std::nullopt; }
+  const std::optional<rig::ClockMap>& map() const { return map_; }
 
  private:
+  std::optional<rig::ClockMap> map_;
   double rate_hz_ = 0;
   std::optional<rig::PassiveClock> clock_;
 };

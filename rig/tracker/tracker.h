@@ -27,6 +27,8 @@ struct TrackerFrame {
   std::int64_t frame_number = 0;  // of the motion-capture system; a step above 1 is a lost frame
   double arrival_s = 0;           // host clock, when the last byte arrived
   double capture_s = 0;           // host clock, mid-exposure: arrival less latency, before any regression
+  double network_s = 0;           // shortest way from the system to here, still in capture_s; 0 where capture_s is free of it
+  double capture_sd_s = 0;        // of capture_s − network_s, the part that no regression takes out
   double latency_s = 0;           // exposure to sending, as the system states it; 0 where it says nothing
   double rate_hz = 0;             // as the system states it; 0 before it did
   std::vector<TrackedMarker> markers;

@@ -43,6 +43,11 @@ TEST(DatastreamPackets, GiveNamesPositionsRateAndLatency) {
   EXPECT_TRUE(decoded.frame->markers[2].position_m.isApprox(Eigen::Vector3d(0.4, -0.2, 1.5)));
 }
 
+TEST(DatastreamPackets, EchoOfAPingIsRead) {
+  Decoder decoder;
+  EXPECT_EQ(decoder.decode(body_of(datastream_server::ping_packet(77))).ping, 77u);
+}
+
 TEST(DatastreamPackets, AbsentMarkerIsOccludedAndNeverAtTheOrigin) {
   datastream_server::Declared declared;
   Decoder decoder;

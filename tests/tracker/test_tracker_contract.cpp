@@ -100,6 +100,8 @@ TEST_P(TrackerContract, NamedMarkersArriveInMetresWithTheirCaptureTime) {
     EXPECT_TRUE(std::any_of(frame->markers.begin(), frame->markers.end(),
                             [](const auto& marker) { return marker.name.empty(); }));
     EXPECT_LE(frame->capture_s, frame->arrival_s);
+    EXPECT_GE(frame->network_s, 0);
+    EXPECT_LT(frame->network_s, 0.5);
     EXPECT_LE(frame->arrival_s, rig::host_now_s());
     // The rising side of the sinusoid gives the time back.
     const double phase = std::fmod(frame->capture_s, 1.0);

@@ -123,6 +123,8 @@ Decoder::Packet Decoder::decode(std::span<const std::uint8_t> body) {
       read_unlabelled(object, frame.markers);
     } else if (id == latency_info) {
       frame.latency_s = read_latency_s(object);
+    } else if (id == ping) {
+      packet.ping = object.number<std::uint64_t>();
     }
   }
   // A packet that brings subjects brings all of them.

@@ -21,7 +21,7 @@ namespace selvedge::tracker::datastream {
 
 inline constexpr std::uint32_t packet_id = 0x1a2b0001;
 inline constexpr std::uint32_t stream_info = 1, subject_info = 2, frame_info = 5, labelled_recons = 6,
-                               unlabelled_recons = 7, latency_info = 26, object_enums = 100001,
+                               unlabelled_recons = 7, latency_info = 26, ping = 42, object_enums = 100001,
                                request_frame = 100002, contents = 100004;
 inline constexpr size_t header_bytes = 8;
 inline constexpr size_t largest_packet_bytes = 8 << 20;  // far above any single-marker set-up
@@ -36,6 +36,7 @@ class Decoder {
   struct Packet {
     std::optional<std::set<std::uint32_t>> supported;  // the server's ObjectEnums
     std::optional<TrackerFrame> frame;                 // where the packet holds FrameInfo; times not filled in
+    std::optional<std::uint64_t> ping;                 // of ours, echoed
   };
   // body: a packet without its 8-byte header. Throws WireError.
   Packet decode(std::span<const std::uint8_t> body);

@@ -124,7 +124,10 @@ class NatNet final : public Tracker {
     result.latency_s = latency_s;
     result.capture_s = result.arrival_s - latency_s;
     // A mapping can be wrong by half an echo's way; never later than the frame itself allows.
-    if (clock_.map()) result.capture_s = std::min(result.capture_s, clock_.map()->host_s(static_cast<std::int64_t>(frame.exposure_ticks)));
+    if (clock_.map()) {
+      result.capture_s = std::min(result.capture_s, clock_.map()->host_s(static_cast<std::int64_t>(frame.exposure_ticks)));
+      result.capture_sd_s = clock_.map()->uncertainty_s;
+    }
     result.markers = frame.markers;
     if (options_.y_up)
       for (auto& marker : result.markers) marker.position_m = Eigen::Vector3d(marker.position_m.x(), -marker.position_m.z(), marker.position_m.y());
