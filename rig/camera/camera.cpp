@@ -11,7 +11,7 @@ namespace {
 using Opener = std::unique_ptr<Camera> (*)(const CameraConfiguration&);
 
 const std::map<std::string, Opener>& openers() {
-  static const std::map<std::string, Opener> table = {{"aravis", open_aravis_camera}};
+  static const std::map<std::string, Opener> table = {{"aravis", open_aravis_camera}, {"v4l2", open_v4l2_camera}};
   return table;
 }
 

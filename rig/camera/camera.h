@@ -18,8 +18,8 @@ enum class CameraTrigger { off, software, hardware };  // off: runs free at rate
 
 // [camera] of the rig's configuration.
 struct CameraConfiguration {
-  std::string backend = "aravis";
-  std::string address;               // of the device: IPv4 address for GigE Vision
+  std::string backend = "aravis";    // or "v4l2"
+  std::string address;               // of the device: IPv4 address for GigE Vision, node for V4L2
   double rate_hz = 60;               // running free
   double exposure_s = 0.002;
   CameraTrigger trigger = CameraTrigger::off;
@@ -41,6 +41,7 @@ struct CameraInformation {
   std::string description;   // maker, model, serial number
   int width_px = 0, height_px = 0;
   double ticks_per_s = 1e9;  // of the device's clock
+  double stamp_sd_s = 0;     // of the frames' ticks as the start of exposure, where the device stamps something else
 };
 
 struct CameraFrame {
@@ -88,5 +89,6 @@ std::unique_ptr<Camera> open_camera(const CameraConfiguration& configuration);
 
 // One in each back-end's file.
 std::unique_ptr<Camera> open_aravis_camera(const CameraConfiguration& configuration);
+std::unique_ptr<Camera> open_v4l2_camera(const CameraConfiguration& configuration);
 
 }  // namespace selvedge::camera

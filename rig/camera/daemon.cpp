@@ -173,6 +173,8 @@ class Daemon {
     ring_.reset();
     ring_ = std::make_unique<FrameRingWriter>(ring_name_, information.width_px, information.height_px,
                                               configuration_.ring_frames);
+    // A daemon that was killed left its last number in the ring; readers count on from it.
+    if (last_number_ == 0) last_number_ = ring_->newest_frame_number();
     clock_ = rig::PassiveClock(clock_options(configuration_, information.ticks_per_s));
     begin(2);
     Probe probe(*camera_);
@@ -247,7 +249,7 @@ class Daemon {
     head.whole = frame.whole;
     if (const auto& map = clock_.map()) {
       head.utime = map->host_us(frame.ticks + std::llround(0.5 * exposure_s * ticks_per_s));
-      head.uncertainty_s = map->uncertainty_s;
+      head.uncertainty_s = std::hypot(map->uncertainty_s, camera_->information().stamp_sd_s);
     } else {
       head.utime = frame.arrival_us - std::llround((0.5 * exposure_s + configuration_.minimum_delay_s) * 1e6);
       head.uncertainty_s = std::numeric_limits<double>::infinity();

@@ -140,6 +140,11 @@ FrameRingWriter::~FrameRingWriter() {
 
 void FrameRingWriter::remove(const std::string& name) { ::shm_unlink(name.c_str()); }
 
+int64_t FrameRingWriter::newest_frame_number() const {
+  const int64_t newest = memory_->newest.load(std::memory_order_relaxed);
+  return newest == 0 ? 0 : memory_->slot(newest).head.frame_number;
+}
+
 int64_t FrameRingWriter::write(const RingHead& head, const uint8_t* pixels) {
   const int64_t number = memory_->newest.load(std::memory_order_relaxed) + 1;
   Slot& slot = memory_->slot(number);

@@ -46,6 +46,8 @@ class FrameRingWriter {
 
   // Returns the frame's number in the ring.
   int64_t write(const RingHead& head, const uint8_t* pixels);
+  // The camera's number of the newest frame, whichever writer wrote it; 0 in a new ring.
+  int64_t newest_frame_number() const;
 
   // Removes the ring's name; readers that hold it keep what they have.
   static void remove(const std::string& name);
