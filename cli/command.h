@@ -24,6 +24,7 @@ void add_garment(CLI::App& app, int& exit_status);
 void add_prove(CLI::App& app, int& exit_status);
 void add_rig(CLI::App& app, int& exit_status);
 void add_simulate_devices(CLI::App& app, int& exit_status);
+void add_soak(CLI::App& app, int& exit_status);
 void add_watch(CLI::App& app, int& exit_status);
 
 // In the order in which --help lists them.

@@ -17,6 +17,7 @@ const std::vector<AddCommand>& commands() {
       add_rig,
       add_daemon,
       add_simulate_devices,
+      add_soak,
   };
   return list;
 }

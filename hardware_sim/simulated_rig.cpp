@@ -4,7 +4,6 @@
 
 #include <fmt/format.h>
 
-#include "hardware_sim/dlpc350/dlpc350_server.h"
 #include "hardware_sim/world/world.h"
 #include "rig/arm/model.h"
 #include "rig/bus.h"
@@ -112,5 +111,9 @@ SimulatedRig::SimulatedRig(const SimulatedRigConfiguration& configuration)
 }
 
 SimulatedRig::~SimulatedRig() = default;
+sim::GigeCamera& SimulatedRig::camera() { return *devices_->camera; }
+DatastreamServer& SimulatedRig::tracker() { return *devices_->tracker; }
+Dlpc350Server& SimulatedRig::projector() { return devices_->projector; }
+RtdeController* SimulatedRig::arm() { return devices_->arm ? &*devices_->arm : nullptr; }
 
 }  // namespace selvedge::hardware_sim

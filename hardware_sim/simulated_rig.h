@@ -13,6 +13,7 @@
 #include <string>
 
 #include "hardware_sim/datastream_server/datastream_server.h"
+#include "hardware_sim/dlpc350/dlpc350_server.h"
 #include "hardware_sim/gige_camera/gige_camera.h"
 #include "hardware_sim/rtde_controller/rtde_controller.h"
 #include "hardware_sim/world/world_configuration.h"
@@ -42,6 +43,12 @@ class SimulatedRig {
 
   // One line a device for a person: where it answers.
   const std::string& description() const { return description_; }
+
+  // For faults on request, and for what really happened.
+  sim::GigeCamera& camera();
+  DatastreamServer& tracker();
+  Dlpc350Server& projector();
+  RtdeController* arm();  // nullptr where there is none
 
  private:
   struct Devices;

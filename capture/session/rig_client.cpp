@@ -93,6 +93,7 @@ void RigClient::subscribe() {
     });
   };
   keep(rig::channel("camera", rig::kClock), camera_clock_);
+  keep(rig::channel("tracker", rig::kClock), tracker_clock_);
   keep(rig::channel("projector", rig::kPattern), pattern_);
   keep(rig::channel("tracker", rig::kCorners), corners_, &corner_queue_);
   keep(rig::channel("arm", rig::kArm), arm_, &arm_queue_);
@@ -221,6 +222,14 @@ std::vector<arm_status_t> RigClient::take_arm_states() {
 std::optional<arm_status_t> RigClient::arm_state() const {
   const std::lock_guard lock(mutex_);
   return arm_;
+}
+
+std::map<std::string, selvedge_rig::clock_map_t> RigClient::clocks() const {
+  const std::lock_guard lock(mutex_);
+  std::map<std::string, selvedge_rig::clock_map_t> clocks;
+  if (camera_clock_) clocks["camera"] = *camera_clock_;
+  if (tracker_clock_) clocks["tracker"] = *tracker_clock_;
+  return clocks;
 }
 
 corner_sample_t RigClient::corners_after(double host_s, double timeout_s) {

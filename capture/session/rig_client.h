@@ -75,6 +75,8 @@ class RigClient {
   std::vector<selvedge_rig::corner_sample_t> take_corners();
   std::vector<selvedge_rig::arm_status_t> take_arm_states();
   std::optional<selvedge_rig::arm_status_t> arm_state() const;
+  // The newest clock maps, by device: camera and tracker, as far as they are known.
+  std::map<std::string, selvedge_rig::clock_map_t> clocks() const;
   // The newest sample that was taken after host_s.
   selvedge_rig::corner_sample_t corners_after(double host_s, double timeout_s);
   double tracker_rate_hz() const;
@@ -108,7 +110,7 @@ class RigClient {
   mutable std::mutex mutex_;   // guards all down to ring_
   std::condition_variable news_;
   std::map<std::string, selvedge_rig::device_status_t> status_;
-  std::optional<selvedge_rig::clock_map_t> camera_clock_;
+  std::optional<selvedge_rig::clock_map_t> camera_clock_, tracker_clock_;
   std::optional<selvedge_rig::corner_sample_t> corners_;
   std::optional<selvedge_rig::arm_status_t> arm_;
   std::optional<selvedge_rig::projector_status_t> pattern_;

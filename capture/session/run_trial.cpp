@@ -14,6 +14,7 @@
 #include "rig/arm/daemon.h"
 #include "rig/arm/path.h"
 #include "rig/clock.h"
+#include "rig/clock_message.h"
 
 namespace selvedge::session {
 
@@ -23,6 +24,7 @@ constexpr double kFrameWait_s = 0.05;
 constexpr double kPatience_s = 20;        // beyond the trial's end, for what was taken before it to arrive
 constexpr double kFewestFrames = 0.6;     // of those that the rate promises; fewer spoil the trial
 constexpr double kMostOccluded = 0.3;     // of the samples
+constexpr double kStatus_s = 0.1;
 constexpr double kStartDelay_s = 0.05;    // from the decision to record to the first frame
 
 // A trial that must be recorded again; the text says why.
@@ -143,8 +145,9 @@ std::unique_ptr<Motion> prepare_motion(RigClient& rig, const TrialPlan& plan, co
 // Everything that is stamped within [origin, end] goes to the recorder, in the trial's own time.
 class Recording {
  public:
-  Recording(RigClient& rig, capture::Recorder& recorder, const std::optional<Eigen::Isometry3d>& world_from_base, double origin_s)
-      : rig_(rig), recorder_(recorder), with_arm_(world_from_base), world_from_base_(world_from_base.value_or(Eigen::Isometry3d::Identity())),
+  Recording(RigClient& rig, capture::Recorder& recorder, const std::optional<Eigen::Isometry3d>& world_from_base, double origin_s, const std::string& trial,
+            int attempt)
+      : rig_(rig), recorder_(recorder), trial_(trial), attempt_(attempt), with_arm_(world_from_base), world_from_base_(world_from_base.value_or(Eigen::Isometry3d::Identity())),
         origin_s_(origin_s), lost_before_(rig.frames_lost()) {}
 
   void take(double end_s) {
@@ -159,6 +162,21 @@ class Recording {
     for (const auto& sample : rig_.take_corners()) take_corners(sample, end_s);
     for (const auto& state : rig_.take_arm_states())
       if (with_arm_) take_arm(state, end_s);
+    if (rig::host_now_s() - told_s_ > kStatus_s) tell();
+  }
+  // What nobody may lose from now on.
+  void tell() {
+    told_s_ = rig::host_now_s();
+    const capture::Recorded recorded = recorder_.recorded();
+    selvedge_rig::session_status_t status{};
+    status.step = "recording";
+    status.trial = trial_;
+    status.frames_recorded = static_cast<int64_t>(recorded.frames.acknowledged);
+    status.frames_lost = frames_lost();
+    status.samples_recorded = static_cast<int64_t>(recorded.corner_samples);
+    status.done = -1;
+    status.message = fmt::format("attempt {}", attempt_);
+    rig_.publish_status(status);
   }
   bool whole(double end_s) const { return newest_frame_s_ > end_s && newest_sample_s_ > end_s; }
 
@@ -192,12 +210,14 @@ class Recording {
 
   RigClient& rig_;
   capture::Recorder& recorder_;
+  const std::string trial_;
+  const int attempt_;
   const bool with_arm_;
   const Eigen::Isometry3d world_from_base_;
   const double origin_s_;
   const int64_t lost_before_;
   int64_t first_number_ = 0;
-  double newest_frame_s_ = 0, newest_sample_s_ = 0, last_written_s_ = 0, last_arm_s_ = 0;
+  double newest_frame_s_ = 0, newest_sample_s_ = 0, last_written_s_ = 0, last_arm_s_ = 0, told_s_ = 0;
   size_t frames_ = 0, samples_ = 0, occluded_ = 0;
 };
 
@@ -230,9 +250,24 @@ void require_usable(const Recording& recording, const SessionPlan& session, cons
     throw Spoiled(fmt::format("a corner was hidden in {:.0f} % of the samples", 100 * recording.occluded_share()));
 }
 
+nlohmann::json finite_or_null(double value) { return std::isfinite(value) ? nlohmann::json(value) : nlohmann::json(nullptr); }
+
+// "clocks": offset_s is the host's clock less the device's at the trial's origin; the tracker counts frames.
+nlohmann::json clocks_json(const RigClient& rig, double origin_s) {
+  nlohmann::json clocks = nlohmann::json::object();
+  for (const auto& [device, message] : rig.clocks()) {
+    const rig::ClockMap map = rig::from_message(message);
+    const double device_s = static_cast<double>(map.reference_ticks) / map.ticks_per_s + (origin_s - map.reference_host_s) / (1 + 1e-6 * map.drift_ppm);
+    clocks[device] = {{"offset_s", finite_or_null(origin_s - device_s)}, {"drift_ppm", finite_or_null(map.drift_ppm)},
+                      {"uncertainty_s", finite_or_null(map.uncertainty_s)}, {"jumps", map.jumps}};
+  }
+  return {{"clocks", clocks}};
+}
+
 // One attempt. Throws Spoiled and ArmStopped where another may do better.
 TrialRecord attempt_trial(RigClient& rig, const rig::Configuration& configuration, const SessionPlan& session, const TrialPlan& plan,
-                          const RigOptics& optics, const std::filesystem::path& folder, const report::ProgressCallback& progress, const std::function<void()>& at_rest) {
+                          const RigOptics& optics, const std::filesystem::path& folder, const report::ProgressCallback& progress, const std::function<void()>& at_rest,
+                          int attempt) {
   const bool robot = plan.kind == trial::Experiment::robot;
   rig.ask(robot ? prompt("robot_path", "put the right corner into the gripper, the left one on its post, and stand back")
                 : prompt("hang_still", "hang the fabric by both corners and let it come to rest"));
@@ -254,10 +289,17 @@ TrialRecord attempt_trial(RigClient& rig, const rig::Configuration& configuratio
   rig.skip_to_newest_frame();
   const double origin_s = rig::host_now_s() + kStartDelay_s;
   capture::Recorder recorder(description(session, plan, optics, rig, rest.reached), folder / plan.name);
-  Recording recording(rig, recorder, world_from_base, origin_s);
-  record(recording, *motion, plan, origin_s, progress);
-  require_usable(recording, session, plan);
-  if (recorder.finish() != trial::State::complete) throw DeviceFailed(fmt::format("{}: {}", plan.name, recorder.failure()));
+  Recording recording(rig, recorder, world_from_base, origin_s, plan.name, attempt);
+  try {
+    record(recording, *motion, plan, origin_s, progress);
+    require_usable(recording, session, plan);
+  } catch (const std::runtime_error& error) {
+    recorder.finish(error.what(), clocks_json(rig, origin_s));
+    throw;
+  }
+  const trial::State state = recorder.finish("", clocks_json(rig, origin_s));
+  recording.tell();
+  if (state != trial::State::complete) throw DeviceFailed(fmt::format("{}: {}", plan.name, recorder.failure()));
   return {folder / plan.name, recording.frames(), recording.samples(), recording.frames_lost(), recording.occluded_share(), rest.waited_s, rest.reached, 1};
 }
 
@@ -268,7 +310,7 @@ TrialRecord run_trial(RigClient& rig, const rig::Configuration& configuration, c
                       const std::function<void()>& at_rest) {
   for (int attempt = 1;; ++attempt) {
     try {
-      TrialRecord record = attempt_trial(rig, configuration, session, plan, optics, folder, progress, at_rest);
+      TrialRecord record = attempt_trial(rig, configuration, session, plan, optics, folder, progress, at_rest, attempt);
       record.attempts = attempt;
       return record;
     } catch (const Spoiled& error) {
@@ -278,7 +320,7 @@ TrialRecord run_trial(RigClient& rig, const rig::Configuration& configuration, c
       spdlog::warn("{}, attempt {}: {}", plan.name, attempt, error.what());
       if (attempt == plan.attempts) throw DeviceFailed(fmt::format("{}: {} ({} attempts)", plan.name, error.what(), attempt));
     }
-    std::filesystem::remove_all(folder / plan.name);
+    if (std::filesystem::exists(folder / plan.name)) std::filesystem::rename(folder / plan.name, folder / fmt::format("{}-spoiled-{}", plan.name, attempt));
   }
 }
 
