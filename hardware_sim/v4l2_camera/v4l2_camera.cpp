@@ -9,6 +9,7 @@
 #include <cstdlib>
 #include <cstring>
 #include <deque>
+#include <filesystem>
 #include <mutex>
 #include <stdexcept>
 #include <thread>
@@ -26,16 +27,18 @@ namespace selvedge::hardware_sim {
 
 namespace {
 
+namespace fs = std::filesystem;
 constexpr size_t kPage_bytes = 4096;
 constexpr unsigned kMostBuffers = 32;
 constexpr auto kLongestWait = std::chrono::milliseconds(4);
 constexpr double kLeastRate_hz = 1, kMostRate_hz = 200;
 constexpr int kLeastExposure = 1, kMostExposure = 5000;  // 0.1 ms
 
-// "4142": umockdev makes a node with content a regular file.
+// umockdev makes a node with content a regular file; clients find what it is by its numbers.
 std::string description(const std::string& node) {
   const std::string name = node.substr(node.rfind('/') + 1);
-  return "P: /devices/virtual/video4linux/" + name + "\nN: " + name + "=00\nE: SUBSYSTEM=video4linux\nE: DEVNAME=" + node + "\n";
+  return "P: /devices/virtual/video4linux/" + name + "\nN: " + name + "=00\nE: SUBSYSTEM=video4linux\nE: DEVNAME=" + name +
+         "\nE: MAJOR=81\nE: MINOR=0\nA: dev=81:0\\n\n";
 }
 
 timeval to_timeval(double host_s) {
@@ -61,6 +64,7 @@ class V4l2Camera::Device {
       g_error_free(error);
       throw std::runtime_error("umockdev: " + text);
     }
+    number_node();
     map_memory();
     thread_ = std::thread([this] { expose(); });
   }
@@ -83,6 +87,16 @@ class V4l2Camera::Device {
  private:
   size_t picture_bytes() const { return static_cast<size_t>(options_.width_px) * static_cast<size_t>(options_.height_px); }
   size_t buffer_bytes() const { return (picture_bytes() + kPage_bytes - 1) / kPage_bytes * kPage_bytes; }
+
+  // umockdev gives a regular file no device numbers, by which v4l2-ctl finds out what a node is.
+  void number_node() {
+    const fs::path root = umockdev_testbed_get_root_dir(testbed_);
+    const std::string name = fs::path(options_.node).filename().string();
+    fs::create_directories(root / "dev" / ".node");
+    fs::create_directories(root / "sys" / "dev" / "char");
+    fs::create_symlink("81:0", root / "dev" / ".node" / name);
+    fs::create_symlink("../../devices/virtual/video4linux/" + name, root / "sys" / "dev" / "char" / "81:0");
+  }
 
   void map_memory() {
     const int descriptor = ::open(options_.node.c_str(), O_RDWR | O_CLOEXEC);

@@ -1,4 +1,7 @@
 // The camera's contract over V4L2: the system calls of streaming against an emulated device node.
+#include <cstdio>
+#include <cstdlib>
+
 #include "hardware_sim/v4l2_camera/v4l2_camera.h"
 #include "tests/camera/camera_contract.h"
 
@@ -43,7 +46,7 @@ TEST(V4l2, AFrameWithTheErrorFlagIsNotWholeAndIsCounted) {
   for (int i = 0; i < 30; ++i)
     camera->next_frame(5, [&](const CameraFrame& frame) {
       spoiled += !frame.whole;
-      if (last > 0) EXPECT_EQ(frame.number, last + 1);
+      if (last > 0) { EXPECT_EQ(frame.number, last + 1); }
       last = frame.number;
     });
   EXPECT_EQ(spoiled, 1);
@@ -76,6 +79,18 @@ TEST(V4l2, StampsOfTheEndOfTheFrameLeaveTheReadOutOpen) {
     ASSERT_TRUE(camera->next_frame(5, [](const CameraFrame&) {}));
     EXPECT_EQ(camera->information().stamp_sd_s, end ? 0.001 : 0.0);
   }
+}
+
+// A client that is not ours, in a process of its own that sees the same emulated node.
+TEST(SimulatedV4l2, V4l2CtlStreamsFromIt) {
+  if (std::system("command -v v4l2-ctl > /dev/null 2>&1") != 0) GTEST_SKIP() << "skipped: v4l2-ctl (package v4l-utils) is not installed";
+  const auto device = plug_in({});
+  FILE* pipe = ::popen("timeout 60 v4l2-ctl -d /dev/video0 --stream-mmap --stream-count=30 --verbose 2>&1", "r");
+  std::string text;
+  for (char part[4096]; std::fgets(part, sizeof part, pipe);) text += part;
+  EXPECT_EQ(::pclose(pipe), 0) << text;
+  EXPECT_NE(text.find("seq:     29"), std::string::npos) << text;
+  EXPECT_EQ(text.find("dropped"), std::string::npos) << text;
 }
 
 TEST(V4l2, TriggersAreRefused) {
