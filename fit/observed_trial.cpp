@@ -85,6 +85,8 @@ std::vector<double> sample_times(double start, double end, double rate_hz) {
 }  // namespace
 
 ObservedTrial observe_trial(const trial::Trial& trial, const ObserveOptions& options) {
+  for (const auto* corner : {&trial.corners.left, &trial.corners.right})
+    if (corner->array().isNaN().all()) refuse((trial.folder / "corners.csv").string(), "found no sample of one of the corners, expected both to be seen");
   ObservedTrial out;
   out.name = trial.name;
   out.kind = trial.experiment;

@@ -38,7 +38,7 @@ struct StripePattern {
   double first_bright_row_px = 0;
 };
 
-// corners.csv; a hidden sample is NaN in all three coordinates of that corner.
+// corners.csv; a hidden sample is NaN in all three coordinates of that corner. A cut trial may have no sample at all.
 struct Corners {
   std::vector<double> time_s;  // motion-capture clock
   Eigen::Matrix3Xd left, right;

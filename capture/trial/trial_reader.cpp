@@ -146,7 +146,7 @@ Corners read_corners(const fs::path& path, State state) {
                                            {"right_x", true}, {"right_y", true}, {"right_z", true}}, state);
   Corners corners{column(table, 0), points(table, 1), points(table, 4)};
   for (const auto* corner : {&corners.left, &corners.right})
-    if (corner->array().isNaN().all())
+    if (state == State::complete && corner->array().isNaN().all())
       refuse(path.string(), "found no sample in which the {} corner is seen, expected at least one",
              corner == &corners.left ? "left" : "right");
   return corners;
@@ -238,8 +238,8 @@ Trial read_trial(const fs::path& folder) {
   trial.folder = folder;
   trial.name = (fs::absolute(folder) / "").lexically_normal().parent_path().filename().string();
   read_trial_json(json, trial);
-  trial.corners = read_corners(folder / "corners.csv", trial.state);
   const bool is_complete = trial.state == State::complete;
+  if (is_complete || is_recorded(folder / "corners.csv", trial.state)) trial.corners = read_corners(folder / "corners.csv", trial.state);
   const bool has_frames = is_recorded(folder / "frames.csv", trial.state) || (is_complete && images_promised(json, folder));
   const bool has_markers = is_recorded(folder / "markers.csv", trial.state);
   if (is_complete && !has_frames && !has_markers)

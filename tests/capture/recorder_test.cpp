@@ -233,6 +233,22 @@ TEST_F(RecorderTest, WhatATrialThatWasCutLacksDoesNotHideTheRest) {
   EXPECT_THROW(trial::read_trial(folder_), BadInput);
 }
 
+TEST_F(RecorderTest, FramesReadBackWhereNoCornerWasEverSeen) {
+  for (const bool hidden : {false, true}) {
+    fs::remove_all(folder_);
+    {
+      Recorder recorder(header(), folder_);
+      const Eigen::Vector3d nowhere = Eigen::Vector3d::Constant(std::nan(""));
+      if (hidden) recorder.add_corners(0, nowhere, nowhere);
+      ASSERT_TRUE(add_image(recorder, 0));
+      recorder.finish("the tracker fell silent");
+    }
+    const trial::Trial found = trial::read_trial(folder_);
+    EXPECT_EQ(found.corners.time_s.size(), hidden ? 1u : 0u);
+    expect_frames(found, 1);
+  }
+}
+
 TEST_F(RecorderTest, AFullDiskCutsTheTrialAndKeepsWhatIsThere) {
   // A limit on file size stands for the full disk: the write that passes it fails half way through a line.
   const pid_t child = start_child(-1, [&](int) {

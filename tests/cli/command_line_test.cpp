@@ -161,7 +161,7 @@ TEST_F(CommandLine, ProveRigCoversWhatWasSet) {
   int covered = 0;
   for (const nlohmann::json& figure : json["figures"]) {
     const std::string what = figure["what"];
-    if (what.find("largest error") != std::string::npos) EXPECT_LT(figure["measured"], 10) << ran.out;
+    if (what.find("largest error") != std::string::npos) { EXPECT_LT(figure["measured"], 10) << ran.out; }
     const bool read = what.find("GigE") != std::string::npos || what.find("NatNet") != std::string::npos;
     if (!read || what.find("cover") == std::string::npos) continue;
     EXPECT_GE(figure["measured"], figure["reference"]) << ran.out;
