@@ -1,7 +1,5 @@
 #include "cloth/sheet.h"
 
-#include "cloth/bordered_sheet.h"
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -9,8 +7,9 @@
 #include <stdexcept>
 
 #include <Eigen/Dense>
-#include <Eigen/Sparse>
 
+#include "cloth/bend_matrix.h"
+#include "cloth/bordered_sheet.h"
 #include "geometry/grip.h"
 
 namespace selvedge::cloth {
@@ -102,29 +101,6 @@ void add_stencil(kernel::BendStencils& bend, const std::vector<Eigen::Vector2d>&
     return;
   }
   throw std::invalid_argument("make_sheet: too few vertices for second derivatives");
-}
-
-kernel::BendMatrix make_bend_matrix(const kernel::SheetData& s) {
-  using Sparse = Eigen::SparseMatrix<double, Eigen::RowMajor>;
-  const auto second_derivative = [&](const std::vector<double>& weights, double factor) {
-    std::vector<Eigen::Triplet<double>> entries;
-    for (int i = 0; i < s.vertex_count; ++i)
-      for (int k = s.bend.start[static_cast<size_t>(i)]; k < s.bend.start[static_cast<size_t>(i) + 1]; ++k)
-        entries.emplace_back(i, s.bend.index[static_cast<size_t>(k)],
-                             std::sqrt(factor * s.vertex_area[static_cast<size_t>(i)]) * weights[static_cast<size_t>(k)]);
-    Sparse d(s.vertex_count, s.vertex_count);
-    d.setFromTriplets(entries.begin(), entries.end());
-    return d;
-  };
-  const Sparse uu = second_derivative(s.bend.uu, 1), uv = second_derivative(s.bend.uv, 2), vv = second_derivative(s.bend.vv, 1);
-  Sparse q = Sparse(uu.transpose()) * uu + Sparse(uv.transpose()) * uv + Sparse(vv.transpose()) * vv;
-  q.prune([scale = q.coeffs().abs().maxCoeff()](int, int, double value) { return std::abs(value) > 1e-13 * scale; });
-  q.makeCompressed();
-  kernel::BendMatrix matrix;
-  matrix.start.assign(q.outerIndexPtr(), q.outerIndexPtr() + q.rows() + 1);
-  matrix.index.assign(q.innerIndexPtr(), q.innerIndexPtr() + q.nonZeros());
-  matrix.value.assign(q.valuePtr(), q.valuePtr() + q.nonZeros());
-  return matrix;
 }
 
 double mean_spacing(const kernel::SheetData& s) {

@@ -7,8 +7,8 @@
 #include <numeric>
 
 #include <Eigen/Geometry>
-#include <Eigen/SparseCore>
 
+#include "cloth/bend_matrix.h"
 #include "cloth/bordered_sheet.h"
 #include "files/bad_input.h"
 #include "garment/panel_mesh.h"
@@ -139,23 +139,7 @@ void fill_bending(const std::vector<std::vector<std::array<double, 4>>>& rows, c
     }
     s.bend.start.push_back(static_cast<int>(s.bend.index.size()));
   }
-  // Q = Σ A (uu uuᵀ + 2 uv uvᵀ + vv vvᵀ), as in cloth/sheet.cpp.
-  using Sparse = Eigen::SparseMatrix<double, Eigen::RowMajor>;
-  Sparse q(s.vertex_count, s.vertex_count);
-  for (const int part : {1, 2, 3}) {
-    std::vector<Eigen::Triplet<double>> entries;
-    for (size_t v = 0; v < rows.size(); ++v)
-      for (const auto& entry : rows[v])
-        entries.emplace_back(static_cast<int>(v), static_cast<int>(entry[0]), std::sqrt((part == 2 ? 2 : 1) * s.vertex_area[v]) * entry[static_cast<size_t>(part)]);
-    Sparse d(s.vertex_count, s.vertex_count);
-    d.setFromTriplets(entries.begin(), entries.end());
-    const Sparse transposed = d.transpose(), squared = transposed * d;
-    q = Sparse(q + squared);
-  }
-  q.makeCompressed();
-  s.bend_matrix.start.assign(q.outerIndexPtr(), q.outerIndexPtr() + q.rows() + 1);
-  s.bend_matrix.index.assign(q.innerIndexPtr(), q.innerIndexPtr() + q.nonZeros());
-  s.bend_matrix.value.assign(q.valuePtr(), q.valuePtr() + q.nonZeros());
+  s.bend_matrix = cloth::make_bend_matrix(s);
 }
 
 cloth::Sheet make_sheet(const Pattern& pattern, const Sewn& sewn) {

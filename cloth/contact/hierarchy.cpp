@@ -6,6 +6,8 @@
 #include <numeric>
 
 #include <Eigen/LU>
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
 
 namespace selvedge::cloth::contact {
 
@@ -189,12 +191,14 @@ void Hierarchy::enter(int index) {
 }
 
 void Hierarchy::update_flatness() {
-  for (size_t t = 0; t < surface_.triangles.size(); ++t) {
-    const auto& v = surface_.triangles[t];
-    const Eigen::Vector3d one = position_->col(v[1]) - position_->col(v[0]), two = position_->col(v[2]) - position_->col(v[0]);
-    along_u_[t] = one * inverse_[t](0, 0) + two * inverse_[t](1, 0);
-    along_v_[t] = one * inverse_[t](0, 1) + two * inverse_[t](1, 1);
-  }
+  tbb::parallel_for(tbb::blocked_range<size_t>(0, surface_.triangles.size(), 4096), [&](const tbb::blocked_range<size_t>& range) {
+    for (size_t t = range.begin(); t != range.end(); ++t) {
+      const auto& v = surface_.triangles[t];
+      const Eigen::Vector3d one = position_->col(v[1]) - position_->col(v[0]), two = position_->col(v[2]) - position_->col(v[0]);
+      along_u_[t] = one * inverse_[t](0, 0) + two * inverse_[t](1, 0);
+      along_v_[t] = one * inverse_[t](0, 1) + two * inverse_[t](1, 1);
+    }
+  });
   const auto apart = [](const Node& a, const Eigen::Vector3d& u, const Eigen::Vector3d& v) {
     return std::sqrt((a.along_u - u).squaredNorm() + (a.along_v - v).squaredNorm());
   };

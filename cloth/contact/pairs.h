@@ -40,12 +40,12 @@ class PairList {
     std::array<int, 4> vertex;
     Kind kind;
   };
-  void add(Kind kind, const std::array<int, 4>& vertex, const Eigen::Matrix3Xd& position, double reach_m, double travel_m);
-  void add_features(int one, int two, const Eigen::Matrix3Xd& position, double reach_m, double travel_m);
+  void add_features(int one, int two, const Eigen::Matrix3Xd& position, double reach_m, double travel_m, std::vector<Pair>& found) const;
 
   const Surface& surface_;
   std::vector<Pair> pairs_;
   std::vector<std::array<int, 2>> triangles_;  // scratch
+  std::vector<std::vector<Pair>> parts_;       // scratch
 };
 
 inline Four columns(const Eigen::Matrix3Xd& all, const std::array<int, 4>& which) {

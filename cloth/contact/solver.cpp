@@ -9,7 +9,7 @@ namespace selvedge::cloth::contact {
 
 namespace {
 
-constexpr double kThicknessShare = 0.3, kReachShare = 0.65;  // of the least height of a triangle
+constexpr double kThicknessShare = 0.3, kReachShare = 0.8;  // of the least height of a triangle
 constexpr double kBodyReach_m = 0.01;
 constexpr double kHaste = 1.5;  // by which impulses may exceed the fastest vertex before the lists are looked at again
 

@@ -5,7 +5,8 @@
 //   2. geometric collisions: pairs that would still meet within the step are found by continuous collision
 //      detection and stopped, round by round;
 //   3. what some rounds do not settle moves on as rigid zones (zones.h).
-// The step then ends without intersecting triangles again. One thread; the same input gives the same bits.
+// The step then ends without intersecting triangles again. The same input gives the same bits on
+// any number of cores.
 #pragma once
 
 #include <memory>

@@ -24,21 +24,36 @@ struct SecondDerivatives {
   V uu, uv, vv;
 };
 
-// force = −Q y.
+// force = −Q y for the rows row … row + Count − 1, which are alike.
+template <int Count, class V>
+inline void alike_rows(const BendMatrix& matrix, int row, const V* y, V* force) {
+  const int *index = matrix.index.data();
+  const double* value = matrix.value.data();
+  V even[Count], odd[Count];  // two sums, so that one addition need not wait for the other
+  for (int r = 0; r < Count; ++r) even[r] = odd[r] = V{};
+  int k = matrix.start[static_cast<size_t>(row)];
+  const int end = matrix.start[static_cast<size_t>(row) + 1];
+  for (; k + 1 < end; k += 2) {
+    const V *here = y + index[k], *there = y + index[k + 1];
+    for (int r = 0; r < Count; ++r) {
+      even[r] = add_scaled(value[k], here[r], even[r]);
+      odd[r] = add_scaled(value[k + 1], there[r], odd[r]);
+    }
+  }
+  if (k < end)
+    for (int r = 0; r < Count; ++r) even[r] = add_scaled(value[k], y[index[k] + r], even[r]);
+  for (int r = 0; r < Count; ++r) force[row + r] = V{} - (even[r] + odd[r]);
+}
+
+// force = −Q y. Rows that are alike are taken together, as many as their sums find room in registers.
 template <class V>
 void uniform_bending(const SheetData& sheet, const V* y, V* force) {
-  const int *start = sheet.bend_matrix.start.data(), *index = sheet.bend_matrix.index.data();
-  const double* value = sheet.bend_matrix.value.data();
-  for (int i = 0; i < sheet.vertex_count; ++i) {
-    V even{}, odd{};  // two sums, so that one addition need not wait for the other
-    int k = start[i];
-    const int end = start[i + 1];
-    for (; k + 1 < end; k += 2) {
-      even = add_scaled(value[k], y[index[k]], even);
-      odd = add_scaled(value[k + 1], y[index[k + 1]], odd);
-    }
-    if (k < end) even = add_scaled(value[k], y[index[k]], even);
-    force[i] = V{} - (even + odd);
+  constexpr int kTogether = sizeof(V) == sizeof(Quad) ? 4 : 2;
+  for (const BendMatrix::Alike& rows : sheet.bend_matrix.alike) {
+    int row = rows.first;
+    const int end = rows.first + rows.count;
+    for (; row + kTogether <= end; row += kTogether) alike_rows<kTogether>(sheet.bend_matrix, row, y, force);
+    for (; row < end; ++row) alike_rows<1>(sheet.bend_matrix, row, y, force);
   }
 }
 

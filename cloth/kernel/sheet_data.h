@@ -30,6 +30,11 @@ struct BendMatrix {
   std::vector<int> start;  // N + 1
   std::vector<int> index;
   std::vector<double> value;  // 1/m²
+  // Consecutive rows with the values of the first, and its columns shifted as far as they are: all rows, in order.
+  struct Alike {
+    int first, count;
+  };
+  std::vector<Alike> alike;
 };
 
 // A vertex moved by the rig: position = left + along (right − left) + below · clamp direction.

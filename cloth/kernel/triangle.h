@@ -99,7 +99,7 @@ inline void remember(MembraneMemory<R>& k, const LaneMaterial<R>& p, double step
 
 // memory: read and advanced by step_s only where p.uses_membrane_memory. frame: filled where not null.
 template <class G, class R, class Kept>
-inline CornerForces<R> triangle_forces(const FlatTriangle<G>& t, const Sides<R>& x, const Sides<R>& v,
+[[gnu::always_inline]] inline CornerForces<R> triangle_forces(const FlatTriangle<G>& t, const Sides<R>& x, const Sides<R>& v,
                                        const Vec3<R>& velocity_sum, const LaneMaterial<R>& p, MembraneMemory<R>* memory,
                                        double step_s, Kept* frame) {
   const Vec3<R> w_u = along_u(t, x), w_v = along_v(t, x), rate_u = along_u(t, v), rate_v = along_v(t, v);

@@ -64,5 +64,42 @@ TEST(Forces, DragOpposesTheMotionRelativeToTheAir) {
   EXPECT_LT((total - expected).norm(), 1e-12);
 }
 
+// Σ A (uu² + 2 uv² + vv²) of one coordinate of each vertex, straight from the stencils.
+double bending_energy(const kernel::SheetData& s, const Eigen::VectorXd& x) {
+  double sum = 0;
+  for (size_t i = 0; i < static_cast<size_t>(s.vertex_count); ++i) {
+    double uu = 0, uv = 0, vv = 0;
+    for (auto k = static_cast<size_t>(s.bend.start[i]); k < static_cast<size_t>(s.bend.start[i + 1]); ++k) {
+      const double value = x(s.bend.index[k]);
+      uu += s.bend.uu[k] * value;
+      uv += s.bend.uv[k] * value;
+      vv += s.bend.vv[k] * value;
+    }
+    sum += s.vertex_area[i] * (uu * uu + 2 * uv * uv + vv * vv);
+  }
+  return sum;
+}
+
+TEST(BendMatrix, HoldsTheStencilsEnergyAndJoinsRowsThatAreAlike) {
+  const Sheet regular = make_sheet(geometry::make_grid_mesh(0.3, 0.3, 17, 17));
+  const Sheet irregular = make_sheet(geometry::make_irregular_mesh(0.3, 0.3, 17, 17, 0.4, 2));
+  for (const Sheet* sheet : {&regular, &irregular}) {
+    const kernel::BendMatrix& m = sheet->data.bend_matrix;
+    int rows = 0;
+    for (const auto& alike : m.alike) {
+      EXPECT_EQ(alike.first, rows);
+      rows += alike.count;
+    }
+    EXPECT_EQ(rows, sheet->data.vertex_count);
+    const Eigen::VectorXd x = Eigen::VectorXd::LinSpaced(rows, 0, 40).array().sin();
+    double product = 0;
+    for (int i = 0; i < rows; ++i)
+      for (int k = m.start[static_cast<size_t>(i)]; k < m.start[static_cast<size_t>(i) + 1]; ++k)
+        product += x(i) * m.value[static_cast<size_t>(k)] * x(m.index[static_cast<size_t>(k)]);
+    EXPECT_NEAR(product / bending_energy(sheet->data, x), 1, 1e-8);
+  }
+  EXPECT_LT(regular.data.bend_matrix.alike.size(), static_cast<size_t>(regular.data.vertex_count) / 2);
+}
+
 }  // namespace
 }  // namespace selvedge::cloth
