@@ -102,7 +102,7 @@ TEST_F(BusTest, LivesThroughHostileMessages) {
     for (size_t i = 0; i < 4; ++i) bytes[count_at + i] = static_cast<uint8_t>(size >> (24 - 8 * i));
     sender.publish_bytes("TRACKER_CORNERS", bytes), ++hostile;
   }
-  for (const uint32_t length : {0u, 0xffffffffu, 0x7fffffffu}) {  // of the first name
+  for (const uint32_t length : {0u, 0xffffffffu, 0x80000000u, 0x7fffffffu}) {  // of the first name
     std::vector<uint8_t> bytes = good;
     for (size_t i = 0; i < 4; ++i) bytes[count_at + 4 + i] = static_cast<uint8_t>(length >> (24 - 8 * i));
     sender.publish_bytes("TRACKER_CORNERS", bytes), ++hostile;
