@@ -19,6 +19,7 @@ void add_check(CLI::App& app, int& exit_status);
 void add_daemon(CLI::App& app, int& exit_status);
 void add_demo(CLI::App& app, int& exit_status);
 void add_diagnose(CLI::App& app, int& exit_status);
+void add_experiment(CLI::App& app, int& exit_status);
 void add_fit(CLI::App& app, int& exit_status);
 void add_garment(CLI::App& app, int& exit_status);
 void add_prove(CLI::App& app, int& exit_status);

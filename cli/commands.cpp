@@ -8,6 +8,7 @@ const std::vector<AddCommand>& commands() {
       add_check,
       add_calibrate,
       add_fit,
+      add_experiment,
       add_garment,
       add_diagnose,
       add_blind,

@@ -1,8 +1,4 @@
-// The rig's one configuration file (TOML): a section a device, each key with default, unit and range.
-//
-// A device reads its section through Section into a struct of its own, key by key, and then calls finish(),
-// which refuses the keys that nobody read. Every error names file, section and key, what was found and what
-// was expected.
+// The rig's one configuration file (TOML, files/toml_file.h): a section a device.
 //
 //   [bus]
 //   port = 7667
@@ -11,48 +7,16 @@
 #pragma once
 
 #include <filesystem>
-#include <map>
-#include <optional>
-#include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
-#include <nlohmann/json.hpp>
-
+#include "files/toml_file.h"
 #include "rig/bus.h"
 
 namespace selvedge::rig {
 
-class Section {
- public:
-  Section(std::string where, nlohmann::json keys) : where_(std::move(where)), keys_(std::move(keys)) {}
-
-  // No fallback: the key must be there. Bounds are inclusive. unit is for the error's text.
-  double number(const std::string& key, std::optional<double> fallback, double least, double most,
-                const std::string& unit);
-  int64_t integer(const std::string& key, std::optional<int64_t> fallback, int64_t least, int64_t most,
-                  const std::string& unit = "");
-  bool flag(const std::string& key, std::optional<bool> fallback);
-  std::string text(const std::string& key, std::optional<std::string> fallback);
-  std::string choice(const std::string& key, std::optional<std::string> fallback,
-                     const std::vector<std::string>& allowed);
-  // count 0: any length.
-  std::vector<double> numbers(const std::string& key, std::optional<std::vector<double>> fallback, size_t count,
-                              double least, double most, const std::string& unit);
-  std::vector<std::string> texts(const std::string& key, std::optional<std::vector<std::string>> fallback);
-  Section section(const std::string& key);  // [where.key]; empty where it is missing
-  bool has(const std::string& key) const { return keys_.contains(key); }
-
-  // Throws BadInput naming a key that nobody asked for.
-  void finish() const;
-  const std::string& where() const { return where_; }  // "rig.toml [camera]"
-
- private:
-  const nlohmann::json* find(const std::string& key, bool required, const std::string& expected);
-  std::string where_;
-  nlohmann::json keys_;
-  std::set<std::string> read_;
-};
+using files::Section;
 
 class Configuration {
  public:
@@ -64,13 +28,13 @@ class Configuration {
                              const std::vector<std::string>& sections = rig_sections());
   static const std::vector<std::string>& rig_sections();
 
-  bool has(const std::string& section) const { return root_.contains(section); }
-  Section section(const std::string& name) const;  // empty where the file does not have it
+  bool has(const std::string& section) const { return file_.has(section); }
+  Section section(const std::string& name) const { return file_.section(name); }  // empty where the file does not have it
   BusConfiguration bus() const;                    // [bus] port, receive_buffer_bytes
 
  private:
-  std::string name_;
-  nlohmann::json root_;
+  explicit Configuration(files::TomlFile file) : file_(std::move(file)) {}
+  files::TomlFile file_;
 };
 
 }  // namespace selvedge::rig

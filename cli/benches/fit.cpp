@@ -7,19 +7,22 @@
 #include <fmt/format.h>
 
 #include "cli/figures.h"
-#include "cli/proofs/fabric_trials.h"
+#include "experiments/simulated_trials.h"
 #include "fit/fit_campaign.h"
 
 namespace selvedge::cli {
 
 std::vector<Figure> bench_fit(const FigureOptions& options) {
   const std::filesystem::path folder = std::filesystem::temp_directory_path() / fmt::format("selvedge_bench_fit_{}", std::chrono::steady_clock::now().time_since_epoch().count());
-  FabricTrialOptions record;
+  const experiments::ExperimentFile file = experiments::read_experiment(SELVEDGE_SOURCE_DIR "/examples/experiments/waving.toml");
+  const experiments::Fabric knit = file.fabrics.back();
+  experiments::TrialProtocol record = file.protocol;
+  record.trials.resize(1);
   record.seed = options.seed;
   record.columns = options.quick ? 9 : 25;
   record.frames = options.quick ? 12 : 50;
-  record_fabric(true_fabrics().back(), folder, record);
-  const trial::Campaign campaign = trial::read_campaign(folder / "waving-1");
+  experiments::record_fabric(knit, record, folder);
+  const trial::Campaign campaign = trial::read_campaign(folder / record.trials[0].name);
 
   fit::FitOptions fit_options;
   fit_options.progress = options.progress;
@@ -36,7 +39,7 @@ std::vector<Figure> bench_fit(const FigureOptions& options) {
       if (p.parameter.name == name) return p.value;
     return std::nan("");
   };
-  const cloth::Material truth = true_fabrics().back().material;
+  const cloth::Material truth = knit.material;
   const std::string what = fmt::format("{} frames of 640x480, nine parameters: ", record.frames);
   return {
       {what + "coarse start to end", out.wall_s, 180, "s", Relation::shown, "aim on two idle cores; the paper: 50 h"},

@@ -7,10 +7,10 @@
 
 #include "cli/command.h"
 #include "files/bad_input.h"
-#include "files/json_reader.h"
 #include "files/whole_file.h"
 #include "garment/pictures.h"
 #include "garment/synthetic_walk.h"
+#include "garment/wearer_file.h"
 #include "report/progress.h"
 
 namespace selvedge::cli {
@@ -24,31 +24,6 @@ struct GarmentArguments {
   double spacing_m = 0, seconds = 1e9, frames_per_s = 30;
 };
 
-// What the pattern's file says of the body; the command line may name another motion.
-garment::Wearer read_wearer(const fs::path& path, const fs::path& other_motion) {
-  const files::JsonReader json(path);
-  garment::BvhOptions options;
-  fs::path file = other_motion;
-  if (json.has("motion")) {
-    const files::JsonReader motion = json.child("motion");
-    motion.allow_only({"file", "metres_per_unit", "up", "dressing_s"});
-    if (motion.has("metres_per_unit")) options.metres_per_unit = motion.positive("metres_per_unit");
-    if (motion.has("up")) options.y_up = motion.choice("up", {"y", "z"}) == 0;
-    if (file.empty()) file = path.parent_path() / motion.text("file");
-  }
-  if (file.empty()) refuse(json.where("motion"), "found no such key, expected it or --motion");
-  garment::Wearer wearer;
-  wearer.motion = std::make_shared<const garment::Motion>(garment::read_bvh(file, options));
-  if (json.has("motion")) wearer.dressing_s = json.child("motion").not_negative_or("dressing_s", wearer.dressing_s);
-  if (!json.has("limbs")) wearer.limbs = garment::limbs_of_skeleton(*wearer.motion);
-  else
-    for (const files::JsonReader& limb : json.children("limbs")) {
-      limb.allow_only({"from", "to", "radius_m"});
-      wearer.limbs.push_back({limb.text("from"), limb.text("to"), limb.positive("radius_m")});
-    }
-  return wearer;
-}
-
 void run_garment(const GarmentArguments& a) {
   if (!a.walk_to.empty()) {
     files::write_whole(a.walk_to, garment::synthetic_walk(std::min(a.seconds, 10.0)));
@@ -58,7 +33,7 @@ void run_garment(const GarmentArguments& a) {
   if (a.pattern.empty() || a.out.empty()) refuse("garment", "found no {}, expected a garment's file and --out DIR", a.pattern.empty() ? "FILE" : "--out");
   if (fs::exists(a.out) && !fs::is_directory(a.out)) refuse("--out " + a.out.string(), "found a file, expected a folder");
   const garment::Pattern pattern = garment::read_pattern(a.pattern, a.spacing_m);
-  const garment::Wearer wearer = read_wearer(a.pattern, a.motion);
+  const garment::Wearer wearer = garment::read_wearer(a.pattern, a.motion);
   garment::body_of(wearer, pattern.where + ": limbs");  // names checked before the long work
   const garment::Garment garment = garment::sew(pattern);
   fmt::print("{} triangles, {} vertices held\n", garment.surface.triangles.size(), garment.held.size());

@@ -1,15 +1,15 @@
 // `./selvedge prove fit`: tables 1, 2 and 3 and figure 14 of Bhat et al. 2003 on four simulated fabrics, and annealing beside
-// least squares over both waving trials at once.
+// least squares over both waving trials at once. Fabrics, trials and the paper's cells come from examples/experiments.
 #include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <filesystem>
-#include <random>
 
 #include <fmt/format.h>
 
 #include "cli/figures.h"
-#include "cli/proofs/fabric_case.h"
+#include "experiments/experiment_report.h"
+#include "experiments/simulated_trials.h"
 #include "report/text_table.h"
 
 namespace selvedge::cli {
@@ -18,181 +18,163 @@ namespace {
 
 using Eigen::Index;
 using Eigen::MatrixXd;
-using Eigen::VectorXd;
-using Cases = std::vector<std::unique_ptr<FabricCase>>;
-using Rows = std::vector<std::vector<std::string>>;
+using experiments::FabricCase;
+using experiments::FabricOutcome;
+using experiments::Identification;
+using experiments::IdentificationOptions;
 
-const std::vector<size_t> kStatic = {0, 1}, kWaving = {2, 3};
+const std::filesystem::path kExperiments = SELVEDGE_SOURCE_DIR "/examples/experiments";
 constexpr double kDeterminedSd = 0.02;  // of the logarithm: a parameter counts as determined below it
 constexpr double kUnseen = 1e6;         // %, printed for a variability without end
+const experiments::KeptFits kNotKept{{}};
 
 struct FitEffort {
   int static_evaluations = 100, waving_evaluations = 120, head_to_head_evaluations = 600, repeats = 5;
 };
 
-std::string shown(double value) { return fmt::format("{:.4g}", value); }
-
-// One experiment's two annealed sets, E1 and E2 of start and of both, and the set that the sum chooses.
-struct AnnealedPair {
-  TimedFit fits[2];
-  MatrixXd energy;   // rows: start, set 1, set 2; columns: trial 1, trial 2
-  int chosen = 0;
+// Static and waving trials of each fabric in one recording.
+struct FitBench {
+  experiments::ExperimentFile static_file, waving_file;
+  std::vector<std::shared_ptr<const FabricCase>> cases;
 };
 
-AnnealedPair anneal_pair(const FabricCase& c, const std::vector<size_t>& trials, Index searched, int evaluations, unsigned seed) {
-  AnnealedPair pair;
-  MatrixXd sets(c.start.size(), 3);
-  sets.col(0) = c.start;
-  for (int k = 0; k < 2; ++k) {
-    pair.fits[k] = anneal_case(c, trials[static_cast<size_t>(k)], searched, c.start, evaluations, seed);
-    sets.col(k + 1) = pair.fits[k].set;
-  }
-  pair.energy = energies(c, sets, trials);
-  pair.chosen = pair.energy.row(1).sum() <= pair.energy.row(2).sum() ? 0 : 1;
-  return pair;
+void print_result(const experiments::ResultTable& table) { fmt::print("{}\n{}\n", table.title, report::text_table(table.header, table.rows)); }
+
+FabricOutcome outcome_of(const std::shared_ptr<const FabricCase>& c, trial::Experiment kind) {
+  FabricOutcome f;
+  f.fabric = c;
+  f.fitted = experiments::trials_of(*c, kind);
+  f.searched = kind == trial::Experiment::static_hang ? 6 : 9;
+  return f;
 }
 
-double value_of(const FabricCase& c, Index k, const VectorXd& set) { return fit::to_value(c.parameters[static_cast<size_t>(k)], set(k)); }
+IdentificationOptions annealing_of(int evaluations, unsigned seed) {
+  IdentificationOptions options;
+  options.evaluations = evaluations;
+  options.seed = seed;
+  return options;
+}
 
-void print_pair(const std::string& title, const FabricCase& c, const AnnealedPair& pair, Index searched, const std::vector<double>& variability) {
-  Rows rows;
-  for (Index k = 0; k < searched; ++k) {
-    const double percent = variability[static_cast<size_t>(k)];
-    rows.push_back({c.parameters[static_cast<size_t>(k)].name, shown(value_of(c, k, c.start)), shown(value_of(c, k, pair.fits[0].set)),
-                    shown(value_of(c, k, pair.fits[1].set)), shown(value_of(c, k, c.true_coordinates)), percent > 100 ? ">100" : shown(percent)});
+FitBench prepare_bench(const FigureOptions& options) {
+  FitBench bench{experiments::read_experiment(kExperiments / "static.toml"), experiments::read_experiment(kExperiments / "waving.toml"), {}};
+  experiments::TrialProtocol protocol = bench.waving_file.protocol;
+  protocol.trials.insert(protocol.trials.begin(), bench.static_file.protocol.trials.begin(), bench.static_file.protocol.trials.end());
+  experiments::FitPlan plan;
+  protocol.seed = options.seed;
+  protocol.columns = plan.columns = options.quick ? 7 : 11;
+  plan.coarse_columns = options.quick ? 7 : 9;
+  protocol.frames = plan.frames = options.quick ? 9 : 18;
+  protocol.frame_rate_hz = plan.frame_rate_hz = 15;
+  std::vector<experiments::Fabric> fabrics = bench.waving_file.fabrics;
+  if (options.quick) fabrics = {fabrics.front(), fabrics.back()};
+  const std::filesystem::path folder = std::filesystem::temp_directory_path() / fmt::format("selvedge_prove_fit_{}", std::chrono::steady_clock::now().time_since_epoch().count());
+  for (const experiments::Fabric& f : fabrics) {
+    const trial::Campaign campaign = experiments::record_fabric(f, protocol, folder / f.name);
+    bench.cases.push_back(experiments::prepare_case(f, campaign, experiments::Kind::cross, plan));
+    options.progress(0.2 * static_cast<double>(bench.cases.size()) / static_cast<double>(fabrics.size()), "recorded and started " + f.name);
   }
-  for (Index t = 0; t < 2; ++t)
-    rows.push_back({fmt::format("E{}", t + 1), shown(pair.energy(0, t)), shown(pair.energy(1, t)), shown(pair.energy(2, t)), "", ""});
-  rows.push_back({"E1+E2", shown(pair.energy.row(0).sum()), shown(pair.energy.row(1).sum()), shown(pair.energy.row(2).sum()), "", ""});
-  fmt::print("{}, {} (parameters of experiment {} chosen)\n{}\n", title, c.truth.name, pair.chosen + 1,
-             report::text_table({"", "start", "exp 1", "exp 2", "true", "variability %"}, rows));
+  std::filesystem::remove_all(folder);
+  return bench;
 }
 
 // Table 1: six parameters of the static trials, drag left where it is. Damping must come out as undetermined.
-void static_tables(const Cases& cases, const FitEffort& effort, const FigureOptions& options, std::vector<Figure>& figures) {
+void static_tables(const FitBench& bench, const FitEffort& effort, const FigureOptions& options, std::vector<Figure>& figures) {
   double worst_rise = 0, least_damping = kUnseen;
-  for (const auto& c : cases) {
-    const AnnealedPair pair = anneal_pair(*c, kStatic, 6, effort.static_evaluations, options.seed);
-    const std::vector<double> variability = case_variability(*c, kStatic, 6, pair.fits[pair.chosen].set);
-    print_pair("Table 1, static trials", *c, pair, 6, variability);
-    for (int t = 0; t < 2; ++t) worst_rise = std::max(worst_rise, pair.energy(t + 1, t) / pair.energy(0, t));
-    for (size_t k = 3; k < 6; ++k) least_damping = std::min(least_damping, std::min(variability[k], kUnseen));
-    options.progress(0.35, "static trials of " + c->truth.name);
+  for (const auto& c : bench.cases) {
+    FabricOutcome f = outcome_of(c, trial::Experiment::static_hang);
+    const Identification found = experiments::identify(*c, f.fitted, f.searched, annealing_of(effort.static_evaluations, options.seed), kNotKept);
+    print_result(experiments::parameter_table("Table 1, static trials, " + c->fabric.name, f, found, bench.static_file.paper));
+    for (Index t = 0; t < 2; ++t) worst_rise = std::max(worst_rise, found.error(t + 1, t) / found.error(0, t));
+    for (size_t k = 3; k < 6; ++k) least_damping = std::min({least_damping, found.variability[k], kUnseen});
+    options.progress(0.35, "static trials of " + c->fabric.name);
   }
   figures.push_back({"table 1: E after annealing over E at the start, worst of the trials", worst_rise, 1, "", Relation::at_most, ""});
   figures.push_back({"table 1: least variability of a damping in static trials, so undetermined", least_damping, 100, "%", Relation::at_least, "the paper: > 100 %"});
 }
 
 // Table 2: annealings of one static trial from starts within ±5 %.
-void repeated_table(const FabricCase& c, const FitEffort& effort, const FigureOptions& options) {
-  std::mt19937_64 random(options.seed);
-  std::uniform_real_distribution<double> within(-0.05, 0.05);
-  Rows rows;
-  for (int i = 0; i < effort.repeats; ++i) {
-    VectorXd start = c.start;
-    for (Index k = 0; k < 6; ++k) start(k) += std::log1p(within(random));
-    const TimedFit found = anneal_case(c, 0, 6, start, effort.static_evaluations, options.seed + static_cast<unsigned>(i));
-    std::vector<std::string> row = {fmt::format("optimisation {}", i + 1)};
-    for (Index k = 0; k < 6; ++k) row.push_back(shown(value_of(c, k, found.set)));
-    row.push_back(shown(energies(c, found.set, {0})(0, 0)));
-    rows.push_back(std::move(row));
-  }
-  std::vector<std::string> header = {""};
-  for (size_t k = 0; k < 6; ++k) header.push_back(c.parameters[k].name);
-  header.push_back("E1");
-  fmt::print("Table 2, {}, static trial 1, starts within 5 %\n{}\n", c.truth.name, report::text_table(header, rows));
+void repeated_table(const FitBench& bench, const FitEffort& effort, const FigureOptions& options) {
+  const FabricOutcome f = outcome_of(bench.cases[bench.cases.size() / 2], trial::Experiment::static_hang);
+  const experiments::Repeats repeats =
+      experiments::repeat(*f.fabric, f.fitted.front(), f.searched, effort.repeats, annealing_of(effort.static_evaluations, options.seed), kNotKept);
+  print_result(experiments::repeats_table("Table 2, static trial 1, starts within 5 %, " + f.fabric->fabric.name, f, repeats, bench.static_file.paper));
 }
 
-// Figure 14: rows recordings, columns whose parameters were simulated.
-MatrixXd cross_matrix(const Cases& cases, const std::vector<VectorXd>& sets, const std::string& title) {
-  MatrixXd matrix(static_cast<Index>(cases.size()), static_cast<Index>(cases.size()));
-  Rows rows;
-  std::vector<std::string> header = {"recorded \\ simulated"};
-  for (size_t i = 0; i < cases.size(); ++i) {
-    header.push_back(cases[i]->truth.name);
-    rows.push_back({cases[i]->truth.name});
-    for (size_t j = 0; j < cases.size(); ++j) {
-      matrix(static_cast<Index>(i), static_cast<Index>(j)) = energy_beside(*cases[i], *cases[j], sets[j], kWaving);
-      rows.back().push_back(shown(matrix(static_cast<Index>(i), static_cast<Index>(j))));
-    }
-  }
-  fmt::print("Figure 14, E1+E2 of the waving trials, {}\n{}\n", title, report::text_table(header, rows));
-  return matrix;
+// Figure 14: recordings that their own fabric's parameters explain best.
+double own_wins_of(const std::vector<FabricOutcome>& fabrics, size_t optimiser, const std::string& title) {
+  const MatrixXd matrix = experiments::cross_errors(fabrics, optimiser);
+  print_result(experiments::cross_table("Figure 14, E1+E2 of the waving trials, " + title, fabrics, matrix));
+  return experiments::own_wins(matrix);
 }
 
-double own_wins(const MatrixXd& matrix) {
-  double wins = 0;
-  for (Index i = 0; i < matrix.rows(); ++i) wins += matrix(i, i) <= matrix.row(i).minCoeff();
-  return wins;
+struct DeterminedOnes {
+  int count = 0;
+  double worst_off_percent = 0;
+};
+
+void print_least_squares(const FabricOutcome& f, const Identification& squares, const Identification& annealed, DeterminedOnes& determined) {
+  const FabricCase& c = *f.fabric;
+  const experiments::OneFit& fit = squares.fits.front();
+  std::vector<std::vector<std::string>> rows;
+  for (Index k = 0; k < f.searched; ++k) {
+    const fit::Parameter& p = c.parameters[static_cast<size_t>(k)];
+    const double off = 100 * std::expm1(fit.set(k) - (*c.truth)(k)), sd = fit.sd(k);
+    const bool known = sd < kDeterminedSd;
+    rows.push_back({p.name, fmt::format("{:.4g}", fit::to_value(p, fit.set(k))), fmt::format("{:.4g}", fit::to_value(p, (*c.truth)(k))), fmt::format("{:+.1f}", off),
+                    fmt::format("{:.1f}", std::min(100 * sd, kUnseen)), known ? "determined" : ""});
+    if (!known) continue;
+    determined.worst_off_percent = std::max(determined.worst_off_percent, std::abs(off));
+    ++determined.count;
+  }
+  int evaluations = 0;
+  for (const experiments::OneFit& one : annealed.fits) evaluations += one.evaluations;
+  fmt::print("Least squares over both waving trials, {}: E1+E2 {:.4g} in {:.1f} s and {} simulations; annealing {:.4g} in {:.1f} s and {}\n{}\n", c.fabric.name,
+             squares.chosen_error(), squares.wall_s(), fit.evaluations, annealed.chosen_error(), annealed.wall_s(), evaluations,
+             report::text_table({"", "fitted", "true", "off %", "sd %", ""}, rows));
 }
 
 // Table 3 and, on the same trials, least squares over both at once.
-void waving_tables(const Cases& cases, const FitEffort& effort, const FigureOptions& options, std::vector<Figure>& figures) {
-  std::vector<VectorXd> annealed, modern;
-  double worst_error = 0, worst_wall = 0, worst_off = 0;
-  int determined = 0;
-  for (const auto& c : cases) {
-    const bool head_to_head = c == cases.back();
-    const AnnealedPair pair = anneal_pair(*c, kWaving, 9, head_to_head ? effort.head_to_head_evaluations : effort.waving_evaluations, options.seed);
-    print_pair("Table 3, waving trials", *c, pair, 9, case_variability(*c, kWaving, 9, pair.fits[pair.chosen].set));
-    VectorXd sd;
-    const TimedFit squares = least_squares_case(*c, kWaving, sd);
-    const MatrixXd energy = energies(*c, squares.set, kWaving);
-    const double wall = pair.fits[0].wall_s + pair.fits[1].wall_s, best = pair.energy.row(pair.chosen + 1).sum();
-    Rows rows;
-    for (Index k = 0; k < 9; ++k) {
-      const double off = 100 * std::expm1(squares.set(k) - c->true_coordinates(k));
-      const bool known = sd(k) < kDeterminedSd;
-      rows.push_back({c->parameters[static_cast<size_t>(k)].name, shown(value_of(*c, k, squares.set)), shown(value_of(*c, k, c->true_coordinates)),
-                      fmt::format("{:+.1f}", off), fmt::format("{:.1f}", std::min(100 * sd(k), kUnseen)), known ? "determined" : ""});
-      if (known) worst_off = std::max(worst_off, std::abs(off));
-      determined += known;
-    }
-    fmt::print("Least squares over both waving trials, {}: E1+E2 {:.4g} in {:.1f} s and {} simulations; annealing {:.4g} in {:.1f} s and {}\n{}\n", c->truth.name,
-               energy.sum(), squares.wall_s, squares.evaluations, best, wall, pair.fits[0].evaluations + pair.fits[1].evaluations,
-               report::text_table({"", "fitted", "true", "off %", "sd %", ""}, rows));
-    worst_error = std::max(worst_error, energy.sum() / best);
-    if (head_to_head) worst_wall = squares.wall_s / wall;
-    annealed.push_back(pair.fits[pair.chosen].set);
-    modern.push_back(squares.set);
-    options.progress(0.9, "waving trials of " + c->truth.name);
+void waving_tables(const FitBench& bench, const FitEffort& effort, const FigureOptions& options, std::vector<Figure>& figures) {
+  std::vector<FabricOutcome> fabrics;
+  double worst_error = 0, worst_wall = 0;
+  DeterminedOnes determined;
+  for (const auto& c : bench.cases) {
+    const bool head_to_head = c == bench.cases.back();
+    FabricOutcome f = outcome_of(c, trial::Experiment::waving);
+    IdentificationOptions how = annealing_of(head_to_head ? effort.head_to_head_evaluations : effort.waving_evaluations, options.seed);
+    f.identified.push_back(experiments::identify(*c, f.fitted, f.searched, how, kNotKept));
+    how.optimiser = "least_squares";
+    f.identified.push_back(experiments::identify(*c, f.fitted, f.searched, how, kNotKept));
+    const Identification &annealed = f.identified[0], &squares = f.identified[1];
+    print_result(experiments::parameter_table("Table 3, waving trials, " + c->fabric.name, f, annealed, bench.waving_file.paper));
+    print_least_squares(f, squares, annealed, determined);
+    worst_error = std::max(worst_error, squares.chosen_error() / annealed.chosen_error());
+    if (head_to_head) worst_wall = squares.wall_s() / annealed.wall_s();
+    fabrics.push_back(std::move(f));
+    options.progress(0.9, "waving trials of " + c->fabric.name);
   }
   const Relation judged = options.quick ? Relation::shown : Relation::at_most;
   figures.push_back({"waving: E1+E2 of least squares over annealing's, worst fabric", worst_error, 1, "", judged, "required: no higher"});
-  figures.push_back({fmt::format("waving: wall time of least squares over annealing's {} evaluations a trial, {}", effort.head_to_head_evaluations, cases.back()->truth.name),
+  figures.push_back({fmt::format("waving: wall time of least squares over annealing's {} evaluations a trial, {}", effort.head_to_head_evaluations, bench.cases.back()->fabric.name),
                      worst_wall, 0.1, "", judged, "required"});
-  figures.push_back({fmt::format("waving: farthest of {} determined parameters (sd below 2 %) from truth", determined), worst_off, 5, "%", judged, "required"});
-  const double count = static_cast<double>(cases.size());
-  figures.push_back({"figure 14: fabrics whose own least-squares parameters win", own_wins(cross_matrix(cases, modern, "least squares")), count,
-                     fmt::format("of {}", cases.size()), Relation::at_least, "the paper: all"});
-  figures.push_back({"figure 14: fabrics whose own annealed parameters win", own_wins(cross_matrix(cases, annealed, "annealing")), count,
-                     fmt::format("of {}", cases.size()), options.quick ? Relation::shown : Relation::at_least, "the paper: all"});
+  figures.push_back({fmt::format("waving: farthest of {} determined parameters (sd below 2 %) from truth", determined.count), determined.worst_off_percent, 5, "%", judged, "required"});
+  const double count = static_cast<double>(fabrics.size());
+  const std::string of = fmt::format("of {}", fabrics.size());
+  figures.push_back({"figure 14: fabrics whose own least-squares parameters win", own_wins_of(fabrics, 1, "least squares"), count, of, Relation::at_least, "the paper: all"});
+  figures.push_back({"figure 14: fabrics whose own annealed parameters win", own_wins_of(fabrics, 0, "annealing"), count, of,
+                     options.quick ? Relation::shown : Relation::at_least, "the paper: all"});
 }
 
 }  // namespace
 
 std::vector<Figure> prove_fit(const FigureOptions& options) {
   FitEffort effort;
-  CaseOptions case_options;
-  case_options.seed = options.seed;
-  std::vector<TrueFabric> fabrics = true_fabrics();
-  if (options.quick) {
-    effort = {12, 10, 12, 2};
-    case_options.columns = case_options.coarse_columns = 7;
-    case_options.frames = 9;
-    fabrics = {fabrics.front(), fabrics.back()};
-  }
-  const std::filesystem::path folder = std::filesystem::temp_directory_path() / fmt::format("selvedge_prove_fit_{}", std::chrono::steady_clock::now().time_since_epoch().count());
-  Cases cases;
-  for (const TrueFabric& fabric : fabrics) {
-    cases.push_back(prepare_case(fabric, folder / fabric.name, case_options));
-    options.progress(0.2 * static_cast<double>(cases.size()) / static_cast<double>(fabrics.size()), "recorded and started " + fabric.name);
-  }
-  std::filesystem::remove_all(folder);
+  if (options.quick) effort = {12, 10, 12, 2};
+  const FitBench bench = prepare_bench(options);
   std::vector<Figure> figures;
-  static_tables(cases, effort, options, figures);
-  repeated_table(*cases[cases.size() / 2], effort, options);
-  waving_tables(cases, effort, options, figures);
+  static_tables(bench, effort, options, figures);
+  repeated_table(bench, effort, options);
+  waving_tables(bench, effort, options, figures);
   return figures;
 }
 
