@@ -4,6 +4,7 @@
 
 #include "files/bad_input.h"
 #include "files/toml_file.h"
+#include "fit/model.h"
 
 namespace selvedge::experiments {
 
@@ -133,9 +134,20 @@ SkirtPlan read_skirt(Section s, const std::filesystem::path& folder) {
   return k;
 }
 
+// A row is a parameter's, or an error's: E1, E2, E1+E2.
+void require_row(const std::string& where, const std::string& key) {
+  std::string known;
+  for (const fit::Parameter& p : fit::base_parameters()) {
+    if (key == p.name) return;
+    known += p.name + ", ";
+  }
+  if (key.find_first_not_of("E0123456789+") != std::string::npos || key.empty() || key[0] != 'E') refuse(where + " " + key, "unknown key, expected one of {}E1, E2, E1+E2", known);
+}
+
 PaperRows read_rows(Section s, size_t columns) {
   PaperRows rows;
   for (const std::string& key : s.keys()) {
+    require_row(s.where(), key);
     rows[key] = s.texts(key, std::nullopt);
     if (rows[key].size() != columns) refuse(s.where() + " " + key, "found {} cells, expected {}, one a column", rows[key].size(), columns);
   }
@@ -235,8 +247,9 @@ ExperimentFile quick_version(ExperimentFile file) {
   fit.repeats = std::min(fit.repeats, 2);
   fit.frame_rate_hz = file.protocol.frame_rate_hz = slower * file.protocol.frame_rate_hz;
   fit.frames = std::min(fit.frames, 9);
-  file.protocol.frames = std::min(file.protocol.frames, 9);
-  for (TrialPlan& t : file.protocol.trials) t.frames = std::min(t.frames, file.kind == Kind::generalisation ? 15 : 9);
+  const int most = file.kind == Kind::generalisation ? 15 : 9;
+  file.protocol.frames = std::min(file.protocol.frames, most);
+  for (TrialPlan& t : file.protocol.trials) t.frames = std::min(t.frames, most);
   file.skirt.spacing_m = std::max(file.skirt.spacing_m, 0.05);
   file.skirt.seconds = std::min(file.skirt.seconds, 0.5);
   file.skirt.frames_per_s = std::min(file.skirt.frames_per_s, 10.0);

@@ -20,6 +20,7 @@ using files::Section;
 
 class Configuration {
  public:
+  Configuration() = default;  // no section
   // Throws BadInput where the file is missing, is not TOML (with line and column), or has a section that is
   // none of bus, camera, tracker, arm, projector, session, recorder, fabric, calibration. `sections`: other
   // names instead, for other files of the same kind.
