@@ -110,10 +110,12 @@ FitPlan read_fit(Section s, const std::vector<Fabric>& fabrics) {
       refuse(s.where() + " optimisers", "found {}, expected annealing, cma, evolution, grid or least_squares, each once", in_quotes(name));
   f.error = choice_of<ErrorKind>(s, "error", "folds", {"folds", "residuals"});
   f.evaluations = whole(s, "evaluations", f.evaluations, 1, 10'000'000);
+  f.iterations = whole(s, "iterations", f.iterations, 1, 1000);
   f.columns = whole(s, "columns", f.columns, 5, 65);
   f.coarse_columns = whole(s, "coarse_columns", f.coarse_columns, 5, 65);
   f.frames = whole(s, "frames", f.frames, 3, kMostFrames);
   f.frame_rate_hz = s.number("frame_rate_hz", f.frame_rate_hz, 1, 1000, "Hz");
+  f.from_grid = s.choice("start", "grid", {"grid", "usual"}) == "grid";
   f.repeats = whole(s, "repeats", f.repeats, 0, 1000);
   f.repeated_fabric = s.text("repeated_fabric", "");
   if (!f.repeated_fabric.empty() && std::none_of(fabrics.begin(), fabrics.end(), [&](const Fabric& k) { return k.name == f.repeated_fabric; }))
@@ -244,6 +246,7 @@ ExperimentFile quick_version(ExperimentFile file) {
   FitPlan& fit = file.fit;
   fit.columns = fit.coarse_columns = file.protocol.columns = 7;
   fit.evaluations = std::min(fit.evaluations, 12);
+  fit.iterations = std::min(fit.iterations, 4);
   fit.repeats = std::min(fit.repeats, 2);
   fit.frame_rate_hz = file.protocol.frame_rate_hz = slower * file.protocol.frame_rate_hz;
   fit.frames = std::min(fit.frames, 9);

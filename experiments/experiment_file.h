@@ -56,9 +56,11 @@ struct FitPlan {
   std::vector<std::string> optimisers = {"annealing"};  // "least_squares", or as fit/optimisers/search.h names them
   ErrorKind error = ErrorKind::folds;
   int evaluations = 600;        // of a search, a trial
+  int iterations = 25;          // of least squares, at most
   int columns = 17, coarse_columns = 9;
   int frames = 50;              // of each moving trial; later ones are held out
   double frame_rate_hz = 30;    // frames compared
+  bool from_grid = true;        // start: best of a coarse grid; otherwise each parameter's usual value
   int repeats = 0;              // of the first trial from starts within ±5 % (table 2)
   std::string repeated_fabric;  // of which fabric; empty: the first
   unsigned seed = 1;

@@ -121,9 +121,9 @@ std::unique_ptr<FabricCase> prepare_case(const Fabric& fabric, const trial::Camp
   }
   fit::ObjectiveOptions mesh;
   mesh.columns = plan.coarse_columns;
-  const fit::Objective coarse(c->observed, mesh, c->parameters, fit::usual_coordinates(c->parameters));
   search.progress = fit::part_of(progress, 0.5, 1, "start");
-  c->start = fit::coarse_search(coarse, c->parameters, search).best.front();
+  c->start = fit::usual_coordinates(c->parameters);
+  if (plan.from_grid) c->start = fit::coarse_search(fit::Objective(c->observed, mesh, c->parameters, c->start), c->parameters, search).best.front();
   mesh.columns = plan.columns;
   c->fitted.scenes = std::make_unique<fit::Objective>(c->observed, mesh, c->parameters, c->start);
   if (!fabric.recorded()) hang_as_recorded(*c->fitted.scenes);

@@ -24,7 +24,7 @@ struct FabricCase {
   double density = 0;                               // kg/m²
   std::vector<fit::Parameter> parameters;           // the nine of the base model
   std::optional<Eigen::VectorXd> truth;             // coordinates, where the fabric is simulated
-  Eigen::VectorXd start;                            // best of the coarse grid
+  Eigen::VectorXd start;                            // of the coarse grid, or usual values
   std::vector<fit::ObservedTrial> observed;         // the frames that are fitted
   int coarse_columns = 9;
   Comparison fitted;

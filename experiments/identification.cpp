@@ -31,8 +31,8 @@ std::string file_name(const FabricCase& c, const std::string& what) {
 
 // One line: what would make it another fit. The error at the start stands for the data and the mesh.
 std::string identity_of(const FabricCase& c, const std::vector<size_t>& trials, Index searched, const VectorXd& start, const IdentificationOptions& options) {
-  std::string text = fmt::format("{} of {} {} evaluations {} seed {} parameters {} trials", options.optimiser, c.fabric.name,
-                                 c.error == ErrorKind::folds ? "folds" : "residuals", options.evaluations, options.seed, searched);
+  std::string text = fmt::format("{} of {} {} evaluations {} iterations {} seed {} parameters {} trials", options.optimiser, c.fabric.name,
+                                 c.error == ErrorKind::folds ? "folds" : "residuals", options.evaluations, options.iterations, options.seed, searched);
   for (const size_t t : trials) text += " " + c.campaign.trials[t].name;
   text += " start";
   for (const double x : start) {
@@ -87,7 +87,7 @@ OneFit fit_together(const FabricCase& c, const std::vector<size_t>& trials, Inde
     fit::Objective scenes = *c.fitted.scenes;
     fit::LeastSquaresOptions squares;
     squares.trials = trials;
-    squares.max_iterations = 25;
+    squares.max_iterations = options.iterations;
     squares.progress = options.progress;
     const fit::LeastSquaresResult found = fit::minimise(scenes, some, c.start.head(searched), squares);
     OneFit out;

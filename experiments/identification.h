@@ -23,6 +23,7 @@ struct Identification {
 struct IdentificationOptions {
   std::string optimiser = "annealing";
   int evaluations = 600;               // of a search, a trial
+  int iterations = 25;                 // of least squares, at most
   unsigned seed = 1;
   report::ProgressCallback progress = [](double, const std::string&) {};
 };

@@ -97,6 +97,7 @@ IdentificationOptions options_of(const FitPlan& plan, const std::string& optimis
   IdentificationOptions options;
   options.optimiser = optimiser;
   options.evaluations = plan.evaluations;
+  options.iterations = plan.iterations;
   options.seed = plan.seed;
   options.progress = progress;
   return options;

@@ -9,6 +9,7 @@
 #include "files/csv_table.h"
 #include "fit/fold_objective.h"
 #include "fit/optimisers/journal.h"
+#include "fit/spread/ranks.h"
 
 namespace selvedge::fit {
 
@@ -101,17 +102,22 @@ SearchResult run_search(const CampaignSearch& search, const trial::Campaign& cam
   } else {
     costs = residual_costs(objective, parameters, options);
   }
-  Journal journal(folder / "evaluations.txt", identity_of(search, campaign, objective, start, parameters, rows, costs(start).front()));
+  const std::shared_ptr<Ranks>& ranks = objective.options().ranks;
+  const std::string identity = identity_of(search, campaign, objective, start, parameters, rows, costs(start).front());
+  // The first rank alone writes.
+  std::unique_ptr<Journal> journal;
+  if (!ranks || ranks->is_first()) journal = std::make_unique<Journal>(folder / "evaluations.txt", identity);
 
   SearchProblem problem;
   std::tie(problem.lower, problem.upper) = bounds_of(searched);
   problem.start = VectorXd(start(rows)).cwiseMax(problem.lower).cwiseMin(problem.upper);
-  problem.costs = journal.recorded([&](const MatrixXd& points) { return costs(filled_in(points, start, rows)); });
+  problem.costs = spread(ranks, [&](const MatrixXd& points) { return costs(filled_in(points, start, rows)); },
+                         [&](BatchCosts shared) { return journal->recorded(std::move(shared)); });
 
   SearchLimits limits;
   limits.evaluations = search.evaluations;
   limits.seed = search.seed;
-  const std::string resumed = journal.found() > 0 ? fmt::format(", {} from the journal", journal.found()) : "";
+  const std::string resumed = journal && journal->found() > 0 ? fmt::format(", {} from the journal", journal->found()) : "";
   limits.progress = [&](double done, const std::string& what) { options.progress(done, what + resumed); };
   SearchResult found = optimiser_named(search.optimiser).run(problem, limits);
   found.point = filled_in(found.point, start, rows);

@@ -201,6 +201,7 @@ FitOutcome fit_campaign(const trial::Campaign& campaign, const FitOptions& optio
     ObjectiveOptions o;
     o.columns = columns;
     o.simulation.integrator = options.integrator;
+    o.ranks = options.ranks;
     return o;
   };
   const Start found = find_start(trials, objective_on(options.coarse_columns), parameters,

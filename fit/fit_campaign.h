@@ -33,6 +33,7 @@ struct FitOptions {
   HoldOut hold_out = HoldOut::automatic;  // trials where at least four move, else the last third of the frames
   int max_iterations = 10;
   CampaignSearchFunction search;  // where set, takes the place of step 3 (campaign_search.h)
+  std::shared_ptr<Ranks> ranks;   // that share out evaluations (fit/spread/ranks.h); empty: this process alone
   cloth::Options::Integrator integrator = cloth::Options::Integrator::leapfrog;
   report::ProgressCallback progress = [](double, const std::string&) {};
 };

@@ -7,6 +7,8 @@
 
 #include <tbb/parallel_for.h>
 
+#include "fit/spread/bytes.h"
+#include "fit/spread/ranks.h"
 #include "fit/stripe_residual.h"
 
 namespace selvedge::fit {
@@ -249,20 +251,17 @@ Eigen::VectorXd Objective::residual_of(size_t index, const ObservedTrial& trial,
   return r;
 }
 
-std::vector<Residuals> Objective::evaluate(const std::vector<Parameter>& parameters, const Eigen::MatrixXd& coordinates,
-                                           const std::vector<size_t>& wanted) const {
-  const std::vector<size_t> trials = wanted.empty() ? all_of(scenes_.size()) : wanted;
-  const Index sets = coordinates.cols(), groups = (sets + kLanes - 1) / kLanes;
-  std::vector<Residuals> out(static_cast<size_t>(sets));
-  for (Residuals& r : out) {
-    r.mm.resize(scenes_.size());
-    r.start.resize(scenes_.size());
-  }
-  std::vector<char> finite(static_cast<size_t>(sets) * scenes_.size(), 1);
-  tbb::parallel_for(size_t{0}, trials.size() * static_cast<size_t>(groups), [&](size_t task) {
-    const size_t trial = trials[task / static_cast<size_t>(groups)];
-    const Index first = static_cast<Index>(task % static_cast<size_t>(groups)) * kLanes;
-    const Index count = std::min<Index>(kLanes, sets - first);
+std::vector<Objective::Group> Objective::groups_of(const std::vector<size_t>& trials, Index sets) const {
+  std::vector<Group> groups;
+  for (const size_t trial : trials)
+    for (Index first = 0; first < sets; first += kLanes) groups.push_back({trial, first, std::min<Index>(kLanes, sets - first)});
+  return groups;
+}
+
+void Objective::evaluate_groups(const std::vector<Parameter>& parameters, const Eigen::MatrixXd& coordinates, const std::vector<Group>& groups,
+                                std::vector<Residuals>& out) const {
+  tbb::parallel_for(size_t{0}, groups.size(), [&](size_t task) {
+    const auto [trial, first, count] = groups[task];
     const std::vector<Prediction> predicted = predictions(parameters, coordinates, trial, first, count);
     std::vector<cloth::Experiment> lanes;
     for (const Prediction& p : predicted) lanes.push_back(p.experiment);
@@ -276,15 +275,81 @@ std::vector<Residuals> Objective::evaluate(const std::vector<Parameter>& paramet
     for (Index i = 0; i < count; ++i) {
       Residuals& r = out[static_cast<size_t>(first + i)];
       const cloth::Trajectory& run = runs[static_cast<size_t>(i)];
+      if (!run.finite) continue;
       r.start[trial] = run.start;
-      if (run.finite) {
-        r.mm[trial] = residual_of(trial, scenes_[trial].trial, predicted[static_cast<size_t>(i)], run);
-        if (!mesh_correction_.empty()) r.mm[trial] += (1 + predicted[static_cast<size_t>(i)].beyond_mesh) * mesh_correction_[trial];
-      } else finite[static_cast<size_t>(first + i) * scenes_.size() + trial] = 0;
+      r.mm[trial] = residual_of(trial, scenes_[trial].trial, predicted[static_cast<size_t>(i)], run);
+      if (!mesh_correction_.empty()) r.mm[trial] += (1 + predicted[static_cast<size_t>(i)].beyond_mesh) * mesh_correction_[trial];
     }
   });
-  for (size_t i = 0; i < finite.size(); ++i)
-    if (!finite[i]) out[i / scenes_.size()].finite = false;
+}
+
+void Objective::evaluate_on_ranks(const std::vector<Parameter>& parameters, const Eigen::MatrixXd& coordinates, const std::vector<Group>& groups,
+                                  std::vector<Residuals>& out) const {
+  // A share: which groups, and at which coordinates; a rank whose own are others must not answer.
+  const auto compute = [&](const std::string& share) {
+    TakenBytes in(share);
+    require(in, Batch::residuals);
+    if (in.numbers() != coordinates.reshaped()) throw std::runtime_error("ranks: this rank has come to other parameters than the first");
+    std::vector<Group> mine;
+    std::string bytes;
+    while (!in.at_end()) mine.push_back(groups.at(in.number()));
+    evaluate_groups(parameters, coordinates, mine, out);
+    for (const Group& g : mine)
+      for (Index i = g.first; i < g.first + g.count; ++i) {
+        const Residuals& r = out[static_cast<size_t>(i)];
+        put(bytes, r.mm[g.trial].data(), r.mm[g.trial].size());
+        put(bytes, r.start[g.trial].data(), r.start[g.trial].size());
+      }
+    return bytes;
+  };
+  const auto take = [&](TakenBytes& in, const Group& g) {
+    for (Index i = g.first; i < g.first + g.count; ++i) {
+      Residuals& r = out[static_cast<size_t>(i)];
+      r.mm[g.trial] = in.numbers();
+      r.start[g.trial] = in.numbers().reshaped(3, Eigen::AutoSize);
+    }
+  };
+  Ranks& ranks = *options_.ranks;
+  const size_t parts = std::min<size_t>(static_cast<size_t>(ranks.alive()), groups.size());
+  if (!ranks.is_first()) {
+    const std::string bytes = ranks.follow(compute);
+    TakenBytes in(bytes);
+    for (const Group& g : groups) take(in, g);
+    return;
+  }
+  std::vector<std::string> shares(parts);
+  for (std::string& share : shares) {
+    put(share, static_cast<std::uint64_t>(Batch::residuals));
+    put(share, coordinates.data(), coordinates.size());
+  }
+  for (size_t g = 0; g < groups.size(); ++g) put(shares[g % parts], g);
+  const std::vector<std::string> results = ranks.share_out(shares, compute);
+  std::vector<TakenBytes> in(results.begin(), results.end());
+  for (size_t g = 0; g < groups.size(); ++g) take(in[g % parts], groups[g]);
+  std::string all;
+  for (const Group& g : groups)
+    for (Index i = g.first; i < g.first + g.count; ++i) {
+      const Residuals& r = out[static_cast<size_t>(i)];
+      put(all, r.mm[g.trial].data(), r.mm[g.trial].size());
+      put(all, r.start[g.trial].data(), r.start[g.trial].size());
+    }
+  ranks.answer(all);
+}
+
+std::vector<Residuals> Objective::evaluate(const std::vector<Parameter>& parameters, const Eigen::MatrixXd& coordinates,
+                                           const std::vector<size_t>& wanted) const {
+  const std::vector<size_t> trials = wanted.empty() ? all_of(scenes_.size()) : wanted;
+  std::vector<Residuals> out(static_cast<size_t>(coordinates.cols()));
+  for (Residuals& r : out) {
+    r.mm.resize(scenes_.size());
+    r.start.resize(scenes_.size());
+  }
+  const std::vector<Group> groups = groups_of(trials, coordinates.cols());
+  if (options_.ranks && !options_.ranks->is_busy()) evaluate_on_ranks(parameters, coordinates, groups, out);
+  else evaluate_groups(parameters, coordinates, groups, out);
+  for (Residuals& r : out)
+    for (const size_t trial : trials)
+      if (r.start[trial].cols() == 0) r.finite = false;
   return out;
 }
 

@@ -5,6 +5,7 @@
 // the simulation together in SIMD lanes, and trials over the cores; results do not depend on either.
 #pragma once
 
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -14,6 +15,7 @@
 namespace selvedge::fit {
 
 class Objective;
+class Ranks;
 
 // One trial on one mesh, with the shape from which its equilibrium is sought.
 struct Scene {
@@ -31,6 +33,7 @@ struct ObjectiveOptions {
   int columns = 17;                        // of the mesh along the width
   double model_sd_mm = 0.5;                // what the mesh alone may be off by, added to sensor noise
   cloth::Options simulation;
+  std::shared_ptr<Ranks> ranks;            // that share out evaluate() (fit/spread/ranks.h); empty: this process alone
   const Objective* branch_of = nullptr;    // equilibria start from this one's, on another mesh, and are not sought
 };
 
@@ -76,6 +79,17 @@ class Objective {
                                       size_t trial, Eigen::Index first, Eigen::Index count) const;
 
  private:
+  // Some sets of one trial, side by side in SIMD lanes.
+  struct Group {
+    size_t trial = 0;
+    Eigen::Index first = 0, count = 0;
+  };
+  std::vector<Group> groups_of(const std::vector<size_t>& trials, Eigen::Index sets) const;
+  // Fills in the residuals of the groups' sets; an empty start shape of a set: its simulation blew up.
+  void evaluate_groups(const std::vector<Parameter>& parameters, const Eigen::MatrixXd& coordinates, const std::vector<Group>& groups,
+                       std::vector<Residuals>& out) const;
+  void evaluate_on_ranks(const std::vector<Parameter>& parameters, const Eigen::MatrixXd& coordinates, const std::vector<Group>& groups,
+                         std::vector<Residuals>& out) const;
   // Sets the scene's start_shape; keeps the present one where there is one and none lies clearly nearer.
   void choose_branch(Scene& scene, const std::vector<Parameter>& parameters, const Eigen::VectorXd& usual) const;
   double distance_at_first_sight_mm(size_t trial, Prediction prediction, const Eigen::Matrix3Xd& rest) const;

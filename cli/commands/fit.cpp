@@ -3,13 +3,16 @@
 #include <memory>
 #include <string>
 
+#include <fcntl.h>
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include "capture/trial/trial.h"
 #include "cli/command.h"
 #include "files/bad_input.h"
 #include "fit/campaign_search.h"
 #include "fit/fit_report.h"
+#include "fit/spread/ranks.h"
 #include "report/progress.h"
 
 namespace selvedge::cli {
@@ -49,14 +52,25 @@ void refuse_what_least_squares_has_not(const CLI::App& command) {
     if (command.count(name) > 0) refuse(name, "found it with --optimiser least_squares, expected it with annealing, evolution, cma or grid alone");
 }
 
+// One rank of an MPI job speaks for all.
+void fall_silent() {
+  const int nowhere = ::open("/dev/null", O_WRONLY);
+  ::dup2(nowhere, 1);
+  ::dup2(nowhere, 2);
+  ::close(nowhere);
+}
+
 void run_fit(FitArguments& a, const CLI::App& command) {
+  a.options.ranks = fit::Ranks::join();
+  const bool speaks = !a.options.ranks || a.options.ranks->is_first();
+  if (!speaks) fall_silent();
   if (a.optimiser == "least_squares") refuse_what_least_squares_has_not(command);
   const trial::Campaign campaign = trial::read_campaign(a.path);
   if (std::filesystem::exists(a.out) && !std::filesystem::is_directory(a.out)) refuse("--out " + a.out.string(), "found a file, expected a folder");
   a.options.drag = drag_of(a.base);
   a.options.hold_out = a.hold_out == "trials" ? fit::HoldOut::trials : a.hold_out == "frames" ? fit::HoldOut::frames : fit::HoldOut::automatic;
   if (a.integrator == "runge_kutta_45") a.options.integrator = cloth::Options::Integrator::runge_kutta_45;
-  a.options.progress = report::terminal_progress("fit " + campaign.folder.filename().string());
+  if (speaks) a.options.progress = report::terminal_progress("fit " + campaign.folder.filename().string());
   const bool searches = a.optimiser != "least_squares";
   if (searches) {
     a.search.optimiser = a.optimiser;
@@ -64,6 +78,7 @@ void run_fit(FitArguments& a, const CLI::App& command) {
     a.options = fit::with_search(a.options, a.search, campaign, a.out);
   }
   fit::FitOutcome out = fit::fit_campaign(campaign, a.options);
+  if (!speaks) return;
   out.optimiser = a.optimiser;
   fit::write_fit(out, campaign, a.out);
   print_outcome(out);

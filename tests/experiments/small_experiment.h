@@ -10,13 +10,15 @@
 
 namespace selvedge::experiments {
 
+inline const std::filesystem::path kExamples = SELVEDGE_SOURCE_DIR "/examples/experiments";
+
 inline std::string small_experiment(const std::string& kind = "static") {
   const bool still = kind == "static";
   return "[experiment]\nkind = \"" + kind + "\"\ntitle = \"small\"\nfabrics = [\"felt\"]\n"
          "[fabric.felt]\ndensity = 0.2\nstretch = 200\nshear = 110\nbend = 1.5e-4\n"
          "[trials]\nnames = [\"a\"]\ncolumns = 7\nframes = 6\nframe_rate_hz = 15\n[trials.a]\n" +
          std::string(still ? "kind = \"static\"\napart_m = 0.29\n" : "kind = \"waving\"\napart_m = 0.29\namplitude_m = 0.05\nfrequency_hz = 1.2\n") +
-         "[fit]\noptimisers = [\"annealing\"]\nevaluations = 20\ncolumns = 7\ncoarse_columns = 7\nframes = 6\nframe_rate_hz = 15\n"
+         "[fit]\nstart = \"usual\"\noptimisers = [\"annealing\"]\nevaluations = 20\niterations = 3\ncolumns = 7\ncoarse_columns = 7\nframes = 6\nframe_rate_hz = 15\n"
          "[paper]\nsource = \"nobody\"\ncolumns = [\"end\"]\n[paper.felt]\nbend = [\"1e-4\"]\n\"E1\" = [\"12.5\"]\n";
 }
 

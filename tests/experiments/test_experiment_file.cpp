@@ -10,7 +10,6 @@
 namespace selvedge::experiments {
 namespace {
 
-const std::filesystem::path kExamples = SELVEDGE_SOURCE_DIR "/examples/experiments";
 
 TEST(ExperimentFile, EveryExampleIsReadAndEveryKindHasOne) {
   std::set<Kind> kinds;

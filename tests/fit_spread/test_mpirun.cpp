@@ -1,0 +1,117 @@
+// `mpirun -n N ./selvedge fit`: the same fit.json for every N, and with a rank that is killed on the way.
+#include <algorithm>
+#include <chrono>
+#include <csignal>
+#include <cstdlib>
+#include <fstream>
+#include <thread>
+
+#include <gtest/gtest.h>
+#include <spawn.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include "experiments/simulated_trials.h"
+#include "files/whole_file.h"
+
+extern char** environ;
+
+namespace selvedge::fit {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+// A waving sheet of six frames.
+class Mpirun : public testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    folder_ = fs::temp_directory_path() / ("selvedge_mpirun_" + std::to_string(::getpid()));
+    experiments::Fabric felt;
+    felt.name = "felt";
+    experiments::TrialProtocol protocol;
+    protocol.columns = 9;
+    protocol.frames = 6;
+    protocol.frame_rate_hz = 10;
+    protocol.trials = {{"a", trial::Experiment::waving, 0.29, 0.05, 1.2, 0}};
+    experiments::record_fabric(felt, protocol, folder_ / "felt");
+  }
+  static void TearDownTestSuite() { fs::remove_all(folder_); }
+  void SetUp() override {
+    if (std::system("mpirun --version >/dev/null 2>&1") != 0) GTEST_SKIP() << "NOT RUN: there is no mpirun here (package openmpi-bin)";
+  }
+
+  // Starts the fit on some ranks (0: without mpirun) into a folder of that name.
+  static pid_t start(int ranks, const std::string& name, const std::string& optimiser) {
+    std::string line = "exec ";
+    if (ranks > 0) line += "mpirun --allow-run-as-root --oversubscribe --bind-to none --enable-recovery -n " + std::to_string(ranks) + " ";
+    line += SELVEDGE_BINARY " fit " + (folder_ / "felt").string() + " --out " + (folder_ / name).string() + " --columns 9 --optimiser " + optimiser;
+    if (optimiser != "least_squares") line += " --evaluations 80";
+    line += " >" + (folder_ / (name + ".out")).string() + " 2>" + (folder_ / (name + ".err")).string();
+    const char* arguments[] = {"sh", "-c", line.c_str(), nullptr};
+    pid_t child = 0;
+    EXPECT_EQ(posix_spawn(&child, "/bin/sh", nullptr, nullptr, const_cast<char**>(arguments), environ), 0);
+    return child;
+  }
+
+  static json result_of(pid_t child, const std::string& name) {
+    int status = 0;
+    waitpid(child, &status, 0);
+    EXPECT_EQ(status, 0) << files::read_whole(folder_ / (name + ".err"));
+    json result = files::read_json(folder_ / name / "fit.json");
+    result.erase("wall_s");
+    return result;
+  }
+
+  static json fitted(int ranks, const std::string& name, const std::string& optimiser) { return result_of(start(ranks, name, optimiser), name); }
+
+  // The process of a rank that fits into the folder of that name, or 0.
+  static pid_t process_of_rank(int rank, const std::string& name) {
+    const std::string wanted = "OMPI_COMM_WORLD_RANK=" + std::to_string(rank), out = (folder_ / name).string();
+    for (const auto& entry : fs::directory_iterator("/proc")) {
+      std::ifstream command(entry.path() / "cmdline"), environment(entry.path() / "environ");
+      const std::string arguments{std::istreambuf_iterator<char>(command), {}}, all{std::istreambuf_iterator<char>(environment), {}};
+      const std::string pid = entry.path().filename().string();
+      if (arguments.rfind(SELVEDGE_BINARY, 0) == 0 && arguments.find(out + '\0') != std::string::npos && ('\0' + all).find('\0' + wanted + '\0') != std::string::npos)
+        return std::atoi(pid.c_str());
+    }
+    return 0;
+  }
+
+  static fs::path folder_;
+};
+
+fs::path Mpirun::folder_;
+
+TEST_F(Mpirun, LeastSquaresDoNotDependOnTheRanks) {
+  const json alone = fitted(0, "squares-0", "least_squares");
+  EXPECT_EQ(fitted(3, "squares-3", "least_squares"), alone);
+  const std::string said = files::read_whole(folder_ / "squares-3.out");
+  EXPECT_EQ(said.find("held-out error"), said.rfind("held-out error")) << "more than one rank printed";
+}
+
+TEST_F(Mpirun, ASearchGoesOnWithoutARankThatIsKilled) {
+  const json alone = fitted(0, "cma-0", "cma");
+  EXPECT_EQ(fitted(2, "cma-2", "cma"), alone);
+  const pid_t job = start(3, "cma-killed", "cma");
+  const fs::path journal = folder_ / "cma-killed" / "evaluations.txt";
+  const auto evaluations = [&] {
+    std::ifstream in(journal);
+    return std::count(std::istreambuf_iterator<char>(in), {}, '\n');
+  };
+  bool ended = false;
+  int status = 0;
+  while (evaluations() < 5 && !ended) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(2));
+    ended = waitpid(job, &status, WNOHANG) != 0;
+  }
+  ASSERT_FALSE(ended) << files::read_whole(folder_ / "cma-killed.err");
+  const pid_t rank = process_of_rank(2, "cma-killed");
+  ASSERT_GT(rank, 0);
+  ASSERT_EQ(kill(rank, SIGKILL), 0);
+  EXPECT_LT(evaluations(), 80);  // it was killed while the search went on
+  EXPECT_EQ(result_of(job, "cma-killed"), alone);
+}
+
+}  // namespace
+}  // namespace selvedge::fit
