@@ -5,11 +5,7 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
-#include <ceres/loss_function.h>
-#include <ceres/problem.h>
-#include <ceres/solver.h>
-
-#include "calib/reprojection_cost.h"
+#include <ceres/ceres.h>
 
 namespace selvedge::calib {
 
@@ -23,6 +19,24 @@ struct PoseInformation {
   Eigen::MatrixXd camera_shift;   // B
   Shift6 shift = Shift6::Zero();  // D
   PoseShift gradient = PoseShift::Zero();
+};
+
+struct ShiftReprojection {
+  CameraParameters camera;
+  Eigen::Vector3d point;
+  Eigen::Vector2d pixel;
+  double sd_px;
+
+  template <class T>
+  bool operator()(const T* shift, T* residual) const {
+    T parameters[kParameters], seen[2];
+    for (int i = 0; i < kParameters; ++i) parameters[i] = T(camera[i]);
+    const T x[3] = {T(point.x()), T(point.y()), T(point.z())};
+    project_parameters(parameters, shift, x, seen);
+    residual[0] = (seen[0] - pixel.x()) / sd_px;
+    residual[1] = (seen[1] - pixel.y()) / sd_px;
+    return true;
+  }
 };
 
 double share_used(const RefineInput& input, int pose) {
@@ -57,8 +71,10 @@ PoseShift fit_shift(const RefineInput& input, const Refined& refined, const std:
     ceres::Problem problem;
     for (const Sighting& s : *input.sightings)
       if (std::find(poses.begin(), poses.end(), s.pose) != poses.end())
-        problem.AddResidualBlock(new ReprojectionCost({s.point, s.pixel, Eigen::Matrix2d::Identity() / std::max(refined.pixel_sd_px, 0.2) / scale_px}, refined.camera),
-                                 new ceres::CauchyLoss(1.0), shift.data());
+        problem.AddResidualBlock(
+            new ceres::AutoDiffCostFunction<ShiftReprojection, 2, 6>(
+                new ShiftReprojection{refined.camera, s.point, s.pixel, scale_px * std::max(refined.pixel_sd_px, 0.2)}),
+            new ceres::CauchyLoss(1.0), shift.data());
     ceres::Solver::Options options;
     options.linear_solver_type = ceres::DENSE_QR;
     options.logging_type = ceres::SILENT;
