@@ -1,9 +1,9 @@
 #include "calib/calibration_file.h"
 
-#include <cmath>
 
 #include "calib/verdict.h"
 #include "files/bad_input.h"
+#include "files/json_number.h"
 #include "files/whole_file.h"
 
 namespace selvedge::calib {
@@ -13,11 +13,9 @@ namespace {
 using nlohmann::json;
 
 // JSON has no NaN: what cannot be said is null.
-json number_or_null(double value) { return std::isfinite(value) ? json(value) : json(nullptr); }
-
 json by_name(const std::map<int, double>& values) {
   json object = json::object();
-  for (const auto& [name, value] : values) object[std::to_string(name)] = number_or_null(value);
+  for (const auto& [name, value] : values) object[std::to_string(name)] = files::finite_or_null(value);
   return object;
 }
 
@@ -58,15 +56,15 @@ json device_json(const DeviceCalibration& device, const Calibration& calibration
   return {{"projection", trusted ? matrix_json(projection.matrix) : json(nullptr)},
           {"distortion", trusted ? json(projection.distortion) : json(nullptr)},
           {"rms_px", d.rms_px},
-          {"leave_one_pose_out_px", number_or_null(d.leave_one_pose_out_px)},
-          {"predicted_sd_px", number_or_null(device.deviation.mean_sd_px)},
+          {"leave_one_pose_out_px", files::finite_or_null(d.leave_one_pose_out_px)},
+          {"predicted_sd_px", files::finite_or_null(device.deviation.mean_sd_px)},
           {"worst_pose", d.worst_pose},
           {"width_px", d.size.width_px},
           {"height_px", d.size.height_px},
           {"worst_marker", d.worst_marker},
-          {"predicted_sd_uv_px", {number_or_null(device.deviation.mean_sd_uv_px.x()),
-                                  number_or_null(device.deviation.mean_sd_uv_px.y())}},
-          {"largest_sd_px", number_or_null(device.deviation.largest_sd_px)},
+          {"predicted_sd_uv_px", {files::finite_or_null(device.deviation.mean_sd_uv_px.x()),
+                                  files::finite_or_null(device.deviation.mean_sd_uv_px.y())}},
+          {"largest_sd_px", files::finite_or_null(device.deviation.largest_sd_px)},
           {"share_of_volume_in_view", device.deviation.share_in_view},
           {"pixel_noise_px", d.refined.pixel_sd_px},
           {"singular_value_ratio", d.singular_ratio},
@@ -131,7 +129,7 @@ json to_json(const Calibration& calibration) {
   return {{"format", "calibration/1"},
           {"camera", device_json(calibration.camera, calibration)},
           {"projector", calibration.projector ? device_json(*calibration.projector, calibration) : json(nullptr)},
-          {"triangulation_sd_mm", number_or_null(calibration.triangulation_sd_mm)},
+          {"triangulation_sd_mm", files::finite_or_null(calibration.triangulation_sd_mm)},
           {"rejected", rejected},
           {"verdict", to_text(calibration.verdict)},
           {"advice", calibration.advice},

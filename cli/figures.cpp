@@ -1,10 +1,10 @@
 #include "cli/figures.h"
 
 #include <algorithm>
-#include <cmath>
 
 #include <fmt/format.h>
 
+#include "files/json_number.h"
 #include "report/text_table.h"
 
 namespace selvedge::cli {
@@ -18,11 +18,6 @@ const char* relation_sign(Relation relation) {
     case Relation::shown: break;
   }
   return "beside";
-}
-
-// JSON has no infinity or NaN.
-nlohmann::json finite_or_null(double value) {
-  return std::isfinite(value) ? nlohmann::json(value) : nlohmann::json(nullptr);
 }
 
 }  // namespace
@@ -58,9 +53,9 @@ nlohmann::json to_json(const std::string& name, const std::vector<Figure>& figur
   for (const Figure& figure : figures) {
     all_hold = all_hold && holds(figure);
     list.push_back({{"what", figure.what},
-                    {"measured", finite_or_null(figure.measured)},
+                    {"measured", files::finite_or_null(figure.measured)},
                     {"relation", relation_sign(figure.relation)},
-                    {"reference", finite_or_null(figure.reference)},
+                    {"reference", files::finite_or_null(figure.reference)},
                     {"unit", figure.unit},
                     {"source", figure.source},
                     {"holds", holds(figure)}});

@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include "files/json_number.h"
 #include "files/whole_file.h"
 #include "report/html.h"
 
@@ -16,8 +17,6 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 using nlohmann::json;
 
-json number(double value) { return std::isfinite(value) ? json(value) : json(nullptr); }
-
 json values_of(const FabricCase& c, const VectorXd& set) {
   json values = json::object();
   for (size_t k = 0; k < c.parameters.size(); ++k)
@@ -27,7 +26,7 @@ json values_of(const FabricCase& c, const VectorXd& set) {
 
 json errors_by_trial(const FabricCase& c, const std::vector<size_t>& trials, const MatrixXd& errors, Index row) {
   json by_name = json::object();
-  for (size_t t = 0; t < trials.size(); ++t) by_name[c.campaign.trials[trials[t]].name] = number(errors(row, static_cast<Index>(t)));
+  for (size_t t = 0; t < trials.size(); ++t) by_name[c.campaign.trials[trials[t]].name] = files::finite_or_null(errors(row, static_cast<Index>(t)));
   return by_name;
 }
 
@@ -39,9 +38,9 @@ json to_json(const FabricOutcome& f, const Identification& found) {
     sets[found.labels[k]] = {{"parameters", values_of(c, one.set)}, {"error", errors_by_trial(c, f.fitted, found.error, static_cast<Index>(k) + 1)},
                              {"evaluations", one.evaluations}, {"wall_s", one.wall_s}, {"evaluations_from_journal", one.from_journal}};
     for (Index i = 0; i < one.sd.size(); ++i)
-      sets[found.labels[k]]["standard_deviation_percent"][c.parameters[static_cast<size_t>(i)].name] = number(100 * one.sd(i));
+      sets[found.labels[k]]["standard_deviation_percent"][c.parameters[static_cast<size_t>(i)].name] = files::finite_or_null(100 * one.sd(i));
   }
-  for (size_t k = 0; k < found.variability.size(); ++k) variability[c.parameters[k].name] = number(found.variability[k]);
+  for (size_t k = 0; k < found.variability.size(); ++k) variability[c.parameters[k].name] = files::finite_or_null(found.variability[k]);
   return {{"sets", sets}, {"chosen", found.labels[found.chosen]}, {"variability_percent", variability}};
 }
 
@@ -62,8 +61,8 @@ json to_json(const FabricOutcome& f) {
 }
 
 json to_json(const SkirtOutcome& s) {
-  return {{"triangles", s.triangles}, {"frames", s.frames}, {"frames_that_intersect", s.frames_that_intersect}, {"largest_strain", number(s.largest_strain)},
-          {"deepest_in_body_m", number(s.deepest_in_body_m)}, {"hem_mean_width_m", s.hem_width_m}, {"simulated_s", s.simulated_s}, {"wall_s", s.wall_s}, {"finite", s.finite}};
+  return {{"triangles", s.triangles}, {"frames", s.frames}, {"frames_that_intersect", s.frames_that_intersect}, {"largest_strain", files::finite_or_null(s.largest_strain)},
+          {"deepest_in_body_m", files::finite_or_null(s.deepest_in_body_m)}, {"hem_mean_width_m", s.hem_width_m}, {"simulated_s", s.simulated_s}, {"wall_s", s.wall_s}, {"finite", s.finite}};
 }
 
 json to_json(const PaperTable& paper) {
@@ -77,7 +76,7 @@ json to_json(const ExperimentOutcome& out) {
   for (size_t k = 0; k < out.cross.size(); ++k)
     for (Index i = 0; i < out.cross[k].rows(); ++i)
       for (Index j = 0; j < out.cross[k].cols(); ++j)
-        cross[out.file.fit.optimisers[k]][out.fabrics[static_cast<size_t>(i)].fabric->fabric.name][out.fabrics[static_cast<size_t>(j)].fabric->fabric.name] = number(out.cross[k](i, j));
+        cross[out.file.fit.optimisers[k]][out.fabrics[static_cast<size_t>(i)].fabric->fabric.name][out.fabrics[static_cast<size_t>(j)].fabric->fabric.name] = files::finite_or_null(out.cross[k](i, j));
   json all = {{"format", "experiment/1"}, {"kind", to_text(out.file.kind)}, {"title", out.file.title}, {"file", out.file.path.filename().string()}, {"quick", out.quick},
               {"fabrics", fabrics}, {"remarks", remarks_of(out)}, {"wall_s", out.wall_s}, {"paper", to_json(out.file.paper)}};
   if (!out.skirts.empty()) return all;
@@ -86,7 +85,7 @@ json to_json(const ExperimentOutcome& out) {
   if (!cross.empty()) all["cross"] = cross;
   for (size_t i = 0; i < out.repeats.fits.size(); ++i)
     all["repeats"].push_back({{"fabric", out.fabrics[out.repeated].fabric->fabric.name}, {"parameters", values_of(*out.fabrics[out.repeated].fabric, out.repeats.fits[i].set)},
-                              {"error", number(out.repeats.error[i])}});
+                              {"error", files::finite_or_null(out.repeats.error[i])}});
   return all;
 }
 

@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include "files/json_number.h"
 #include "files/whole_file.h"
 #include "fit/fit_pictures.h"
 #include "fit/stripe_residual.h"
@@ -14,8 +15,6 @@ namespace selvedge::fit {
 namespace {
 
 using nlohmann::json;
-
-json number(double value) { return std::isfinite(value) ? json(value) : json(nullptr); }
 
 std::string text(double value, const char* format = "{:.2f}") {
   return std::isfinite(value) ? fmt::format(fmt::runtime(format), value) : "–";
@@ -120,7 +119,7 @@ json to_json(const FitOutcome& out) {
                                     {"mesh_percent", p.mesh_percent},
                                     {"determined", p.determined}, {"start", p.start}};
   for (const TrialError& t : out.trials) {
-    trials[t.name] = {{"error_start", number(t.start_mm)}, {"error_end", number(t.end_mm)}, {"frames", t.frames}};
+    trials[t.name] = {{"error_start", files::finite_or_null(t.start_mm)}, {"error_end", files::finite_or_null(t.end_mm)}, {"frames", t.frames}};
     if (std::isfinite(t.moving_mm)) trials[t.name]["error_moving"] = t.moving_mm;
     if (std::isfinite(t.held_out_mm)) trials[t.name]["error_held_out"] = t.held_out_mm;
     if (t.rigid_plate_mm) trials[t.name]["error_rigid_plate"] = *t.rigid_plate_mm;
@@ -128,7 +127,7 @@ json to_json(const FitOutcome& out) {
   }
   json out_json = {{"format", "fit/1"}, {"model", out.model}, {"campaign", out.campaign}, {"parameters", parameters}, {"trials", trials},
                    {"units", "mm root mean square"}, {"evaluations", out.evaluations}, {"wall_s", out.wall_s}, {"remarks", out.remarks},
-                   {"held_out", {{"by", out.hold_out}, {"error", number(held_out_mm(out))}}}};
+                   {"held_out", {{"by", out.hold_out}, {"error", files::finite_or_null(held_out_mm(out))}}}};
   out_json["optimiser"] = out.optimiser;
   if (const auto plate = rigid_plate_mm(out)) out_json["held_out"]["rigid_plate_error"] = *plate;
   return out_json;

@@ -11,6 +11,7 @@
 #include "capture/recorder.h"
 #include "capture/session/arm_lease.h"
 #include "capture/session/rest.h"
+#include "files/json_number.h"
 #include "rig/arm/daemon.h"
 #include "rig/arm/path.h"
 #include "rig/clock.h"
@@ -250,16 +251,14 @@ void require_usable(const Recording& recording, const SessionPlan& session, cons
     throw Spoiled(fmt::format("a corner was hidden in {:.0f} % of the samples", 100 * recording.occluded_share()));
 }
 
-nlohmann::json finite_or_null(double value) { return std::isfinite(value) ? nlohmann::json(value) : nlohmann::json(nullptr); }
-
 // "clocks": offset_s is the host's clock less the device's at the trial's origin; the tracker counts frames.
 nlohmann::json clocks_json(const RigClient& rig, double origin_s) {
   nlohmann::json clocks = nlohmann::json::object();
   for (const auto& [device, message] : rig.clocks()) {
     const rig::ClockMap map = rig::from_message(message);
     const double device_s = static_cast<double>(map.reference_ticks) / map.ticks_per_s + (origin_s - map.reference_host_s) / (1 + 1e-6 * map.drift_ppm);
-    clocks[device] = {{"offset_s", finite_or_null(origin_s - device_s)}, {"drift_ppm", finite_or_null(map.drift_ppm)},
-                      {"uncertainty_s", finite_or_null(map.uncertainty_s)}, {"jumps", map.jumps}};
+    clocks[device] = {{"offset_s", files::finite_or_null(origin_s - device_s)}, {"drift_ppm", files::finite_or_null(map.drift_ppm)},
+                      {"uncertainty_s", files::finite_or_null(map.uncertainty_s)}, {"jumps", map.jumps}};
   }
   return {{"clocks", clocks}};
 }
