@@ -5,6 +5,8 @@ namespace selvedge::cli {
 const std::vector<AddCommand>& commands() {
   static const std::vector<AddCommand> list = {
       add_demo,
+      add_session,
+      add_console,
       add_check,
       add_calibrate,
       add_fit,

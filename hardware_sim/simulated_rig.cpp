@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include "hardware_sim/bank/named_extra.h"
 #include "hardware_sim/world/world.h"
 #include "rig/arm/model.h"
 #include "rig/bus.h"
@@ -43,6 +44,12 @@ SimulatedRigConfiguration read_simulated_rig(const std::filesystem::path& path) 
   const auto file = rig::Configuration::load(path, world_sections());
   SimulatedRigConfiguration rig;
   rig.world = read_world(file);
+  for (Swatch& swatch : rig.world.swatches) {
+    if (swatch.effect.empty()) continue;
+    const Extra extra = named_extra(swatch.effect, swatch.strength, path.string() + " [swatches." + swatch.name + "] effect");
+    swatch.extra = extra.extra;
+    swatch.step_share = extra.step_share;
+  }
   rig.bus = file.bus();
   read_devices(file.section("devices"), rig);
   rig.camera.width_px = rig.world.camera.width_px;

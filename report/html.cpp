@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include "files/whole_file.h"
+#include "report/base64.h"
 
 namespace selvedge::report {
 
@@ -27,19 +28,6 @@ figcaption { font-size: .9em; color: #333; }
 .row img { width: 100%; image-rendering: pixelated; }
 @media print { body { margin: 0; max-width: none; font-size: 11pt; } }
 )";
-
-std::string base64(const std::string& bytes) {
-  constexpr const char* letters = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::string text;
-  text.reserve(bytes.size() * 4 / 3 + 4);
-  for (size_t i = 0; i < bytes.size(); i += 3) {
-    unsigned group = 0;
-    for (size_t k = 0; k < 3; ++k) group = group << 8 | (i + k < bytes.size() ? static_cast<unsigned char>(bytes[i + k]) : 0);
-    for (size_t k = 0; k < 4; ++k)
-      text += i + k <= bytes.size() ? letters[group >> (18 - 6 * k) & 63] : '=';
-  }
-  return text;
-}
 
 std::string figure(const std::string& content, const std::string& caption) {
   return fmt::format("<figure>{}<figcaption>{}</figcaption></figure>\n", content, escape_html(caption));
@@ -89,6 +77,13 @@ void HtmlReport::table(const std::vector<std::string>& header, const std::vector
     body_ += "</tr>\n";
   }
   body_ += "</table>\n";
+}
+
+void HtmlReport::links(const std::vector<std::pair<std::string, std::string>>& to) {
+  body_ += "<p>";
+  for (size_t i = 0; i < to.size(); ++i)
+    body_ += fmt::format("{}<a href=\"{}\">{}</a>", i == 0 ? "" : " · ", escape_html(to[i].second), escape_html(to[i].first));
+  body_ += "</p>\n";
 }
 
 void HtmlReport::svg(const std::string& svg_text, const std::string& caption) { body_ += figure(svg_text, caption); }

@@ -4,6 +4,7 @@
 
 #include <filesystem>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace selvedge::report {
@@ -35,6 +36,8 @@ class HtmlReport {
   void heading(const std::string& text);
   void paragraph(const std::string& text);
   void table(const std::vector<std::string>& header, const std::vector<std::vector<std::string>>& rows);
+  // One line of links: what is read, and where it leads (relative to the report).
+  void links(const std::vector<std::pair<std::string, std::string>>& to);
   void svg(const std::string& svg_text, const std::string& caption);
   // png: the bytes of a PNG file.
   void picture(const std::string& png, const std::string& caption, int width_px = 0);

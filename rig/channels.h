@@ -26,6 +26,7 @@ inline constexpr const char* kControl = "CONTROL";        // arm_control_t
 inline constexpr const char* kTrajectory = "TRAJECTORY";  // arm_trajectory_t
 
 inline constexpr const char* kOperatorPrompt = "OPERATOR_PROMPT";  // operator_prompt_t
+inline constexpr const char* kOperatorAnswer = "OPERATOR_ANSWER";  // operator_answer_t
 inline constexpr const char* kSessionStatus = "SESSION_STATUS";    // session_status_t
 
 }  // namespace selvedge::rig

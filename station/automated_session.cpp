@@ -45,22 +45,41 @@ class Steps {
   double total_s_ = 0, at_s_ = 0;
 };
 
-void write_campaign(const session::SessionPlan& plan, const std::filesystem::path& folder) {
-  trial::Campaign campaign;
-  campaign.fabric = plan.fabric.name;
-  for (const session::TrialPlan& planned : plan.trials) {
-    trial::Trial trial;
-    trial.name = planned.name;
-    campaign.trials.push_back(trial);
-  }
-  trial::write_campaign_json(campaign, folder);
-}
-
 }  // namespace
 
 double expected_calibration_s(const session::SessionPlan& plan) { return kPose_s * plan.grid.poses; }
 
 double expected_trial_s(const session::TrialPlan& trial) { return kBeforeTrial_s + trial.duration_s; }
+
+calib::Calibration calibrate_session(RigClient& rig, const session::SessionPlan& plan, const std::filesystem::path& folder, const report::ProgressCallback& progress) {
+  calib::Calibration calibration = calibrate_rig(rig, plan, folder / "calibration", progress);
+  if (calibration.verdict == calib::Verdict::refused || !calibration.projector) throw session::DeviceFailed("calibration refused: " + calibration.advice);
+  std::filesystem::copy_file(folder / "calibration" / "calibration.json", folder / "calibration.json", std::filesystem::copy_options::overwrite_existing);
+  return calibration;
+}
+
+session::TrialRecord record_session_trial(RigClient& rig, const rig::Configuration& configuration, const session::SessionPlan& plan,
+                                          const session::TrialPlan& trial, const session::RigOptics& optics, const std::filesystem::path& folder,
+                                          const report::ProgressCallback& progress) {
+  ProjectorCheck check;
+  const auto at_rest = [&] { check = check_projector(rig, optics); };
+  const session::TrialRecord record = session::run_trial(rig, configuration, plan, trial, optics, folder, progress, at_rest);
+  write_projector_check(check, folder / trial.name);
+  return record;
+}
+
+void write_session_campaign(const std::string& fabric, const std::vector<std::string>& trials, const std::vector<std::vector<std::string>>& replicates,
+                            const std::filesystem::path& folder) {
+  trial::Campaign campaign;
+  campaign.fabric = fabric;
+  campaign.replicates = replicates;
+  for (const std::string& name : trials) {
+    trial::Trial trial;
+    trial.name = name;
+    campaign.trials.push_back(trial);
+  }
+  trial::write_campaign_json(campaign, folder);
+}
 
 SessionResult run_session(const rig::Configuration& configuration, const std::filesystem::path& folder, const report::ProgressCallback& progress) {
   const session::SessionPlan plan = session::read_session_plan(configuration);
@@ -72,19 +91,14 @@ SessionResult run_session(const rig::Configuration& configuration, const std::fi
   rig.wait_until_running(plan.answer_timeout_s, [&](const std::string& missing) { starting(0.5, missing); });
 
   SessionResult result;
-  result.calibration = calibrate_rig(rig, plan, folder / "calibration", steps.next("calibrating", "", expected_calibration_s(plan)));
-  if (result.calibration.verdict == calib::Verdict::refused || !result.calibration.projector)
-    throw session::DeviceFailed("calibration refused: " + result.calibration.advice);
-  std::filesystem::copy_file(folder / "calibration" / "calibration.json", folder / "calibration.json", std::filesystem::copy_options::overwrite_existing);
-
+  result.calibration = calibrate_session(rig, plan, folder, steps.next("calibrating", "", expected_calibration_s(plan)));
   const session::RigOptics optics{result.calibration.camera.projection(), result.calibration.projector->projection()};
+  std::vector<std::string> names;
   for (const session::TrialPlan& trial : plan.trials) {
-    ProjectorCheck check;
-    const auto at_rest = [&] { check = check_projector(rig, optics); };
-    result.trials.push_back(session::run_trial(rig, configuration, plan, trial, optics, folder, steps.next("recording", trial.name, expected_trial_s(trial)), at_rest));
-    write_projector_check(check, folder / trial.name);
+    result.trials.push_back(record_session_trial(rig, configuration, plan, trial, optics, folder, steps.next("recording", trial.name, expected_trial_s(trial))));
+    names.push_back(trial.name);
   }
-  write_campaign(plan, folder);
+  write_session_campaign(plan.fabric.name, names, {}, folder);
 
   selvedge_rig::operator_prompt_t done{};
   done.step = "done";

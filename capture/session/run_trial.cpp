@@ -304,6 +304,13 @@ TrialRecord attempt_trial(RigClient& rig, const rig::Configuration& configuratio
 
 }  // namespace
 
+void set_trial_aside(const std::filesystem::path& folder, const std::string& name) {
+  if (!std::filesystem::exists(folder / name)) return;
+  std::filesystem::path aside;
+  for (int k = 1; aside.empty() || std::filesystem::exists(aside); ++k) aside = folder / fmt::format("{}-spoiled-{}", name, k);
+  std::filesystem::rename(folder / name, aside);
+}
+
 TrialRecord run_trial(RigClient& rig, const rig::Configuration& configuration, const SessionPlan& session, const TrialPlan& plan,
                       const RigOptics& optics, const std::filesystem::path& folder, const report::ProgressCallback& progress,
                       const std::function<void()>& at_rest) {
@@ -319,7 +326,7 @@ TrialRecord run_trial(RigClient& rig, const rig::Configuration& configuration, c
       spdlog::warn("{}, attempt {}: {}", plan.name, attempt, error.what());
       if (attempt == plan.attempts) throw DeviceFailed(fmt::format("{}: {} ({} attempts)", plan.name, error.what(), attempt));
     }
-    if (std::filesystem::exists(folder / plan.name)) std::filesystem::rename(folder / plan.name, folder / fmt::format("{}-spoiled-{}", plan.name, attempt));
+    set_trial_aside(folder, plan.name);
   }
 }
 

@@ -14,6 +14,7 @@
 #include "fit/fit_report.h"
 #include "fit/spread/ranks.h"
 #include "report/progress.h"
+#include "station/simulated_motion.h"
 
 namespace selvedge::cli {
 
@@ -81,6 +82,7 @@ void run_fit(FitArguments& a, const CLI::App& command) {
   if (!speaks) return;
   out.optimiser = a.optimiser;
   fit::write_fit(out, campaign, a.out);
+  station::write_simulated_motions(out, campaign, a.out);
   print_outcome(out);
   fmt::print("wrote {} and {}\n", (a.out / "fit.json").string(), (a.out / "report.html").string());
 }

@@ -42,6 +42,7 @@ World::World(const WorldConfiguration& configuration, double start_s, Clockwork 
   noise_.resize(kNoiseTable);
   for (float& value : noise_) value = configuration.noise_grey > 0 ? normal(random_) : 0;
   stages_.push_back({start_s, Stage::empty, 0});
+  if (!configuration.swatches.empty()) change_swatch(0, start_s);
   if (clockwork == Clockwork::host) thread_ = std::thread([this] { run(); });
 }
 
@@ -128,6 +129,18 @@ void World::begin_hanging(const Eigen::Vector3d& place, double at_s) {
   hanging_ = std::async(std::launch::async, [this, place] { settle(configuration_.left_m, place); });
 }
 
+// The old one is taken down; the new one hangs once a prompt asks for it.
+void World::change_swatch(size_t index, double at_s) {
+  if (index >= configuration_.swatches.size()) return;  // the person has no such swatch
+  const Swatch& swatch = configuration_.swatches[index];
+  configuration_.separation_m *= swatch.fabric.width_m / configuration_.fabric.width_m;
+  configuration_.fabric = swatch.fabric;
+  sheet_ = LatticeSheet(swatch.fabric, configuration_.lattice);
+  if (swatch.extra) sheet_.add_extra(swatch.extra, swatch.step_share);
+  hung_ = false;
+  stages_.push_back({at_s, Stage::empty, 0});
+}
+
 // To the equilibrium of the branch that bulges to the configured side: viscous braking first, then stopping the
 // sheet at each peak of its kinetic energy.
 void World::settle(const Eigen::Vector3d& left, const Eigen::Vector3d& right) {
@@ -156,10 +169,11 @@ void World::obey(const Prompt& prompt, double at_s) {
     stages_.push_back({at_s + kBoardUpS, Stage::board, prompt.index});
     return;
   }
+  if (is(prompt, "change_swatch")) return change_swatch(static_cast<size_t>(prompt.index), at_s);
   if ((is(prompt, "hang_still") || is(prompt, "robot_path")) && ++trials_ == configuration_.knock.before_trial) knocked_from_s_ = at_s;
   if (is(prompt, "stand_back") || is(prompt, "done") || is(prompt, "wave_right_corner") || is(prompt, "wave_left_corner"))
     steady_until_s_ = at_s;  // the hand lets go of the fabric
-  if (is(prompt, "stand_back") || is(prompt, "done")) return;
+  if (is(prompt, "stand_back") || is(prompt, "done") || is(prompt, "ask")) return;
 
   const double separation = prompt.separation_m > 0 ? std::min(prompt.separation_m, 0.99 * configuration_.fabric.width_m)
                                                     : configuration_.separation_m;
@@ -242,6 +256,7 @@ std::vector<SeenMarker> World::markers_at(double host_time_s) {
   std::vector<SeenMarker> markers;
   if (stage.stage == Stage::fabric) {
     const Eigen::Matrix3Xd nodes = interpolated(host_time_s);
+    if (nodes.cols() == 0) return markers;  // taken down since
     markers.push_back({"fabric", "left", nodes.col(0)});
     markers.push_back({"fabric", "right", nodes.col(sheet_.columns() - 1)});
   } else if (stage.stage == Stage::board) {
@@ -263,6 +278,7 @@ bool World::image_at(double host_time_s, unsigned char* pixels) {
     if (!wait_for(lock, host_time_s)) return false;
     stage = stage_at(host_time_s);
     if (stage.stage == Stage::fabric) nodes = interpolated(host_time_s);
+    if (nodes.cols() == 0 && stage.stage == Stage::fabric) stage.stage = Stage::empty;  // taken down since
     after_knock = host_time_s >= knocked_from_s_;
   }
   const std::lock_guard lock(picture_mutex_);

@@ -5,7 +5,8 @@
 // of the last seconds are kept, and what is asked for between two of them is interpolated (cubic, with
 // velocities). Whoever asks for a moment that is not simulated yet waits. A slow host falls behind and catches
 // up; nothing is skipped.
-// A person at the rig obeys the session's prompts: shows the board, hangs the fabric and steadies it with a hand,
+// A person at the rig obeys the session's prompts: shows the board, changes the swatch, hangs the fabric and steadies it
+// with a hand,
 // waves a corner, clips the corner to the arm, stands back. He may also run into a device before some trial.
 // Thread-safe. Host clock: CLOCK_MONOTONIC, s. Motion-capture frame, m.
 #pragma once
@@ -73,6 +74,7 @@ class World {
   void run();
   void advance_one();
   void begin_hanging(const Eigen::Vector3d& place, double at_s);
+  void change_swatch(size_t index, double at_s);
   void settle(const Eigen::Vector3d& left, const Eigen::Vector3d& right);
   void obey(const Prompt& prompt, double at_s);
   Eigen::Vector3d right_corner(double t);

@@ -42,8 +42,7 @@ geometry::Projection read_projection(Section& s, const Stand& stand) {
   return projection;
 }
 
-FabricTruth read_fabric(Section s) {
-  FabricTruth f;
+void read_fabric_keys(Section& s, FabricTruth& f) {
   f.width_m = s.number("width_m", f.width_m, 0.02, 3, "m");
   f.height_m = s.number("height_m", f.height_m, 0.02, 3, "m");
   f.density = s.number("density", f.density, 0.005, 5, "kg/m²");
@@ -56,8 +55,32 @@ FabricTruth read_fabric(Section s) {
   f.drag_normal = s.number("drag_normal", f.drag_normal, 0, 100, "kg/m³");
   f.drag_tangent = s.number("drag_tangent", f.drag_tangent, 0, 100, "kg/(m²·s)");
   f.drag_fade = s.number("drag_fade", f.drag_fade, 0, 100, "s²/m²");
+}
+
+FabricTruth read_fabric(Section s) {
+  FabricTruth f;
+  read_fabric_keys(s, f);
   s.finish();
   return f;
+}
+
+// What a swatch leaves out it has from [fabric].
+std::vector<Swatch> read_swatches(Section s, const FabricTruth& fabric) {
+  std::vector<Swatch> swatches;
+  if (s.keys().empty()) return swatches;
+  for (const std::string& name : s.texts("names", std::nullopt)) {
+    if (!s.has(name)) refuse(s.where() + " names", "no section for the swatch {}", in_quotes(name));
+    Section keys = s.section(name);
+    Swatch swatch{.name = name, .fabric = fabric, .effect = {}, .strength = 0, .extra = {}, .step_share = 1};
+    read_fabric_keys(keys, swatch.fabric);
+    swatch.effect = keys.text("effect", "");
+    swatch.strength = keys.number("strength", 0, -1e6, 1e6, "(the effect's own unit)");
+    keys.finish();
+    swatches.push_back(swatch);
+  }
+  s.finish();
+  if (swatches.empty()) refuse(s.where() + " names", "found none, expected at least one swatch");
+  return swatches;
 }
 
 void read_grid(Section s, WorldConfiguration& world) {
@@ -106,10 +129,25 @@ nlohmann::json to_json(const geometry::Projection& p) {
   return {{"width_px", p.width_px}, {"height_px", p.height_px}, {"projection", rows}, {"distortion", p.distortion}};
 }
 
+nlohmann::json fabric_truth_json(const FabricTruth& f) {
+  const auto value = [](double v, const char* unit) { return nlohmann::json{{"value", v}, {"unit", unit}}; };
+  return {{"fabric", {{"width_m", f.width_m}, {"height_m", f.height_m}, {"mass_kg", f.density * f.width_m * f.height_m}}},
+          {"parameters",
+           {{"stretch", value(f.stretch, "N/m")},
+            {"shear", value(f.shear, "N/m")},
+            {"bend", value(f.bend, "N·m")},
+            {"stretch_damping", value(f.stretch_damping, "N·s/m")},
+            {"shear_damping", value(f.shear_damping, "N·s/m")},
+            {"bend_damping", value(f.bend_damping, "N·m·s")},
+            {"drag_normal", value(f.drag_normal, "kg/m³")},
+            {"drag_tangent", value(f.drag_tangent, "kg/(m²·s)")},
+            {"drag_fade", value(f.drag_fade, "s²/m²")}}}};
+}
+
 }  // namespace
 
 const std::vector<std::string>& world_sections() {
-  static const std::vector<std::string> sections = {"fabric", "lattice", "air", "camera", "projector", "grid",
+  static const std::vector<std::string> sections = {"fabric", "swatches", "lattice", "air", "camera", "projector", "grid",
                                                     "stand",  "hand",    "arm", "knock",  "world",  "devices",   "bus"};
   return sections;
 }
@@ -117,6 +155,8 @@ const std::vector<std::string>& world_sections() {
 WorldConfiguration read_world(const rig::Configuration& configuration) {
   WorldConfiguration world;
   world.fabric = read_fabric(configuration.section("fabric"));
+  world.swatches = read_swatches(configuration.section("swatches"), world.fabric);
+  if (!world.swatches.empty()) world.fabric = world.swatches.front().fabric;
   Section lattice = configuration.section("lattice");
   world.lattice.cells_across = int(lattice.integer("cells_across", world.lattice.cells_across, 4, 200));
   world.lattice.cells_down = int(lattice.integer("cells_down", world.lattice.cells_down, 4, 200));
@@ -162,22 +202,15 @@ WorldConfiguration knocked(WorldConfiguration world) {
 }
 
 nlohmann::json truth_json(const WorldConfiguration& world) {
-  const FabricTruth& f = world.fabric;
-  const auto value = [](double v, const char* unit) { return nlohmann::json{{"value", v}, {"unit", unit}}; };
-  return {{"format", "truth/1"},
-          {"fabric", {{"width_m", f.width_m}, {"height_m", f.height_m}, {"mass_kg", f.density * f.width_m * f.height_m}}},
-          {"parameters",
-           {{"stretch", value(f.stretch, "N/m")},
-            {"shear", value(f.shear, "N/m")},
-            {"bend", value(f.bend, "N·m")},
-            {"stretch_damping", value(f.stretch_damping, "N·s/m")},
-            {"shear_damping", value(f.shear_damping, "N·s/m")},
-            {"bend_damping", value(f.bend_damping, "N·m·s")},
-            {"drag_normal", value(f.drag_normal, "kg/m³")},
-            {"drag_tangent", value(f.drag_tangent, "kg/(m²·s)")},
-            {"drag_fade", value(f.drag_fade, "s²/m²")}}},
-          {"camera", to_json(world.camera)},
-          {"projector", to_json(world.projector)}};
+  nlohmann::json truth = fabric_truth_json(world.fabric);
+  truth["format"] = "truth/1";
+  truth["camera"] = to_json(world.camera);
+  truth["projector"] = to_json(world.projector);
+  for (const Swatch& swatch : world.swatches) {
+    truth["swatches"][swatch.name] = fabric_truth_json(swatch.fabric);
+    if (!swatch.effect.empty()) truth["swatches"][swatch.name]["hidden"] = {{"effect", swatch.effect}, {"strength", swatch.strength}};
+  }
+  return truth;
 }
 
 }  // namespace selvedge::hardware_sim

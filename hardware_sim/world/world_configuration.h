@@ -16,11 +16,17 @@
 //   [arm]        base_position_m base_rpy_deg   as in the rig's own configuration
 //   [knock]      device ("camera", "projector") turn_deg before_trial   somebody runs into it before the trial of that
 //                number (1 is the first) is hung
+//   [swatches]   names, in the order in which a session asks for them (OPERATOR_PROMPT "change_swatch", index); without
+//                it [fabric] is the only one
+//   [swatches.NAME]  as [fabric], and effect, strength: something that it has beyond (hardware_sim/bank/named_extra.h)
 //   [world]      seed
 //   [devices]    hardware_sim/simulated_rig.h;  [bus] as in the rig's own configuration
 #pragma once
 
 #include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
 
 #include <Eigen/Geometry>
 #include <nlohmann/json.hpp>
@@ -34,6 +40,16 @@
 
 namespace selvedge::hardware_sim {
 
+// One of several fabrics that a person hangs in turn.
+struct Swatch {
+  std::string name;
+  FabricTruth fabric;
+  std::string effect;               // empty: none
+  double strength = 0;
+  std::shared_ptr<LatticeExtra> extra;  // of that effect; whoever knows the effects fills it in
+  double step_share = 1;
+};
+
 // A device turned about its own axes (x right, y down, z forward).
 struct Knock {
   enum class Device { none, camera, projector };
@@ -44,6 +60,7 @@ struct Knock {
 
 struct WorldConfiguration {
   FabricTruth fabric;
+  std::vector<Swatch> swatches;     // empty: `fabric` alone; else `fabric` is the first
   LatticeOptions lattice;
   double sag_side = 1;              // +1: the fabric bulges away from the camera
   geometry::Projection camera, projector;

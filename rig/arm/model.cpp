@@ -158,6 +158,17 @@ Eigen::Isometry3d ArmModel::base_from_tool(const Eigen::VectorXd& q_rad) const {
   return to_eigen(frame);
 }
 
+std::vector<Eigen::Vector3d> ArmModel::link_points(const Eigen::VectorXd& q_rad) const {
+  KDL::ChainFkSolverPos_recursive solver(chain_->chain);
+  std::vector<Eigen::Vector3d> points = {Eigen::Vector3d::Zero()};
+  for (unsigned segment = 1; segment <= chain_->chain.getNrOfSegments(); ++segment) {
+    KDL::Frame frame;
+    solver.JntToCart(to_kdl(q_rad), frame, static_cast<int>(segment));
+    points.push_back(to_eigen(frame).translation());
+  }
+  return points;
+}
+
 std::optional<Eigen::VectorXd> ArmModel::inverse(const Eigen::Isometry3d& base_from_tool,
                                                  const Eigen::VectorXd& start_rad) const {
   KDL::ChainFkSolverPos_recursive forward(chain_->chain);

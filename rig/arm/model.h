@@ -34,6 +34,8 @@ class ArmModel {
   const Eigen::VectorXd& home_rad() const { return home_rad_; }
 
   Eigen::Isometry3d base_from_tool(const Eigen::VectorXd& q_rad) const;
+  // The joints' places from the base to the tool point, arm base frame, m: for drawing.
+  std::vector<Eigen::Vector3d> link_points(const Eigen::VectorXd& q_rad) const;
   // Joint angles near `start_rad` that bring the tool to base_from_tool, to 1 µm and 1 µrad; none where that
   // is out of reach.
   std::optional<Eigen::VectorXd> inverse(const Eigen::Isometry3d& base_from_tool, const Eigen::VectorXd& start_rad) const;

@@ -8,6 +8,7 @@
 #include <selvedge_rig/corner_sample_t.hpp>
 #include <selvedge_rig/device_status_t.hpp>
 #include <selvedge_rig/frame_stamp_t.hpp>
+#include <selvedge_rig/operator_answer_t.hpp>
 #include <selvedge_rig/operator_prompt_t.hpp>
 #include <selvedge_rig/preview_t.hpp>
 #include <selvedge_rig/projector_command_t.hpp>
@@ -44,7 +45,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   static constexpr Decode all[] = {decode<arm_command_t>,      decode<arm_control_t>,      decode<arm_status_t>,     decode<arm_trajectory_t>,
                                    decode<camera_command_t>,   decode<clock_map_t>,        decode<corner_sample_t>,  decode<device_status_t>,
                                    decode<frame_stamp_t>,      decode<operator_prompt_t>,  decode<preview_t>,        decode<projector_command_t>,
-                                   decode<projector_status_t>, decode<session_status_t>};
+                                   decode<projector_status_t>, decode<session_status_t>,   decode<operator_answer_t>};
   all[data[0] % std::size(all)](data + 1, size - 1);
   return 0;
 }

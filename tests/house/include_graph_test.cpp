@@ -16,7 +16,7 @@ namespace fs = std::filesystem;
 // Rooms by path, the longest first where one lies in another.
 const std::vector<std::string> rooms = {"capture/trial", "diagnose/effects", "geometry", "files",    "report",
                                         "rig",           "capture",          "calib",    "cloth",    "render",   "garment",
-                                        "fit",           "experiments",      "diagnose",         "station",  "hardware_sim", "cli",  "tests"};
+                                        "fit",           "experiments",      "diagnose",         "station",  "console",  "hardware_sim", "cli",  "tests"};
 
 // What a room may include, besides itself and what those rooms may include in turn. geometry/, files/ and
 // report/ are open to all (docs/decisions/0001-rooms.md).
@@ -33,7 +33,8 @@ const std::map<std::string, std::set<std::string>> may_include = {
     {"garment", {"cloth", "render"}},
     {"fit", {"cloth", "render", "calib", "capture/trial"}},
     {"experiments", {"fit", "garment"}},
-    {"station", {"rig", "capture", "calib", "fit", "capture/trial"}},
+    {"station", {"rig", "capture", "calib", "fit", "capture/trial", "diagnose", "diagnose/effects"}},
+    {"console", {"station", "render"}},
     {"diagnose/effects", {"fit"}},
     {"diagnose", {"fit", "diagnose/effects"}},
     {"hardware_sim", {"rig", "cloth", "render", "diagnose/effects"}},

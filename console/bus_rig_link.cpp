@@ -1,0 +1,296 @@
+#include "console/bus_rig_link.h"
+
+#include <atomic>
+#include <chrono>
+#include <mutex>
+#include <thread>
+
+#include <fmt/format.h>
+#include <selvedge_rig/arm_control_t.hpp>
+#include <selvedge_rig/operator_answer_t.hpp>
+#include <spdlog/spdlog.h>
+
+#include "calib/calibration_file.h"
+#include "capture/session/arm_lease.h"
+#include "capture/session/run_trial.h"
+#include "console/heard.h"
+#include "console/preview.h"
+#include "files/bad_input.h"
+#include "rig/camera/frame_ring.h"
+#include "rig/channels.h"
+#include "rig/clock.h"
+#include "station/automated_session.h"
+
+namespace selvedge::console {
+
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+constexpr double kLookAgain_s = 1;   // at the configuration file
+constexpr double kWatched_s = 1;
+constexpr double kAnswer_s = 10;     // for the rig to be there when something is asked of it
+
+// The trial that a page asks for. Refuses unknown keys and values out of range as a session file would.
+session::TrialPlan trial_of(const json& wanted) {
+  static const std::vector<std::string> known = {"name", "kind", "duration_s", "lead_in_s", "tail_s", "amplitude_m", "frequency_hz", "ramp_s"};
+  if (!wanted.is_object()) refuse("trial", "expected an object");
+  for (const auto& [key, value] : wanted.items())
+    if (std::find(known.begin(), known.end(), key) == known.end()) refuse("trial " + key, "unknown key");
+  const auto number = [&](const char* key, double fallback, double least, double most) {
+    const json value = wanted.value(key, json(fallback));
+    if (!value.is_number() || value.get<double>() < least || value.get<double>() > most) refuse(std::string("trial ") + key, "found {}, expected {} to {}", value.dump(), least, most);
+    return value.get<double>();
+  };
+  session::TrialPlan plan;
+  const json name = wanted.value("name", json("trial"));
+  if (!name.is_string() || name.get<std::string>().empty() || name.get<std::string>().size() > 60 ||
+      name.get<std::string>().find_first_not_of("abcdefghijklmnopqrstuvwxyz0123456789-_") != std::string::npos)
+    refuse("trial name", "found {:.80}, expected small letters, digits, - and _", name.dump());
+  plan.name = name;
+  const json kind = wanted.value("kind", json("static"));
+  if (kind == "static") plan.kind = trial::Experiment::static_hang;
+  else if (kind == "waving") plan.kind = trial::Experiment::waving;
+  else if (kind == "robot") plan.kind = trial::Experiment::robot;
+  else refuse("trial kind", "found {:.60}, expected static, waving or robot", kind.dump());
+  plan.duration_s = number("duration_s", 3, 1, 120);
+  plan.lead_in_s = number("lead_in_s", 0.3, 0.1, 10);
+  plan.amplitude_m = number("amplitude_m", 0.035, 0.001, 0.2);
+  plan.frequency_hz = number("frequency_hz", 0.9, 0.05, 5);
+  plan.ramp_s = number("ramp_s", 0.4, 0.1, 5);
+  plan.attempts = 1;
+  return plan;
+}
+
+}  // namespace
+
+struct BusRigLink::Impl {
+  explicit Impl(const BusRigOptions& o) : options(o), looker([this] { look(); }) {}
+  ~Impl() {
+    ending = true;
+    cancel = true;
+    looker.join();
+    if (recorder.joinable()) recorder.join();
+  }
+
+  // Listens on the port that the configuration names now; makes a picture when somebody looks.
+  void look() {
+    double file_s = -1e9, picture_s = 0;
+    while (!ending) {
+      const double now_s = rig::host_now_s();
+      if (now_s - file_s > kLookAgain_s) {
+        file_s = now_s;
+        look_at_file();
+      }
+      if (now_s - watched_s < kWatched_s && now_s - picture_s >= 1 / options.preview_rate_hz) {
+        picture_s = now_s;
+        try {
+          take_picture();
+        } catch (const std::exception& error) {
+          ring.reset();  // the camera's daemon is not there (yet), or began a new ring
+        }
+      }
+      std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    }
+  }
+
+  void look_at_file() {
+    std::error_code error;
+    const auto written = fs::last_write_time(options.configuration, error);
+    if (error || (heard_now() && written == file_written)) return;
+    try {
+      rig::Configuration loaded = rig::Configuration::load(options.configuration);
+      auto fresh = std::make_shared<Heard>(loaded);
+      const std::lock_guard lock(mutex);
+      configuration = std::move(loaded);
+      heard = std::move(fresh);
+      file_written = written;
+      ring.reset();
+    } catch (const std::exception& problem) {
+      spdlog::warn("{}", problem.what());
+    }
+  }
+
+  void take_picture() {
+    const std::shared_ptr<Heard> now = heard_now();
+    if (!now) return;
+    const std::string name = camera::ring_name(current().bus().port, "camera");
+    if (!ring || ring->replaced()) ring = std::make_unique<camera::FrameRingReader>(name);
+    bool any = false;
+    while (ring->next(frame, 0)) any = any || frame.head.whole;
+    if (!any || !frame.head.whole) return;
+    const LivePicture picture = live_picture(frame.pixels, ring->width_px(), ring->height_px(), now->stripes_show());
+    Preview fresh{frame.head.utime, frame.head.frame_number, picture.png, overlay_json(picture)};
+    const std::lock_guard lock(mutex);
+    newest = std::move(fresh);
+  }
+
+  std::shared_ptr<Heard> heard_now() const {
+    const std::lock_guard lock(mutex);
+    return heard;
+  }
+  rig::Configuration current() const {
+    const std::lock_guard lock(mutex);
+    return configuration;
+  }
+  std::shared_ptr<Heard> need_rig() const {
+    auto now = heard_now();
+    if (!now) refuse(options.configuration.string(), "no rig yet: start one with ./selvedge rig up, or a session");
+    return now;
+  }
+
+  void run_recording(const session::TrialPlan& trial, const session::RigOptics& optics) {
+    std::string ended = "recorded";
+    try {
+      const rig::Configuration rig_configuration = current();
+      const session::SessionPlan plan = session::read_session_plan(rig_configuration);
+      session::RigClient client(rig_configuration);
+      const auto progress = [this](double done, const std::string& what) {
+        if (cancel) throw session::DeviceFailed("stopped at the console");
+        const std::lock_guard lock(mutex);
+        recording["done"] = done;
+        recording["message"] = what;
+      };
+      client.wait_until_running(kAnswer_s, [&](const std::string& missing) { progress(0, missing); });
+      fs::create_directories(options.recordings);
+      const session::TrialRecord record = station::record_session_trial(client, rig_configuration, plan, trial, optics, options.recordings, progress);
+      ended = fmt::format("recorded {} frames, {} lost, a corner hidden in {:.0f} % of the samples{}", record.frames, record.frames_lost, 100 * record.occluded_share,
+                          record.started_at_rest ? "" : "; it did not begin at rest");
+    } catch (const std::exception& error) {
+      ended = error.what();
+    }
+    const std::lock_guard lock(mutex);
+    recording["running"] = false;
+    recording["ended"] = ended;
+    records = false;
+  }
+
+  const BusRigOptions options;
+  mutable std::mutex mutex;                 // of all down to recording
+  rig::Configuration configuration;
+  fs::file_time_type file_written{};
+  std::shared_ptr<Heard> heard;
+  std::optional<Preview> newest;
+  json recording = json::object();
+  std::atomic<double> watched_s{-1e9};
+  std::atomic<bool> ending{false}, cancel{false}, records{false}, robot{false};
+
+  std::unique_ptr<camera::FrameRingReader> ring;  // the looker's alone
+  camera::RingFrame frame;
+
+  std::mutex arm_mutex;                     // of the lease
+  std::unique_ptr<session::RigClient> arm_client;
+  std::unique_ptr<session::ArmLease> lease;
+  std::atomic<bool> armed{false};
+  std::thread recorder;
+  std::thread looker;
+};
+
+BusRigLink::BusRigLink(const BusRigOptions& options) : impl_(std::make_unique<Impl>(options)) {}
+
+BusRigLink::~BusRigLink() {
+  try {
+    disarm();
+  } catch (const std::exception&) {  // the lease ends with this process
+  }
+}
+
+json BusRigLink::state() {
+  const auto heard = impl_->heard_now();
+  json out = heard ? heard->state() : json{{"devices", json::array()}};
+  out["rig"] = heard ? "listening" : "none";
+  out["armed_here"] = impl_->armed.load();
+  const std::lock_guard lock(impl_->mutex);
+  out["record"] = impl_->recording;
+  return out;
+}
+
+std::optional<Preview> BusRigLink::preview(int64_t newer_than) {
+  const std::lock_guard lock(impl_->mutex);
+  return impl_->newest && impl_->newest->number != newer_than ? impl_->newest : std::nullopt;
+}
+
+void BusRigLink::watched() { impl_->watched_s = rig::host_now_s(); }
+
+void BusRigLink::arm(const std::string& who) {
+  impl_->need_rig();
+  const std::lock_guard lock(impl_->arm_mutex);
+  if (!impl_->current().has("arm")) refuse("arm", "this rig has none");
+  if (impl_->records) refuse("arm", "a trial is being recorded");
+  impl_->lease.reset();
+  impl_->arm_client = std::make_unique<session::RigClient>(impl_->current());
+  impl_->lease = std::make_unique<session::ArmLease>(*impl_->arm_client, who);
+  impl_->armed = true;
+}
+
+void BusRigLink::disarm() {
+  const std::lock_guard lock(impl_->arm_mutex);
+  impl_->lease.reset();
+  impl_->arm_client.reset();
+  impl_->armed = false;
+}
+
+void BusRigLink::stop(const std::string& why) {
+  // The stop itself first: it must not wait for anything else.
+  if (const auto heard = impl_->heard_now()) {
+    selvedge_rig::arm_control_t message{};
+    message.action = selvedge_rig::arm_control_t::STOP;
+    message.reason = why;
+    for (int i = 0; i < 3; ++i) {  // a datagram may get lost
+      message.utime = rig::host_now_us();
+      heard->bus().publish(rig::channel("arm", rig::kControl), message);
+    }
+  }
+  impl_->cancel = true;
+  disarm();
+}
+
+void BusRigLink::record(const json& wanted) {
+  const session::TrialPlan trial = trial_of(wanted);
+  impl_->need_rig();
+  if (impl_->records.exchange(true)) refuse("record", "a trial is being recorded");
+  try {
+    if (fs::exists(impl_->options.recordings / trial.name)) refuse("trial name", "{} is there already", trial.name);
+    const calib::StoredCalibration calibration = calib::read_calibration(impl_->options.calibration);
+    if (!calibration.projector) refuse(impl_->options.calibration.string(), "has no projector");
+    impl_->robot = trial.kind == trial::Experiment::robot;
+    if (impl_->robot) {
+      if (!impl_->armed) refuse("record", "a robot trial moves the arm: arm it first");
+      // The trial takes the arm over; that somebody armed it here still counts.
+      const std::lock_guard lock(impl_->arm_mutex);
+      impl_->lease.reset();
+      impl_->arm_client.reset();
+    }
+    if (impl_->recorder.joinable()) impl_->recorder.join();
+    impl_->cancel = false;
+    {
+      const std::lock_guard lock(impl_->mutex);
+      impl_->recording = {{"running", true}, {"trial", trial.name}, {"kind", trial::to_text(trial.kind)}, {"done", 0.0}, {"message", "begins"}};
+    }
+    const session::RigOptics optics{calibration.camera, *calibration.projector};
+    impl_->recorder = std::thread([this, trial, optics] {
+      impl_->run_recording(trial, optics);
+      if (impl_->robot.exchange(false)) impl_->armed = false;
+    });
+  } catch (...) {
+    impl_->records = false;
+    throw;
+  }
+}
+
+void BusRigLink::stop_recording() { impl_->cancel = true; }
+
+void BusRigLink::answer(int64_t prompt_id, const std::string& text) {
+  static const std::vector<std::string> known = {"done", "repeat", "skip", "stop"};
+  if (std::find(known.begin(), known.end(), text) == known.end()) refuse("answer", "found {:.40}, expected done, repeat, skip or stop", text);
+  selvedge_rig::operator_answer_t message{};
+  message.utime = rig::host_now_us();
+  message.prompt_id = prompt_id;
+  message.answer = text;
+  impl_->need_rig()->bus().publish(rig::kOperatorAnswer, message);
+}
+
+bool BusRigLink::armed_here() const { return impl_->armed || (impl_->records && impl_->robot); }
+
+}  // namespace selvedge::console

@@ -1,0 +1,237 @@
+#include "console/server.h"
+
+#include <chrono>
+#include <ctime>
+#include <fstream>
+#include <mutex>
+#include <thread>
+
+#include <fmt/chrono.h>
+#include <fmt/format.h>
+#include <httplib.h>
+#include <nlohmann/json.hpp>
+
+#include "console/gate.h"
+#include "console/page_watch.h"
+#include "files/bad_input.h"
+#include "files/whole_file.h"
+#include "report/base64.h"
+
+namespace selvedge::console {
+
+namespace {
+
+namespace fs = std::filesystem;
+using httplib::Request;
+using httplib::Response;
+using nlohmann::json;
+
+constexpr size_t kThreads = 32;             // each page holds one for its events
+constexpr size_t kLargestRequest = 1 << 16;
+
+const char* type_of(const fs::path& path) {
+  const std::string extension = path.extension().string();
+  if (extension == ".html") return "text/html; charset=utf-8";
+  if (extension == ".js") return "text/javascript; charset=utf-8";
+  if (extension == ".css") return "text/css; charset=utf-8";
+  if (extension == ".json" || extension == ".map") return "application/json";
+  if (extension == ".svg") return "image/svg+xml";
+  if (extension == ".png") return "image/png";
+  return "text/plain; charset=utf-8";
+}
+
+void answer(Response& response, const json& value, int status = 200) {
+  response.status = status;
+  response.set_content(value.dump(-1, ' ', false, json::error_handler_t::replace), "application/json");
+}
+
+std::string event(const char* name, const std::string& data) { return fmt::format("event: {}\ndata: {}\n\n", name, data); }
+
+size_t index_of(const Request& request) {
+  const std::string text = request.get_param_value("index");
+  if (text.empty() || text.size() > 7 || text.find_first_not_of("0123456789") != std::string::npos) refuse("index", "found {}, expected a frame's number", in_quotes(text));
+  return std::stoul(text);
+}
+
+constexpr const char* kNotBuilt =
+    "<!DOCTYPE html><meta charset=utf-8><title>Selvedge</title><body style=\"font:16px sans-serif;max-width:40em;margin:3em auto\">"
+    "<h1>The console's page is not built</h1><p>Its libraries come from npm. Run <code>./selvedge console</code> once where the npm registry can be reached; "
+    "from then on it works without a network.</p>";
+
+}  // namespace
+
+struct Server::Impl {
+  Impl(const ServerOptions& o, RigLink& l, const RunFolder& r)
+      : options(o), link(l), run(r), watch(l, o.page_bound_s, [this](const std::string& why) { log("-", "stop", why, 200); }) {
+    server.new_task_queue = [] { return new httplib::ThreadPool(kThreads); };
+    server.set_keep_alive_timeout(2);
+    server.set_payload_max_length(kLargestRequest);
+    server.set_tcp_nodelay(true);
+    server.set_default_headers({{"X-Content-Type-Options", "nosniff"},
+                                {"Referrer-Policy", "no-referrer"},
+                                {"Cache-Control", "no-store"},
+                                {"Content-Security-Policy", "default-src 'self'; img-src 'self' data: blob:; style-src 'self' 'unsafe-inline'; script-src 'self'; frame-ancestors 'self'; base-uri 'none'; form-action 'none'"}});
+    const int bound = o.port == 0 ? server.bind_to_any_port(o.bind.c_str()) : server.bind_to_port(o.bind.c_str(), o.port) ? o.port : -1;
+    if (bound <= 0) refuse(fmt::format("--bind {} --port {}", o.bind, o.port), "the address cannot be had: another program has it, or this host does not have it");
+    port = bound;
+    std::vector<std::string> hosts = {fmt::format("{}:{}", o.bind, port)};
+    if (o.bind == "127.0.0.1") hosts.push_back(fmt::format("localhost:{}", port));
+    gate = std::make_unique<Gate>(hosts, o.token);
+    route();
+    thread = std::thread([this] { server.listen_after_bind(); });
+  }
+
+  ~Impl() {
+    ending = true;
+    server.stop();
+    thread.join();
+  }
+
+  void log(const std::string& who, const std::string& what, const std::string& text, int status) {
+    const std::lock_guard lock(log_mutex);
+    if (options.log.empty()) return;
+    std::string line = fmt::format("{:%Y-%m-%dT%H:%M:%SZ} {} {} {} {:.400}", fmt::gmtime(std::time(nullptr)), who, status, what, text);
+    for (char& c : line)
+      if (static_cast<unsigned char>(c) < ' ') c = ' ';  // what a stranger sends makes no lines of its own
+    std::ofstream(options.log, std::ios::app) << line << '\n';
+  }
+
+  // Every request passes here first.
+  httplib::Server::HandlerResponse let_in(const Request& request, Response& response) {
+    const auto why = gate->refusal(Asked{request.method, request.path, request.get_header_value("Host"), request.get_header_value("Origin"), request.get_header_value("X-Selvedge-Token")});
+    if (!why) return httplib::Server::HandlerResponse::Unhandled;
+    log(request.remote_addr, request.method + " " + request.path, *why, 403);
+    answer(response, {{"error", *why}}, 403);
+    return httplib::Server::HandlerResponse::Handled;
+  }
+
+  template <class Handler>
+  httplib::Server::Handler get(Handler handler) {
+    return [handler](const Request& request, Response& response) {
+      try {
+        handler(request, response);
+      } catch (const BadInput& error) {
+        answer(response, {{"error", error.what()}}, 404);
+      } catch (const std::exception& error) {
+        answer(response, {{"error", error.what()}}, 500);
+      }
+    };
+  }
+
+  // Of a request that changes something: logged with what came of it.
+  template <class Handler>
+  void post(const std::string& path, Handler handler) {
+    server.Post(path, [this, path, handler](const Request& request, Response& response) {
+      const std::string page = request.get_header_value("X-Selvedge-Page");
+      try {
+        const json body = request.body.empty() ? json::object() : json::parse(request.body);
+        handler(page, body);
+        answer(response, {{"ok", true}});
+      } catch (const json::exception& error) {
+        answer(response, {{"error", error.what()}}, 400);
+      } catch (const BadInput& error) {
+        answer(response, {{"error", error.what()}}, 400);
+      } catch (const std::exception& error) {
+        answer(response, {{"error", error.what()}}, 409);
+      }
+      watch.heard(page);
+      log(request.remote_addr, path, response.status == 200 ? request.body : request.body + " " + response.body, response.status);
+    });
+  }
+
+  void route() {
+    server.set_pre_routing_handler([this](const Request& request, Response& response) { return let_in(request, response); });
+    server.Get("/", get([this](const Request&, Response& response) {
+                 const fs::path page = options.web / "index.html";
+                 response.set_content(fs::exists(options.web / "app.js") ? files::read_whole(page) : kNotBuilt, "text/html; charset=utf-8");
+               }));
+    server.Get("/api/session", get([this](const Request&, Response& response) { answer(response, run.session()); }));
+    server.Get("/api/trials", get([this](const Request&, Response& response) { answer(response, run.trials()); }));
+    server.Get("/api/trial", get([this](const Request& request, Response& response) { answer(response, run.trial(request.get_param_value("path"))); }));
+    server.Get("/api/frame", get([this](const Request& request, Response& response) { response.set_content(run.frame(request.get_param_value("path"), index_of(request)), "image/png"); }));
+    server.Get("/api/simulated", get([this](const Request& request, Response& response) { response.set_content(run.simulated_frame(request.get_param_value("path"), index_of(request)), "image/png"); }));
+    server.Get("/api/motion", get([this](const Request& request, Response& response) { response.set_content(run.motion(request.get_param_value("path")), "application/octet-stream"); }));
+    server.Get("/api/events", [this](const Request&, Response& response) { stream(response); });
+    server.Get("/run/(.*)", get([this](const Request& request, Response& response) {
+                 const auto file = run.shown_file(request.matches[1]);
+                 if (!file) return answer(response, {{"error", "no such file of this run"}}, 404);
+                 response.set_content(files::read_whole(*file), type_of(*file));
+               }));
+    server.Get("/(.*)", get([this](const Request& request, Response& response) {
+                 const auto file = file_below(options.web, request.matches[1]);
+                 if (!file) return answer(response, {{"error", "no such page"}}, 404);
+                 response.set_content(files::read_whole(*file), type_of(*file));
+               }));
+    server.Post("/api/heartbeat", [this](const Request& request, Response& response) {
+      watch.heard(request.get_header_value("X-Selvedge-Page"));
+      answer(response, {{"ok", true}});
+    });
+    post("/api/arm", [this](const std::string& page, const json&) {
+      if (page.empty()) refuse("X-Selvedge-Page", "missing: who arms must be heard of later");
+      watch.armed_by(page);  // before it is armed: a page that goes meanwhile is noticed
+      try {
+        link.arm("armed by an operator at the console");
+      } catch (...) {
+        watch.disarmed();
+        throw;
+      }
+      if (!watch.waits_for(page)) {
+        link.stop("the page that armed the arm went away meanwhile");
+        throw std::runtime_error("the page went away while the arm was being armed");
+      }
+    });
+    post("/api/disarm", [this](const std::string&, const json&) {
+      watch.disarmed();
+      link.disarm();
+    });
+    post("/api/stop", [this](const std::string&, const json&) {
+      link.stop("stopped by an operator at the console");
+      watch.disarmed();
+    });
+    post("/api/record", [this](const std::string&, const json& body) { link.record(body); });
+    post("/api/record/stop", [this](const std::string&, const json&) { link.stop_recording(); });
+    post("/api/answer", [this](const std::string&, const json& body) { link.answer(body.value("prompt", int64_t{0}), body.value("answer", "")); });
+  }
+
+  void stream(Response& response) {
+    auto shown = std::make_shared<int64_t>(-1);
+    auto next = std::make_shared<std::chrono::steady_clock::time_point>(std::chrono::steady_clock::now());
+    response.set_header("X-Accel-Buffering", "no");
+    ++listening;
+    response.set_chunked_content_provider(
+        "text/event-stream",
+        [this, shown, next](size_t, httplib::DataSink& sink) {
+          if (ending || !sink.is_writable()) return false;
+          std::this_thread::sleep_until(*next);
+          *next = std::chrono::steady_clock::now() + std::chrono::microseconds(static_cast<int64_t>(1e6 / options.state_rate_hz));
+          link.watched();
+          std::string text = event("state", link.state().dump(-1, ' ', false, json::error_handler_t::replace));
+          if (const auto preview = link.preview(*shown)) {
+            *shown = preview->number;
+            text += event("preview", fmt::format("{{\"number\":{},\"utime\":{},\"png\":\"{}\",\"overlay\":{}}}", preview->number, preview->utime, report::base64(preview->png), preview->overlay));
+          }
+          return sink.write(text.data(), text.size());
+        },
+        [this](bool) { --listening; });
+  }
+
+  const ServerOptions options;
+  RigLink& link;
+  const RunFolder& run;
+  std::mutex log_mutex;
+  std::unique_ptr<Gate> gate;
+  PageWatch watch;
+  std::atomic<bool> ending{false};
+  std::atomic<int> listening{0};
+  int port = 0;
+  httplib::Server server;
+  std::thread thread;
+};
+
+Server::Server(const ServerOptions& options, RigLink& link, const RunFolder& run) : impl_(std::make_unique<Impl>(options, link, run)) {}
+Server::~Server() = default;
+int Server::port() const { return impl_->port; }
+std::string Server::url() const { return fmt::format("http://{}:{}/#token={}", impl_->options.bind, impl_->port, impl_->options.token); }
+int Server::listeners() const { return impl_->listening; }
+
+}  // namespace selvedge::console

@@ -1,0 +1,122 @@
+// The live view: devices, arm, session, prompts, and recording.
+import { get, hasToken, post } from "./api.js";
+import { by, element, notice, number, say } from "./dom.js";
+import { Space } from "./space.js";
+
+const space = new Space(by("space"));
+const rates = new Map();   // device: the last rates, for its small plot
+let armedHere = false, prompted = 0;
+
+const attempt = (request) => request.catch((error) => notice(error.message));
+
+function spark(values) {
+  const most = Math.max(...values, 1e-9), width = 64, height = 18;
+  const points = values.map((v, i) => `${(i * width) / Math.max(values.length - 1, 1)},${height - 1 - (v / most) * (height - 3)}`).join(" ");
+  const svg = document.createElementNS("http://www.w3.org/2000/svg", "svg");
+  svg.setAttribute("viewBox", `0 0 ${width} ${height}`);
+  svg.setAttribute("class", "spark");
+  svg.innerHTML = `<polyline points="${points}"/>`;
+  return svg;
+}
+
+function showDevices(devices) {
+  by("devices").replaceChildren(...devices.map((d) => {
+    const past = rates.get(d.name) ?? [];
+    if (d.rate_hz !== undefined && (past.length === 0 || past.at(-1) !== d.rate_hz)) past.push(d.rate_hz);
+    rates.set(d.name, past.slice(-40));
+    return element("tr", { title: d.message || "" }, element("th", {}, d.name), element("td", {}, element("span", { class: `pill ${d.state}` }, d.state)),
+      element("td", { class: "figure" }, d.rate_hz === undefined ? "–" : `${number(d.rate_hz, 0)} /s`), element("td", { class: "figure" + (d.drops ? " warn" : "") }, d.drops ?? "–"), element("td", {}, spark(past)));
+  }));
+}
+
+function showArm(arm) {
+  by("arm-card").classList.toggle("absent", !arm);
+  if (!arm) return;
+  const state = arm.age_s > 2 ? "silent" : arm.armed ? (arm.mode === "moves" ? "moves" : "armed") : arm.mode;
+  say(by("arm-state"), state);
+  by("arm-state").className = `pill ${arm.age_s > 2 ? "silent" : arm.mode === "moves" ? "moving" : arm.armed ? "armed" : arm.mode === "stopped" ? "stopped" : "running"}`;
+  say(by("arm-text"), arm.mode === "stopped" && arm.stop ? `stopped: ${arm.stop}` : `tool at ${arm.tool.map((v) => number(1e3 * v, 0)).join(", ")} mm`);
+  by("arm").disabled = armedHere || !hasToken();
+  by("disarm").disabled = !armedHere;
+  space.setArm(arm.links, arm.mode === "moves", arm.armed);
+}
+
+function showPrompt(prompt) {
+  const box = by("prompt");
+  box.hidden = !prompt || prompt.step === "done";
+  if (box.hidden) { prompted = 0; return; }
+  const asks = prompt.step === "ask";
+  say(by("prompt-title"), asks ? "A step failed" : "At the rig");
+  say(by("prompt-text"), prompt.text);
+  if (prompted === prompt.id) return;
+  prompted = prompt.id;
+  const answers = asks ? ["repeat", "skip", "stop"] : prompt.step === "change_swatch" ? ["done"] : [];
+  by("prompt-answers").replaceChildren(...answers.map((text) => element("button", { class: "primary", onclick: () => attempt(post("/api/answer", { prompt: prompt.id, answer: text })) }, text)));
+}
+
+function showSession(session, recording) {
+  const step = session?.step ?? (recording ? "recording" : null);
+  say(by("session-step"), step ? step.replaceAll("/", " › ") : "no session runs");
+  const done = session?.done ?? -1;
+  by("session-bar").style.width = `${Math.max(0, Math.min(1, done)) * 100}%`;
+  say(by("session-message"), session?.message ?? "");
+}
+
+function check(name, value, good) { return element("div", { class: `check ${good === null ? "" : good ? "good" : "bad"}` }, element("b", {}, value), element("small", {}, name)); }
+
+function showChecks(state) {
+  const own = state.record ?? {}, r = state.recording;
+  by("record-start").disabled = Boolean(own.running) || !hasToken();
+  by("record-stop").disabled = !own.running;
+  const parts = [];
+  if (r) parts.push(check("frames on disk", r.frames, null), check("frames lost", r.lost, r.lost === 0), check("corner samples", r.samples, null));
+  const seen = (state.markers?.seen ?? []).map((m) => m.name);
+  if (r || own.running) parts.push(check("corners seen", `${seen.filter((n) => n === "left" || n === "right").length} of 2`, seen.includes("left") && seen.includes("right")));
+  if (own.running) parts.push(check(own.trial, `${number(100 * (own.done ?? 0), 0)} %`, null));
+  const words = own.running ? own.message : own.ended ? `${own.trial}: ${own.ended}` : "";
+  by("checks").replaceChildren(...parts, ...(words ? [element("p", { class: "sub", id: "record-words" }, words)] : []));
+}
+
+export function showState(state) {
+  armedHere = state.armed_here;
+  showDevices(state.devices);
+  showArm(state.arm);
+  showPrompt(state.prompt);
+  showSession(state.session, state.recording);
+  showChecks(state);
+  const seen = state.markers?.seen ?? [];
+  space.setMarkers(state.markers && state.markers.age_s < 2 ? seen : []);
+  say(by("space-what"), state.markers ? `${seen.length} markers, ${number(state.markers.rate_hz, 0)} /s` : "");
+  say(by("pattern"), state.pattern ? `projector shows ${state.pattern.kind}${state.pattern.kind === "stripes" ? ` of ${number(state.pattern.period_px, 0)} px` : ""}` : "");
+}
+
+// What lies on disk: the session's steps and where camera and projector stand.
+export async function showRun() {
+  const run = await get("/api/session");
+  say(by("run-name"), run.name);
+  const c = run.calibration;
+  if (c?.camera?.projection) {
+    const devices = [{ ...c.camera, colour: 0x6aa9ff }];
+    if (c.projector?.projection) devices.push({ ...c.projector, colour: 0xf5b93c });
+    space.setDevices(devices);
+  }
+  by("steps").replaceChildren(...run.steps.map((s) => element("li", { class: s.state, title: s.why || "" }, element("span", {}, s.step.replaceAll("/", " › ")), element("em", {}, s.state === "done" ? `${number(s.seconds, 0)} s` : s.state))));
+  return run;
+}
+
+export const arm = () => attempt(post("/api/arm"));
+export const disarm = () => attempt(post("/api/disarm"));
+export const stop = () => attempt(post("/api/stop"));
+
+export function record() {
+  const form = new FormData(by("record"));
+  const trial = { name: form.get("name"), kind: form.get("kind"), duration_s: Number(form.get("duration_s")) };
+  if (trial.kind !== "static") Object.assign(trial, { amplitude_m: Number(form.get("amplitude_mm")) / 1e3, frequency_hz: Number(form.get("frequency_hz")) });
+  attempt(post("/api/record", trial));
+}
+
+by("arm").addEventListener("click", arm);
+by("disarm").addEventListener("click", disarm);
+by("stop").addEventListener("click", stop);
+by("record").addEventListener("submit", (event) => { event.preventDefault(); record(); });
+by("record-stop").addEventListener("click", () => attempt(post("/api/record/stop")));

@@ -1,0 +1,70 @@
+// The console's page: views, keys, and what keeps them up to date.
+import "uplot/dist/uPlot.min.css";
+import "./style.css";
+import { beat, hasToken, listen, takeToken } from "./api.js";
+import { by, notice, say } from "./dom.js";
+import * as live from "./live.js";
+import { showPreview } from "./preview.js";
+import * as results from "./results.js";
+import * as trials from "./trials.js";
+
+const views = ["live", "trials", "results"];
+let shown = "live", linked = false;
+
+function view(name) {
+  shown = name;
+  for (const other of views) {
+    by(other).hidden = other !== name;
+    by(`tab-${other}`).setAttribute("aria-selected", String(other === name));
+  }
+  look();
+}
+
+// What lies on disk changes slowly.
+async function look() {
+  try {
+    if (shown === "live") await live.showRun();
+    if (shown === "trials") await trials.showTrials();
+    if (shown === "results") await results.showResults();
+  } catch (error) {
+    notice(error.message);
+  }
+}
+
+function key(event) {
+  const typing = /^(INPUT|SELECT|TEXTAREA)$/.test(event.target.tagName) && event.target.type !== "range" && event.target.type !== "checkbox";
+  if (event.ctrlKey || event.metaKey || event.altKey) return;
+  // The stop works wherever the focus is, but where a space is a letter.
+  if (event.key === " " && !typing) { event.preventDefault(); live.stop(); return; }
+  if (event.key === "Escape") { event.target.blur?.(); live.stop(); return; }
+  if (typing) return;
+  const number = Number(event.key);
+  if (number >= 1 && number <= views.length) return view(views[number - 1]);
+  if (shown === "live") {
+    if (event.key === "a") live.arm();
+    if (event.key === "d") live.disarm();
+    if (event.key === "r") live.record();
+  } else if (shown === "trials") {
+    const frames = { ArrowLeft: -1, ArrowRight: 1, PageUp: -10, PageDown: 10, Home: -1e9, End: 1e9 }[event.key];
+    if (frames && event.target.id !== "trial-space") { event.preventDefault(); trials.step(frames); }
+    if (event.key === "p") trials.play();
+  }
+}
+
+takeToken();
+if (!hasToken()) notice("This page may only look: open the address that ./selvedge console printed, with its token.", "info");
+for (const name of views) by(`tab-${name}`).addEventListener("click", () => view(name));
+addEventListener("keydown", key, true);
+listen({
+  onState: live.showState,
+  onPreview: showPreview,
+  onLink: (up) => {
+    if (up === linked) return;
+    linked = up;
+    say(by("link"), up ? "live" : "no link");
+    by("link").className = `pill ${up ? "running" : "lost"}`;
+  },
+});
+beat((why) => { if (linked) notice(`the console does not take this page's word: ${why}`); });
+setInterval(look, 2000);
+view("live");

@@ -1,0 +1,101 @@
+#include "station/session_steps.h"
+
+#include <chrono>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+#include <spdlog/spdlog.h>
+
+#include "files/bad_input.h"
+#include "station/automated_session.h"
+
+namespace selvedge::station {
+
+namespace {
+
+using State = StepRecord::State;
+
+constexpr double kFit_s = 90, kDiagnosis_s = 300;  // of a usual campaign
+
+double since(std::chrono::steady_clock::time_point begin) { return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count(); }
+
+// What is to happen after an attempt failed.
+Answer after_failure(const Step& step, const std::string& id, const OnFailure& policy, int failures, const std::string& why, const AskOperator& ask) {
+  if (failures <= policy.repeats) return Answer::repeat;
+  if (policy.then == OnFailure::Then::skip) return Answer::skip;
+  if (policy.then == OnFailure::Then::stop) return Answer::stop;
+  const Answer answer = ask(fmt::format("{} failed: {}. repeat, skip or stop?", id, why));
+  return answer == Answer::skip && step.kind == "calibrate" ? Answer::stop : answer;
+}
+
+// Until the step is done or skipped.
+void run_step(const SessionFile& file, const Step& step, Journal& journal, SessionSteps& steps, const AskOperator& ask, const report::ProgressCallback& progress) {
+  const std::string id = step.id(file);
+  if (journal.record(id).state == State::begun || journal.record(id).state == State::failed) steps.set_aside(step);
+  for (int failures = 0;;) {
+    journal.begun(id);
+    const auto begin = std::chrono::steady_clock::now();
+    try {
+      const nlohmann::json result = steps.run(step, progress);
+      journal.done(id, since(begin), result);
+      return;
+    } catch (const BadInput& error) {
+      journal.failed(id, since(begin), error.what());
+      throw;
+    } catch (const std::exception& error) {
+      const std::string why = error.what();
+      spdlog::warn("{}: {}", id, why);
+      journal.failed(id, since(begin), why);
+      steps.set_aside(step);
+      switch (after_failure(step, id, file.on_failure.at(step.kind), ++failures, why, ask)) {
+        case Answer::repeat: break;
+        case Answer::skip: return journal.skipped(id, why);
+        case Answer::stop: throw SessionStopped(fmt::format("{}: {}", id, why));
+      }
+    }
+  }
+}
+
+}  // namespace
+
+std::string Step::id(const SessionFile& file) const {
+  const std::string& name = file.fabrics[fabric].name;
+  if (kind == "calibrate") return file.calibration == CalibrationPolicy::each ? name + "/calibrate" : kind;
+  if (kind == "record") return fmt::format("{}/record/{}", name, trial);
+  return round == 0 ? fmt::format("{}/{}", name, kind) : fmt::format("{}/{}-{}", name, kind, round + 1);
+}
+
+std::vector<Step> planned_steps(const SessionFile& file) {
+  std::vector<Step> steps;
+  for (size_t i = 0; i < file.fabrics.size(); ++i) {
+    const session::SessionPlan& plan = file.fabrics[i].plan;
+    const bool calibrates = file.calibration == CalibrationPolicy::each || (file.calibration == CalibrationPolicy::once && i == 0);
+    if (calibrates) steps.push_back({"calibrate", i, "", 0, expected_calibration_s(plan)});
+    for (const session::TrialPlan& trial : plan.trials) steps.push_back({"record", i, trial.name, 0, expected_trial_s(trial)});
+  }
+  for (size_t i = 0; i < file.fabrics.size(); ++i) {
+    if (file.fit) steps.push_back({"fit", i, "", 0, kFit_s});
+    if (file.diagnosis) steps.push_back({"diagnose", i, "", 0, kDiagnosis_s});
+  }
+  return steps;
+}
+
+void run_steps(const SessionFile& file, Journal& journal, SessionSteps& steps, const AskOperator& ask, const report::ProgressCallback& progress) {
+  std::vector<Step> queue = planned_steps(file);
+  double at_s = 0;
+  for (size_t i = 0; i < queue.size(); ++i) {
+    const Step step = queue[i];
+    const std::string id = step.id(file);
+    double total_s = 0;
+    for (const Step& s : queue) total_s += s.expected_s;
+    const State state = journal.record(id).state;
+    if (state != State::done && state != State::skipped)
+      run_step(file, step, journal, steps, ask, [&](double done, const std::string& what) { progress((at_s + done * step.expected_s) / total_s, id + ": " + what); });
+    at_s += step.expected_s;
+    if (step.kind != "diagnose" || step.round >= file.follow_up || journal.record(id).state != State::done) continue;
+    for (const Step& next : steps.follow_up(step)) queue.push_back(next);
+  }
+  progress(1, "done");
+}
+
+}  // namespace selvedge::station

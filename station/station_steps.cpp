@@ -1,0 +1,353 @@
+#include "station/station_steps.h"
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <mutex>
+
+#include <fmt/format.h>
+#include <poll.h>
+#include <selvedge_rig/operator_answer_t.hpp>
+#include <spdlog/spdlog.h>
+#include <unistd.h>
+
+#include "calib/calibration_file.h"
+#include "capture/recorder.h"
+#include "capture/trial/trial.h"
+#include "diagnose/diagnosis.h"
+#include "diagnose/diagnosis_report.h"
+#include "diagnose/effects/library.h"
+#include "files/bad_input.h"
+#include "files/json_number.h"
+#include "files/whole_file.h"
+#include "fit/fit_report.h"
+#include "rig/channels.h"
+#include "rig/clock.h"
+#include "station/automated_session.h"
+#include "station/simulated_motion.h"
+
+namespace selvedge::station {
+
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+using session::DeviceFailed;
+
+constexpr double kGone_s = 1.5;          // both corners gone for so long: the swatch is off
+constexpr double kChange_s = 3600;       // for somebody to change the swatch
+constexpr double kAnswer_s = 3600;
+constexpr double kTell_s = 0.5;          // between words on the bus while nothing is recorded
+
+// A trial that was recorded whole, but must not be used.
+class CheckFailed : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+void check(const session::TrialRecord& record, const SessionChecks& checks) {
+  const double all = static_cast<double>(record.frames) + static_cast<double>(record.frames_lost);
+  if (static_cast<double>(record.frames_lost) > checks.most_frames_lost * all)
+    throw CheckFailed(fmt::format("{} of {:.0f} frames were lost", record.frames_lost, all));
+  if (record.occluded_share > checks.most_occluded) throw CheckFailed(fmt::format("a corner was hidden in {:.0f} % of the samples", 100 * record.occluded_share));
+  if (checks.at_rest && !record.started_at_rest) throw CheckFailed(fmt::format("the fabric did not come to rest within {:.0f} s", record.rest_s));
+}
+
+// What the diagnosis may name.
+std::vector<diagnose::Effect> effects_of(const SessionFile& file) {
+  std::vector<diagnose::Effect> chosen;
+  for (const diagnose::Effect& effect : diagnose::effect_library())
+    if (file.effects.empty() || std::find(file.effects.begin(), file.effects.end(), effect.name) != file.effects.end()) chosen.push_back(effect);
+  if (!file.effects.empty() && chosen.size() != file.effects.size()) {
+    std::string names;
+    for (const diagnose::Effect& effect : diagnose::effect_library()) names += (names.empty() ? "" : ", ") + effect.name;
+    refuse(file.path.string() + " [diagnosis] effects", "found a name that is none of {}", names);
+  }
+  return chosen;
+}
+
+}  // namespace
+
+// What is said on the bus beside the RigClient, and what the operator answers.
+struct StationSteps::Desk {
+  explicit Desk(const rig::BusConfiguration& configuration) : bus(configuration) {
+    bus.subscribe<selvedge_rig::operator_answer_t>(rig::kOperatorAnswer, [this](const selvedge_rig::operator_answer_t& message) {
+      const std::lock_guard lock(mutex);
+      answer = message.answer;
+    });
+    bus.start();
+  }
+  std::string take_answer() {
+    const std::lock_guard lock(mutex);
+    return std::exchange(answer, {});
+  }
+  std::mutex mutex;
+  std::string answer;
+  rig::Bus bus;
+};
+
+StationSteps::StationSteps(const SessionFile& file, const Journal& journal, const fs::path& folder, const fs::path& source)
+    : file_(file), journal_(journal), folder_(folder), source_(source) {
+  effects_of(file);  // refused before anything is recorded
+  if (file.world) {
+    fs::create_directories(folder);
+    files::write_whole(folder / "swatches.toml", file.simulated_world);
+    // Where only fits are left to do, their progress is told on the bus of the rig that was.
+    if (fs::exists(folder / "rig.toml")) desk_ = std::make_unique<Desk>(rig::Configuration::load(folder / "rig.toml").bus());
+  } else {
+    configuration_ = rig::Configuration::load(file.rig);
+    desk_ = std::make_unique<Desk>(configuration_.bus());
+  }
+}
+
+StationSteps::~StationSteps() { let_go_of_rig(); }
+
+const session::SessionPlan& StationSteps::plan_of(const Step& step) const {
+  const auto found = appended_.find(step.fabric);
+  return step.round > 0 && found != appended_.end() ? found->second : file_.fabrics[step.fabric].plan;
+}
+
+fs::path StationSteps::fabric_folder(const Step& step) const { return folder_ / file_.fabrics[step.fabric].name; }
+
+fs::path StationSteps::calibration_folder(const Step& step) const {
+  return file_.calibration == CalibrationPolicy::each ? fabric_folder(step) : folder_;
+}
+
+session::RigClient& StationSteps::rig(const report::ProgressCallback& progress) {
+  if (file_.world && !simulated_) {
+    desk_.reset();
+    simulated_ = std::make_unique<SimulatedRig>(SimulatedRigFiles{file_.rig, folder_ / "swatches.toml", source_ / "data" / "arms"}, folder_);
+    configuration_ = simulated_->configuration();
+    desk_ = std::make_unique<Desk>(configuration_.bus());
+    hung_.reset();
+  }
+  if (simulated_) simulated_->require_running();
+  if (!rig_) {
+    rig_ = std::make_unique<session::RigClient>(configuration_);
+    rig_->wait_until_running(file_.fabrics[0].plan.answer_timeout_s, [&](const std::string& missing) {
+      if (simulated_) simulated_->require_running();
+      progress(0, missing);
+    });
+  }
+  return *rig_;
+}
+
+void StationSteps::let_go_of_rig() {
+  if (rig_) {
+    selvedge_rig::operator_prompt_t done{};
+    done.step = "done";
+    done.text = "the recording is over";
+    rig_->ask(done);
+  }
+  rig_.reset();
+  simulated_.reset();
+  hung_.reset();
+}
+
+// Asks for the swatch and waits until the old one is off: nothing else tells one swatch from another.
+void StationSteps::hang(const Step& step) {
+  if (hung_ == step.fabric) return;
+  const SwatchPlan& swatch = file_.fabrics[step.fabric];
+  selvedge_rig::operator_prompt_t prompt{};
+  prompt.step = "change_swatch";
+  prompt.index = static_cast<int32_t>(step.fabric);
+  prompt.text = fmt::format("take down whatever hangs, this swatch too, and make ready \"{}\" ({:.0f} by {:.0f} mm)", swatch.name, 1e3 * swatch.plan.fabric.width_m, 1e3 * swatch.plan.fabric.height_m);
+  rig_->ask(prompt);
+  const double until_s = rig::host_now_s() + kChange_s;
+  double gone_since_s = rig::host_now_s();
+  desk_->take_answer();
+  rig_->forget_samples();
+  while (rig::host_now_s() < until_s) {
+    if (simulated_) simulated_->require_running();
+    rig_->remind();
+    rig_->corners_after(rig::host_now_s() + 0.05, swatch.plan.answer_timeout_s);
+    for (const auto& sample : rig_->take_corners())
+      if (session::marker(sample, "left") || session::marker(sample, "right")) gone_since_s = rig::host_now_s();
+    if (rig::host_now_s() - gone_since_s > kGone_s || desk_->take_answer() == "done") {
+      hung_ = step.fabric;
+      return;
+    }
+    tell(step, -1, prompt.text);
+  }
+  throw DeviceFailed(fmt::format("nobody took down the swatch within {:.0f} s", kChange_s));
+}
+
+session::RigOptics StationSteps::optics_of(const Step& step) {
+  const fs::path path = file_.calibration == CalibrationPolicy::reuse && !fs::exists(folder_ / "calibration.json") ? file_.calibration_file : calibration_folder(step) / "calibration.json";
+  const calib::StoredCalibration stored = calib::read_calibration(path);
+  if (!stored.projector) refuse(path.string(), "has no projector");
+  return {stored.camera, *stored.projector};
+}
+
+json StationSteps::run(const Step& step, const report::ProgressCallback& progress) {
+  const report::ProgressCallback told = [&](double done, const std::string& what) {
+    if (simulated_) simulated_->require_running();
+    if (step.kind != "record") tell(step, done, what);
+    progress(done, what);
+  };
+  tell(step, 0, "begins");
+  if (step.kind == "calibrate") return calibrate(step, told);
+  if (step.kind == "record") return record(step, told);
+  if (step.round == 0) let_go_of_rig();
+  if (step.kind == "fit") return fit(step, told);
+  return diagnose(step, told);
+}
+
+json StationSteps::calibrate(const Step& step, const report::ProgressCallback& progress) {
+  const calib::Calibration found = calibrate_session(rig(progress), plan_of(step), calibration_folder(step), progress);
+  hung_.reset();
+  return {{"verdict", calib::to_text(found.verdict)}, {"camera_sd_px", files::finite_or_null(found.camera.deviation.mean_sd_px)},
+          {"projector_sd_px", files::finite_or_null(found.projector->deviation.mean_sd_px)}, {"triangulation_sd_mm", files::finite_or_null(found.triangulation_sd_mm)}};
+}
+
+json StationSteps::record(const Step& step, const report::ProgressCallback& progress) {
+  const session::SessionPlan& plan = plan_of(step);
+  const auto trial = std::find_if(plan.trials.begin(), plan.trials.end(), [&](const session::TrialPlan& t) { return t.name == step.trial; });
+  session::RigClient& client = rig(progress);
+  if (std::exchange(drifted_, false)) {
+    calibrate_session(client, plan, calibration_folder(step), progress);
+    hung_.reset();
+  }
+  hang(step);
+  const fs::path folder = fabric_folder(step);
+  fs::create_directories(folder);
+  const session::TrialRecord record = record_session_trial(client, configuration_, plan, *trial, optics_of(step), folder, progress);
+  check(record, file_.checks);
+  json result = {{"frames", record.frames}, {"frames_lost", record.frames_lost}, {"samples", record.samples}, {"occluded_share", record.occluded_share},
+                 {"started_at_rest", record.started_at_rest}, {"rest_s", record.rest_s}, {"attempts", record.attempts}};
+  if (file_.checks.drift) {
+    const CalibrationWatch watch = watch_calibration(trial::read_campaign(folder / step.trial), [](double, const std::string&) {});
+    result["camera"] = watch.camera.sentence;
+    result["projector"] = watch.projector.sentence;
+    drifted_ = watch.moved();
+    if (drifted_) throw CheckFailed(watch.camera.since ? watch.camera.sentence : watch.projector.sentence);
+  }
+  return result;
+}
+
+// Of the trials that are there: some may have been skipped.
+void StationSteps::write_campaign(const Step& step) {
+  const SwatchPlan& swatch = file_.fabrics[step.fabric];
+  std::vector<std::string> names;
+  const auto take = [&](const session::SessionPlan& plan) {
+    for (const session::TrialPlan& trial : plan.trials) {
+      Step recorded{"record", step.fabric, trial.name, 0, 0};
+      if (journal_.record(recorded.id(file_)).state == StepRecord::State::done) names.push_back(trial.name);
+    }
+  };
+  take(swatch.plan);
+  const auto appended = appended_.find(step.fabric);
+  if (step.round > 0 && appended != appended_.end()) take(appended->second);
+  if (names.empty()) throw DeviceFailed("no trial was recorded");
+  std::vector<std::vector<std::string>> replicates = swatch.replicates;
+  for (std::vector<std::string>& same : replicates)
+    std::erase_if(same, [&](const std::string& name) { return std::find(names.begin(), names.end(), name) == names.end(); });
+  std::erase_if(replicates, [](const auto& same) { return same.size() < 2; });
+  write_session_campaign(swatch.name, names, replicates, fabric_folder(step));
+}
+
+json StationSteps::fit(const Step& step, const report::ProgressCallback& progress) {
+  write_campaign(step);
+  const fs::path folder = fabric_folder(step);
+  const trial::Campaign campaign = trial::read_campaign(folder);
+  write_watch(watch_calibration(campaign, [](double, const std::string&) {}), folder);
+  fit::FitOptions options;
+  options.columns = file_.fit_columns;
+  options.progress = progress;
+  const fit::FitOutcome outcome = fit::fit_campaign(campaign, options);
+  fit::write_fit(outcome, campaign, folder);
+  write_simulated_motions(outcome, campaign, folder);
+  return {{"held_out_mm", files::finite_or_null(fit::held_out_mm(outcome))}, {"simulations", outcome.evaluations}};
+}
+
+json StationSteps::diagnose(const Step& step, const report::ProgressCallback& progress) {
+  write_campaign(step);
+  const fs::path folder = fabric_folder(step) / (step.round == 0 ? "diagnosis" : fmt::format("diagnosis-{}", step.round + 1));
+  fs::create_directories(folder);
+  diagnose::DiagnosisOptions options;
+  options.study.columns = file_.diagnosis_columns;
+  options.study.fine_columns = file_.diagnosis_fine_columns;
+  options.study.progress = progress;
+  // An attempt that was cut off goes on from its base fit.
+  const fs::path base_fit = folder / "base_fit.json";
+  if (fs::exists(base_fit)) {
+    const auto values = files::read_json(base_fit).at("coordinates").get<std::vector<double>>();
+    options.base_fit = Eigen::Map<const Eigen::VectorXd>(values.data(), static_cast<Eigen::Index>(values.size()));
+  }
+  options.on_base_fit = [&](const Eigen::VectorXd& x) { files::write_json(base_fit, {{"coordinates", std::vector<double>(x.data(), x.data() + x.size())}}); };
+  const diagnose::Diagnosis found = diagnose::diagnose(trial::read_campaign(fabric_folder(step)), effects_of(file_), options);
+  diagnose::write_diagnosis(found, folder);
+  return {{"cause", found.cause}, {"probability", found.probability.at(found.cause)}, {"side", found.side}};
+}
+
+std::vector<Step> StationSteps::follow_up(const Step& diagnosed) {
+  const fs::path folder = fabric_folder(diagnosed) / (diagnosed.round == 0 ? "diagnosis" : fmt::format("diagnosis-{}", diagnosed.round + 1));
+  auto plan = read_follow_up(file_, diagnosed.fabric, folder / "next_session.toml");
+  if (!plan) return {};
+  const int round = diagnosed.round + 1;
+  std::vector<Step> steps;
+  for (session::TrialPlan& trial : plan->trials) {
+    if (round > 1) trial.name += fmt::format("-round-{}", round);
+    steps.push_back({"record", diagnosed.fabric, trial.name, round, expected_trial_s(trial)});
+  }
+  auto& all = appended_[diagnosed.fabric];
+  if (!all.trials.empty()) plan->trials.insert(plan->trials.begin(), all.trials.begin(), all.trials.end());
+  all = std::move(*plan);
+  if (file_.fit) steps.push_back({"fit", diagnosed.fabric, "", round, 90});
+  steps.push_back({"diagnose", diagnosed.fabric, "", round, 300});
+  return steps;
+}
+
+void StationSteps::set_aside(const Step& step) {
+  if (step.kind != "record") return;
+  const fs::path trial = fabric_folder(step) / step.trial;
+  if (fs::exists(trial / "trial.json")) capture::recover(trial);
+  session::set_trial_aside(fabric_folder(step), step.trial);
+  // A rig whose processes ended is started anew.
+  try {
+    if (simulated_) simulated_->require_running();
+  } catch (const std::runtime_error& error) {
+    spdlog::warn("{}", error.what());
+    rig_.reset();
+    simulated_.reset();
+  }
+}
+
+Answer StationSteps::ask(const std::string& question) {
+  const bool terminal = ::isatty(0);
+  if (terminal) fmt::print(stderr, "\n{} ", question);
+  if (desk_) desk_->take_answer();
+  selvedge_rig::operator_prompt_t prompt{};
+  prompt.step = "ask";
+  prompt.text = question;
+  const double until_s = rig::host_now_s() + kAnswer_s;
+  prompt.prompt_id = rig::host_now_us();
+  while (rig::host_now_s() < until_s) {
+    prompt.utime = rig::host_now_us();
+    if (desk_) desk_->bus.publish(rig::kOperatorPrompt, prompt);
+    std::string answer = desk_ ? desk_->take_answer() : "";
+    pollfd input{0, POLLIN, 0};
+    if (::poll(&input, terminal ? 1 : 0, 500) > 0) {
+      char line[64] = {};
+      if (::read(0, line, sizeof line - 1) > 0) answer = std::string(line).substr(0, std::string(line).find('\n'));
+    }
+    if (answer == "repeat") return Answer::repeat;
+    if (answer == "skip") return Answer::skip;
+    if (answer == "stop") return Answer::stop;
+  }
+  return Answer::stop;
+}
+
+void StationSteps::tell(const Step& step, double done, const std::string& message) {
+  if (!desk_ || (rig::host_now_s() - told_s_ < kTell_s && done > 0)) return;
+  told_s_ = rig::host_now_s();
+  selvedge_rig::session_status_t status{};
+  status.utime = rig::host_now_us();
+  status.step = step.id(file_);
+  status.trial = step.trial;
+  status.done = done;
+  status.message = message;
+  desk_->bus.publish(rig::kSessionStatus, status);
+}
+
+}  // namespace selvedge::station

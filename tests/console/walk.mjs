@@ -1,0 +1,183 @@
+// Walks the whole console on a simulated rig: looks, arms, records, stops, scrubs, reads a report; and is refused what it
+// must be refused. Screenshots go to BUILD/console-screens/.
+import assert from "node:assert/strict";
+import { execFileSync, spawn } from "node:child_process";
+import { copyFileSync, mkdirSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
+import http from "node:http";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
+import puppeteer from "puppeteer-core";
+
+const [binary, source, build, chromium] = process.argv.slice(2);
+const screens = join(build, "console-screens"), folder = mkdtempSync(join(tmpdir(), "selvedge-walk-"));
+const processes = [];
+mkdirSync(screens, { recursive: true });
+
+const sleep = (ms) => new Promise((wake) => setTimeout(wake, ms));
+const run = (...args) => execFileSync(binary, args, { cwd: folder, stdio: ["ignore", "pipe", "pipe"], timeout: 300_000 }).toString();
+
+function start(name, ...args) {
+  const child = spawn(binary, args, { cwd: folder, stdio: ["ignore", "pipe", "pipe"] });
+  child.output = "";
+  child.stdout.on("data", (text) => { child.output += text; });
+  child.stderr.on("data", (text) => { child.output += text; });
+  processes.push(child);
+  return child;
+}
+
+async function until(what, test, limit_s = 120) {
+  const begin = Date.now();
+  while (Date.now() - begin < 1e3 * limit_s) {
+    const value = await test();
+    if (value) return value;
+    await sleep(150);
+  }
+  throw new Error(`${what}: not within ${limit_s} s`);
+}
+
+// The short rig of the end-to-end tests on ports of its own.
+function writeRig() {
+  const base = 20_000 + Math.floor(Math.random() * 30_000), here = join(source, "tests/end_to_end"), socket = join(folder, "p.sock");
+  const camera = `127.${100 + Math.floor(Math.random() * 100)}.${Math.floor(Math.random() * 250)}.1`;
+  let rig = readFileSync(join(here, "short-rig.toml"), "utf8"), world = readFileSync(join(here, "short-world.toml"), "utf8");
+  rig = rig.replace("port = 7667", `port = ${base}`).replace("127.0.16.1", camera).replace("port = 8801", `port = ${base + 1}`).replace("port = 30004", `port = ${base + 2}`)
+    .replace("script_port = 50001", `script_port = ${base + 3}`).replace("unix:projector.socket", `unix:${socket}`).replace("data/arms", join(source, "data/arms"));
+  world = world.replace("[devices]", `[bus]\nport = ${base}\n[devices]\ncamera_address = "${camera}"\ntracker_port = ${base + 1}\narm_port = ${base + 2}\narm_script_port = ${base + 3}\nprojector_socket = "${socket}"\narm_model = "${join(source, "data/arms/ur5e.toml")}"`);
+  mkdirSync(join(folder, "run"));
+  writeFileSync(join(folder, "run/rig.toml"), rig);
+  writeFileSync(join(folder, "world.toml"), world);
+}
+
+// Status of a request as any program may send it, without a browser's rules.
+const status = (port, method, path, headers = {}) => new Promise((done, fail) => {
+  const request = http.request({ host: "127.0.0.1", port, method, path, headers }, (answer) => { answer.resume(); done(answer.statusCode); });
+  request.on("error", fail);
+  request.end();
+});
+
+async function walk(browser, url) {
+  const errors = [], page = await browser.newPage();
+  page.on("pageerror", (error) => errors.push(error.message));
+  page.on("console", (message) => { if (message.type() === "error" && !/40[349]|favicon/.test(message.text())) errors.push(message.text()); });
+  const text = (selector) => page.$eval(selector, (node) => node.textContent);
+  const shot = (name) => page.screenshot({ path: join(screens, `${name}.png`) });
+  await page.setViewport({ width: 1440, height: 980 });
+  await page.goto(url, { waitUntil: "domcontentloaded" });
+  assert.equal(new URL(page.url()).hash, "", "the token stays in the address");
+
+  await until("live state", async () => (await text("#link")) === "live");
+  await until("four devices that run", async () => (await page.$$eval("#devices .pill.running", (all) => all.length)) === 4);
+  await until("a live picture", () => page.$eval("#no-preview", (node) => node.hidden));
+
+  // A still trial: the simulated person hangs the fabric.
+  await page.$eval("#record [name=name]", (input) => { input.value = "still-1"; });
+  await page.$eval("#record [name=duration_s]", (input) => { input.value = "1"; });
+  await page.click("#record-start");
+  await until("frames on disk", async () => /frames on disk/.test(await text("#checks")));
+  await shot("live-recording");
+  await until("the trial's end", async () => /still-1: recorded/.test(await text("#checks")));
+
+  // A waved trial, by keyboard.
+  await page.$eval("#record [name=name]", (input) => { input.value = "waved-1"; });
+  await page.select("#record [name=kind]", "waving");
+  await page.$eval("#record [name=duration_s]", (input) => { input.value = "2.5"; });
+  await page.focus("#tab-live");
+  await page.keyboard.press("r");
+  await until("the prompt", async () => !(await page.$eval("#prompt", (node) => node.hidden)));
+  await until("stripes judged", async () => /plain/.test(await text("#quality")));
+  await shot("live");
+  await until("the trial's end", async () => /waved-1: recorded/.test(await text("#checks")));
+
+  // Arm, see it armed, stop with the space bar.
+  await page.keyboard.press("a");
+  await until("armed", async () => (await text("#arm-state")) === "armed");
+  await shot("live-armed");
+  await page.keyboard.press(" ");
+  await until("stopped", async () => /stopped/.test(await text("#arm-state")) && /operator at the console/.test(await text("#arm-text")));
+  await shot("live-stopped");
+
+  // A lost page stops the arm.
+  const lost = await browser.newPage();
+  await lost.goto(url, { waitUntil: "domcontentloaded" });
+  await until("the second page", async () => (await lost.$eval("#link", (node) => node.textContent)) === "live");
+  await lost.bringToFront();
+  await lost.click("#arm");
+  await until("armed by the second page", async () => (await text("#arm-state")) === "armed");
+  await lost.close();
+  await until("stopped for the lost page", async () => /has not been heard/.test(await text("#arm-text")), 60);
+  await page.bringToFront();
+
+  // Fitted parameters, then recorded beside simulated.
+  run("fit", "run/console/waved-1", "--out", "run/console", "--columns", "9");
+  await page.keyboard.press("2");
+  await until("trials", async () => (await page.$$(".entry[data-path]")).length >= 2);
+  await until("the fit is noticed", async () => /fitted/.test(await text('#trial-list .entry[data-path="console/waved-1"]')));
+  await page.click('#trial-list .entry[data-path="console/waved-1"]');
+  await until("pictures", () => page.evaluate(() => ["recorded", "simulated"].every((id) => document.getElementById(id).naturalWidth > 0)));
+  await page.focus("#scrub");
+  for (let i = 0; i < 12; ++i) await page.keyboard.press("ArrowRight");
+  assert.match(await text("#scrub-time"), /frame 12/);
+  const settled = () => page.evaluate(() => ["recorded", "simulated"].every((id) => document.getElementById(id).complete && document.getElementById(id).src.endsWith("index=12")));
+  await until("the twelfth pictures", settled);
+  await sleep(300);
+  await shot("trials");
+
+  await page.keyboard.press("3");
+  await until("the fit's parameters", async () => /Fit of/.test(await text("#summary")));
+  const frame = await until("the report", async () => page.frames().find((f) => f.url().endsWith("/run/console/report.html")));
+  await until("the report's words", () => frame.evaluate(() => /90 % interval/.test(document.body.textContent)));
+  await shot("results");
+
+  // Tablet width: nothing may stick out.
+  await page.setViewport({ width: 820, height: 1180 });
+  for (const [key, name] of [["1", "live"], ["2", "trials"], ["3", "results"]]) {
+    await page.focus("#tab-live");
+    await page.keyboard.press(key);
+    await sleep(500);
+    const over = await page.evaluate(() => document.documentElement.scrollWidth - innerWidth);
+    assert.ok(over <= 1, `${name} sticks out by ${over} px at tablet width`);
+    await shot(`tablet-${name}`);
+  }
+
+  // Another site's page may not send anything, and reads nothing.
+  const elsewhere = await browser.newPage();
+  await elsewhere.goto("about:blank");
+  const stolen = await elsewhere.evaluate((address) => fetch(address).then((r) => r.status, () => "refused"), `${new URL(url).origin}/api/trials`);
+  assert.ok(stolen === "refused" || stolen === 403, `another origin reads: ${stolen}`);
+  assert.deepEqual(errors, [], "errors on the page");
+}
+
+async function refusals(url) {
+  const port = Number(new URL(url).port), token = new URLSearchParams(new URL(url).hash.slice(1)).get("token");
+  assert.equal(await status(port, "POST", "/api/arm"), 403, "no token");
+  assert.equal(await status(port, "POST", "/api/arm", { "X-Selvedge-Token": token, Origin: "http://elsewhere.example" }), 403, "another origin");
+  for (const path of ["/run/../world.toml", "/run/%2e%2e/world.toml", "/api/frame?path=../../etc&index=0"]) assert.ok((await status(port, "GET", path)) >= 400, path);
+}
+
+let browser, failed = null;
+try {
+  writeRig();
+  start("devices", "simulate-devices", "--config", "world.toml");
+  run("rig", "up", "--config", "run/rig.toml");
+  run("calibrate", "--rig", "run/rig.toml", "--out", "run/calibration");
+  copyFileSync(join(folder, "run/calibration/calibration.json"), join(folder, "run/calibration.json"));
+  const server = start("console", "console", "--run", "run", "--port", "0");
+  const url = (await until("the console", () => server.output.match(/http:\S+/)))[0];
+  browser = await puppeteer.launch({ executablePath: chromium, args: ["--no-sandbox", "--disable-dev-shm-usage", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"] });
+  await refusals(url);
+  await walk(browser, url);
+  console.log(`the console was walked; screenshots in ${screens}`);
+} catch (error) {
+  failed = error;
+  const page = (await browser?.pages())?.[1];
+  await page?.screenshot({ path: join(screens, "failed.png") }).catch(() => {});
+  console.error(error.stderr?.toString() ?? "", error.stack ?? error);
+  for (const child of processes) console.error(child.output);
+} finally {
+  await browser?.close().catch(() => {});
+  try { run("rig", "down", "--config", "run/rig.toml"); } catch (error) { console.error(error.message); }
+  for (const child of processes) child.kill("SIGTERM");
+  await sleep(300);
+  if (!failed) rmSync(folder, { recursive: true, force: true });
+}
+process.exit(failed ? 1 : 0);
