@@ -37,6 +37,26 @@ TEST(WorldConfiguration, RefusesUnknownKeysAndValuesOutOfRange) {
   EXPECT_EQ(read("[fabric]\nstretch = 70\n").fabric.stretch, 70);
 }
 
+TEST(World, ChangesTheSwatchWhenAsked) {
+  const std::string text = "[swatches]\nnames = [\"soft\", \"wide\"]\n[swatches.soft]\nbend = 2e-5\n[swatches.wide]\nwidth_m = 0.36\nheight_m = 0.24\n";
+  World world(read_world(rig::Configuration::parse(text, "test", world_sections())), 100, Clockwork::by_hand);
+  EXPECT_EQ(world.configuration().fabric.bend, 2e-5);
+  world.on_prompt({.step = "hang_still"}, 100);
+  world.advance_to(103);
+  ASSERT_EQ(world.markers_at(102.9).size(), 2u);
+  const double apart = (world.markers_at(102.9)[1].position_m - world.markers_at(102.9)[0].position_m).norm();
+  world.on_prompt({.step = "change_swatch", .index = 1}, 103);
+  world.advance_to(105);
+  EXPECT_TRUE(world.markers_at(104.9).empty());  // taken down
+  world.on_prompt({.step = "hang_still"}, 105);
+  world.advance_to(108);
+  const auto markers = world.markers_at(107.9);
+  ASSERT_EQ(markers.size(), 2u);
+  EXPECT_NEAR((markers[1].position_m - markers[0].position_m).norm(), apart * 0.36 / 0.3, 1e-3);
+  EXPECT_NEAR(world.fabric_at(107.9).row(2).minCoeff(), -0.24, 0.03);
+  EXPECT_THROW(read_world(rig::Configuration::parse("[swatches]\nnames = [\"soft\"]\n", "test", world_sections())), BadInput);
+}
+
 TEST(World, HangsAtRestBetweenItsCornersAndSwingsWhenWaved) {
   World world(default_world(), 100, Clockwork::by_hand);
   world.set_pattern_source([](double) { return stripes(); });
