@@ -20,6 +20,7 @@ void add_console(CLI::App& app, int& exit_status);
 void add_daemon(CLI::App& app, int& exit_status);
 void add_demo(CLI::App& app, int& exit_status);
 void add_diagnose(CLI::App& app, int& exit_status);
+void add_exchange(CLI::App& app, int& exit_status);
 void add_experiment(CLI::App& app, int& exit_status);
 void add_fit(CLI::App& app, int& exit_status);
 void add_garment(CLI::App& app, int& exit_status);

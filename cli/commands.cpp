@@ -17,6 +17,7 @@ const std::vector<AddCommand>& commands() {
       add_prove,
       add_bench,
       add_watch,
+      add_exchange,
       add_rig,
       add_daemon,
       add_simulate_devices,

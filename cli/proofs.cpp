@@ -10,6 +10,7 @@ std::vector<Figure> prove_format(const FigureOptions& options);
 std::vector<Figure> prove_louchet(const FigureOptions& options);
 std::vector<Figure> prove_metric(const FigureOptions& options);
 std::vector<Figure> prove_rig(const FigureOptions& options);
+std::vector<Figure> prove_station(const FigureOptions& options);
 
 const std::vector<FigureSet>& proofs() {
   static const std::vector<FigureSet> list = {
@@ -23,6 +24,7 @@ const std::vector<FigureSet>& proofs() {
       {"louchet", "the 17x17 sheet of 1995 identified from its motion, by its evolution strategy and by ours", prove_louchet},
       {"metric", "the fold metric recovers stripes of known direction", prove_metric},
       {"rig", "clock offsets, drifts and the delay set in the simulated devices come back over the real wire, within what is stated", prove_rig},
+      {"station", "a session of four fabrics runs by itself and names what was hidden; a browser walks the console", prove_station},
   };
   return list;
 }

@@ -119,7 +119,7 @@ json Heard::state() const {
     out["pattern"] = {{"kind", pattern_->kind >= 0 && pattern_->kind < 4 ? kinds[pattern_->kind] : "unknown"}, {"period_px", pattern_->period_px}};
   }
   if (session_ && age_s(session_->utime) < 60) out["session"] = session_json(*session_);
-  if (recording_ && age_s(recording_->utime) < 5) out["recording"] = session_json(*recording_);
+  if (recording_ && age_s(recording_->utime) < 10) out["recording"] = session_json(*recording_);
   if (prompt_ && age_s(prompt_->utime) < kPromptLasts_s) out["prompt"] = {{"id", prompt_->prompt_id}, {"step", prompt_->step}, {"text", prompt_->text}, {"age_s", age_s(prompt_->utime)}};
   return out;
 }

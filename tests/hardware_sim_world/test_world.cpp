@@ -38,7 +38,7 @@ TEST(WorldConfiguration, RefusesUnknownKeysAndValuesOutOfRange) {
 }
 
 TEST(World, ChangesTheSwatchWhenAsked) {
-  const std::string text = "[swatches]\nnames = [\"soft\", \"wide\"]\n[swatches.soft]\nbend = 2e-5\n[swatches.wide]\nwidth_m = 0.36\nheight_m = 0.24\n";
+  const std::string text = "[lattice]\ncells_across = 10\ncells_down = 10\n[swatches]\nnames = [\"soft\", \"wide\"]\n[swatches.soft]\nbend = 2e-5\n[swatches.wide]\nwidth_m = 0.36\nheight_m = 0.24\n";
   World world(read_world(rig::Configuration::parse(text, "test", world_sections())), 100, Clockwork::by_hand);
   EXPECT_EQ(world.configuration().fabric.bend, 2e-5);
   world.on_prompt({.step = "hang_still"}, 100);

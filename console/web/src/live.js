@@ -5,7 +5,7 @@ import { Space } from "./space.js";
 
 const space = new Space(by("space"));
 const rates = new Map();   // device: the last rates, for its small plot
-let armedHere = false, prompted = 0;
+let armedHere = false, prompted = 0, stood = "";
 
 const attempt = (request) => request.catch((error) => notice(error.message));
 
@@ -77,6 +77,8 @@ function showChecks(state) {
   by("checks").replaceChildren(...parts, ...(words ? [element("p", { class: "sub", id: "record-words" }, words)] : []));
 }
 
+let states = 0;
+
 export function showState(state) {
   armedHere = state.armed_here;
   showDevices(state.devices);
@@ -85,7 +87,7 @@ export function showState(state) {
   showSession(state.session, state.recording);
   showChecks(state);
   const seen = state.markers?.seen ?? [];
-  space.setMarkers(state.markers && state.markers.age_s < 2 ? seen : []);
+  if (++states % 2) space.setMarkers(state.markers && state.markers.age_s < 2 ? seen : []);
   say(by("space-what"), state.markers ? `${seen.length} markers, ${number(state.markers.rate_hz, 0)} /s` : "");
   say(by("pattern"), state.pattern ? `projector shows ${state.pattern.kind}${state.pattern.kind === "stripes" ? ` of ${number(state.pattern.period_px, 0)} px` : ""}` : "");
 }
@@ -95,9 +97,12 @@ export async function showRun() {
   const run = await get("/api/session");
   say(by("run-name"), run.name);
   const c = run.calibration;
-  if (c?.camera?.projection) {
-    const devices = [{ ...c.camera, colour: 0x6aa9ff }];
-    if (c.projector?.projection) devices.push({ ...c.projector, colour: 0xf5b93c });
+  // Made once: where they stand changes with a calibration alone.
+  const stand = JSON.stringify(c ?? {});
+  if (c?.camera?.projection && stand !== stood) {
+    stood = stand;
+    const devices = [{ ...c.camera, name: "camera", colour: 0x6aa9ff }];
+    if (c.projector?.projection) devices.push({ ...c.projector, name: "projector", colour: 0xf5b93c });
     space.setDevices(devices);
   }
   by("steps").replaceChildren(...run.steps.map((s) => element("li", { class: s.state, title: s.why || "" }, element("span", {}, s.step.replaceAll("/", " › ")), element("em", {}, s.state === "done" ? `${number(s.seconds, 0)} s` : s.state))));

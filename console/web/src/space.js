@@ -2,6 +2,20 @@
 import * as three from "three";
 import { OrbitControls } from "three/addons/controls/OrbitControls.js";
 
+// A word that always faces the viewer.
+function label(text) {
+  const canvas = document.createElement("canvas"), context = canvas.getContext("2d");
+  canvas.width = 256;
+  canvas.height = 64;
+  context.font = "600 34px system-ui, sans-serif";
+  context.textAlign = "center";
+  context.fillStyle = "#dfe8f5";
+  context.fillText(text, 128, 42);
+  const sprite = new three.Sprite(new three.SpriteMaterial({ map: new three.CanvasTexture(canvas), depthTest: false, transparent: true }));
+  sprite.scale.set(0.26, 0.065, 1);
+  return sprite;
+}
+
 const kTeal = 0x5fe0c8, kAmber = 0xf5b93c, kGrey = 0x8894a6;
 
 export class Space {
@@ -10,12 +24,12 @@ export class Space {
     this.scene = new three.Scene();
     this.camera = new three.PerspectiveCamera(38, 1, 0.01, 30);
     this.camera.up.set(0, 0, 1);
-    this.camera.position.set(0.75, -1.35, 0.35);
+    this.camera.position.set(-0.85, -1.75, 0.8);
     this.renderer = new three.WebGLRenderer({ antialias: true, alpha: true });
     this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
     box.append(this.renderer.domElement);
     this.controls = new OrbitControls(this.camera, this.renderer.domElement);
-    this.controls.target.set(0.05, 0, -0.12);
+    this.controls.target.set(0.2, -0.12, -0.1);
     this.controls.listenToKeyEvents(box);
     this.controls.addEventListener("change", () => this.draw());
     this.scene.add(new three.HemisphereLight(0xffffff, 0x334455, 2.2));
@@ -49,21 +63,30 @@ export class Space {
     requestAnimationFrame(() => { this.pending = false; this.renderer.render(this.scene, this.camera); });
   }
 
-  // Markers by name; the held corners stand out.
+  // Markers by name; the held corners stand out. What moved by less than half a millimetre is not drawn anew.
   setMarkers(markers) {
+    const drawn = JSON.stringify(markers.map((m) => [m.name, ...m.at.map((v) => Math.round(2e3 * v))]));
+    if (drawn === this.drawnMarkers) return;
+    this.drawnMarkers = drawn;
     while (this.dots.children.length < markers.length) this.dots.add(new three.Mesh(new three.SphereGeometry(1, 20, 14), new three.MeshStandardMaterial({ roughness: 0.4 })));
     this.dots.children.forEach((dot, i) => {
       dot.visible = i < markers.length;
       if (!dot.visible) return;
       const corner = markers[i].name === "left" || markers[i].name === "right";
       dot.position.set(...markers[i].at);
-      dot.scale.setScalar(corner ? 0.012 : 0.006);
+      dot.scale.setScalar(corner ? 0.016 : 0.006);
       dot.material.color.setHex(corner ? kTeal : kGrey);
     });
     const corners = markers.filter((m) => m.name === "left" || m.name === "right").map((m) => new three.Vector3(...m.at));
     if (!this.edge) {
       this.edge = new three.Line(new three.BufferGeometry(), new three.LineBasicMaterial({ color: kTeal, transparent: true, opacity: 0.6 }));
       this.scene.add(this.edge);
+    }
+    this.words ??= Object.fromEntries(["left", "right"].map((name) => { const word = label(name); this.scene.add(word); return [name, word]; }));
+    for (const [name, word] of Object.entries(this.words)) {
+      const corner = markers.find((m) => m.name === name);
+      word.visible = Boolean(corner);
+      if (corner) word.position.set(corner.at[0], corner.at[1], corner.at[2] + 0.045);
     }
     this.edge.visible = corners.length === 2;
     if (this.edge.visible) this.edge.geometry.setFromPoints(corners);
@@ -72,6 +95,9 @@ export class Space {
 
   // The arm's joints from base to tool.
   setArm(points, moving, armed) {
+    const drawn = JSON.stringify([moving, armed, points.map((p) => p.map((v) => Math.round(2e3 * v)))]);
+    if (drawn === this.drawnArm) return;
+    this.drawnArm = drawn;
     const wanted = Math.max(0, points.length - 1);
     while (this.armGroup.children.length < 2 * wanted) {
       const material = new three.MeshStandardMaterial({ roughness: 0.5, metalness: 0.2 });
@@ -97,7 +123,7 @@ export class Space {
   // Camera and projector as pyramids, from their 3×4 matrices.
   setDevices(devices) {
     this.deviceGroup.clear();
-    for (const { projection, width_px: width, height_px: height, colour } of devices) {
+    for (const { name, projection, width_px: width, height_px: height, colour } of devices) {
       const m = new three.Matrix3().set(...projection.flatMap((row) => row.slice(0, 3)));
       const inverse = m.clone().invert(), p4 = new three.Vector3(...projection.map((row) => row[3]));
       const centre = p4.clone().applyMatrix3(inverse).negate();
@@ -105,7 +131,9 @@ export class Space {
       const corner = ([u, v]) => new three.Vector3(u, v, 1).applyMatrix3(inverse).multiplyScalar(sign).normalize().multiplyScalar(0.22).add(centre);
       const ends = [[0, 0], [width, 0], [width, height], [0, height]].map(corner), lines = [];
       ends.forEach((end, i) => lines.push(centre, end, end, ends[(i + 1) % 4]));
-      this.deviceGroup.add(new three.LineSegments(new three.BufferGeometry().setFromPoints(lines), new three.LineBasicMaterial({ color: colour })));
+      const word = label(name);
+      word.position.copy(centre).add(new three.Vector3(0, 0, 0.07));
+      this.deviceGroup.add(word, new three.LineSegments(new three.BufferGeometry().setFromPoints(lines), new three.LineBasicMaterial({ color: colour })));
     }
     this.draw();
   }

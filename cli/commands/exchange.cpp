@@ -1,0 +1,52 @@
+// ./selvedge export TRIAL --hdf5 FILE | --obj DIR, and ./selvedge import MAPPING --out DIR: trials to and from formats of others.
+#include <filesystem>
+#include <memory>
+
+#include <fmt/format.h>
+
+#include "capture/trial/trial.h"
+#include "cli/command.h"
+#include "files/bad_input.h"
+#include "station/exchange/hdf5_export.h"
+#include "station/exchange/import_mapping.h"
+#include "station/exchange/obj_sequence.h"
+
+namespace selvedge::cli {
+
+namespace {
+
+struct ExportArguments {
+  std::filesystem::path trial, hdf5, obj, fit;
+};
+
+void run_export(const ExportArguments& a) {
+  if (a.hdf5.empty() && a.obj.empty()) refuse("export", "expected --hdf5 FILE, --obj DIR, or both");
+  const trial::Trial trial = trial::read_trial(a.trial);
+  if (!a.hdf5.empty()) {
+    station::export_hdf5(trial, a.hdf5);
+    fmt::print("wrote {}\n", a.hdf5.string());
+  }
+  if (a.obj.empty()) return;
+  const std::filesystem::path fit = a.fit.empty() ? std::filesystem::weakly_canonical(a.trial).parent_path() : a.fit;
+  fmt::print("wrote {} files to {}\n", station::write_obj_sequence(station::read_simulated_motion(fit, trial.name), a.obj), a.obj.string());
+}
+
+}  // namespace
+
+void add_exchange(CLI::App& app, int&) {
+  auto* out = app.add_subcommand("export", "a trial as HDF5, its fitted motion as OBJ files");
+  auto a = std::make_shared<ExportArguments>();
+  out->add_option("TRIAL", a->trial, "folder of a trial")->required();
+  out->add_option("--hdf5", a->hdf5, "file to write: all that was recorded, units as attributes");
+  out->add_option("--obj", a->obj, "folder to write: the fitted motion, one file a frame");
+  out->add_option("--fit", a->fit, "folder of the fit, for --obj; default: the one that the trial lies in");
+  out->callback([a] { run_export(*a); });
+
+  auto* in = app.add_subcommand("import", "a folder of images or a marker CSV as a trial, by a small mapping file");
+  auto from = std::make_shared<std::pair<std::filesystem::path, std::filesystem::path>>();
+  in->add_option("MAPPING", from->first, "what is what (TOML), see docs/exchange.md")->required();
+  in->add_option("--out", from->second, "folder in which the trial's folder is made")->required();
+  in->callback([from] { fmt::print("wrote {}\n", station::import_recording(from->first, from->second).string()); });
+}
+
+}  // namespace selvedge::cli

@@ -1,0 +1,83 @@
+// What the station promises: a session that runs by itself over four fabrics and says what was hidden, a console that a
+// browser walks, and pages that cost the recording nothing.
+#include <algorithm>
+#include <chrono>
+#include <cstdlib>
+#include <filesystem>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include "cli/figures.h"
+#include "files/whole_file.h"
+#include "rig/network.h"
+#include "station/child_process.h"
+#include "station/free_addresses.h"
+
+namespace selvedge::cli {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+// Exit status; what it says goes to the log.
+int run(const std::string& command, const fs::path& log) {
+  const int status = std::system(fmt::format("{} > '{}' 2>&1", command, log.string()).c_str());
+  return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+}
+
+std::vector<Figure> prove_session(const fs::path& folder, bool quick, const report::ProgressCallback& progress) {
+  const fs::path source = SELVEDGE_SOURCE_DIR, file = quick ? source / "tests/end_to_end/short-session.toml" : source / "examples/four-fabrics.toml";
+  progress(0.05, "an unattended session over " + file.stem().string());
+  const auto begin = std::chrono::steady_clock::now();
+  const int status = run(fmt::format("'{}' session run '{}' --out '{}'", station::own_program().string(), file.string(), (folder / "session").string()), folder / "session.log");
+  const double wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  const nlohmann::json summary = files::read_json(folder / "session" / "session.json");
+  double fabrics = 0, right = 0, explained = 0, hidden = 0, hidden_named = 0;
+  for (const nlohmann::json& f : summary.at("fabrics")) {
+    const bool trials = std::all_of(f["trials"].begin(), f["trials"].end(), [](const nlohmann::json& t) { return t["state"] == "done"; });
+    fabrics += trials && f.contains("fit") && f.contains("diagnosis");
+    if (!f.contains("truth")) continue;
+    const bool names_it = f["truth"]["names_it"];
+    right += names_it;
+    explained += names_it || !f["truth"].value("why_not", "").empty();
+    if (f["truth"]["hidden"] == "none") continue;
+    ++hidden;
+    hidden_named += names_it;
+  }
+  const double wanted = quick ? 1 : 4;
+  const std::string source_text = "./selvedge session run " + file.filename().string();
+  return {{"fabrics recorded, fitted and diagnosed unattended", fabrics, wanted, "", Relation::at_least, source_text},
+          {"exit status of the session", static_cast<double>(status), 0, "", Relation::at_most, "no step was given up"},
+          {"answers that name what was hidden, or say why not", explained, wanted, "", Relation::at_least, "truth.json, read at the very end"},
+          {"answers that are right", right, wanted, "", Relation::shown, "truth.json"},
+          {"of the hidden effects, named", hidden_named, hidden, "", Relation::shown, "truth.json"},
+          {"time of the session", wall_s / 60, 0, "min", Relation::shown, "wall"}};
+}
+
+std::vector<Figure> prove_browser(const fs::path& folder, const report::ProgressCallback& progress) {
+  progress(0.9, "walking the console in a browser");
+  const fs::path source = SELVEDGE_SOURCE_DIR, build = fs::path(SELVEDGE_CONSOLE_WEB).parent_path();
+  const int status = run(fmt::format("'{}' '{}' '{}' '{}'", (source / "tests/console/browser.sh").string(), station::own_program().string(), source.string(), build.string()), folder / "browser.log");
+  const Relation relation = status == 77 ? Relation::shown : Relation::at_most;
+  std::string said = files::read_whole(folder / "browser.log");
+  if (status == 77) fmt::print(stderr, "{}", said);
+  return {{status == 77 ? "browser walk NOT run (see above), exit status" : "exit status of the browser walk: arms, records, stops, scrubs, reads, is refused", static_cast<double>(status), 0, "", relation,
+           "tests/console/walk.mjs"}};
+}
+
+}  // namespace
+
+std::vector<Figure> prove_station(const FigureOptions& options) {
+  rig::ensure_local_multicast(static_cast<uint16_t>(station::free_bus_port()));
+  const fs::path folder = fs::temp_directory_path() / fmt::format("selvedge-prove-station-{}", ::getpid());
+  fs::create_directories(folder);
+  std::vector<Figure> figures = prove_session(folder, options.quick, options.progress);
+  for (Figure& figure : prove_browser(folder, options.progress)) figures.push_back(std::move(figure));
+  fs::remove_all(folder);
+  return figures;
+}
+
+}  // namespace selvedge::cli

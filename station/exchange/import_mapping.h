@@ -1,0 +1,31 @@
+// Recordings of others as a trial: a small mapping file says which columns and pictures are what.
+//
+//   [trial]
+//   name = "their-drape"        kind = "waving"           # static, waving, robot
+//   starts_at_rest = true       gravity_m_s2 = [0, 0, -9.81]
+//   [fabric]
+//   name = "denim"              width_m = 0.3    height_m = 0.3    mass_kg = 0.02    mass_known = true
+//   [corners]                   # the held corners: columns of a CSV, or two of the markers
+//   file = "corners.csv"        time = "t"    left = ["lx", "ly", "lz"]    right = ["rx", "ry", "rz"]
+//   left_marker = 0             right_marker = 4
+//   [markers]                   # long form: a row a marker and time
+//   file = "dots.csv"           time = "t"    marker = "id"    position = ["x", "y", "z"]    flat = ["u", "v"]
+//   noise_m = 3e-4
+//   [images]                    # pictures of a folder, in order of their names, turned to 8-bit grey
+//   folder = "pictures"         rate_hz = 30    start_s = 0.0
+//   [camera] / [projector]      # as docs/formats.md: width_px, height_px, projection (12 numbers, row by row), distortion (5)
+//   [pattern]                   # orientation, period_px, duty, first_bright_row_px
+//   [units]                     # of the CSV files, and what turns their axes into right-handed, z up
+//   length_m = 0.001            time_s = 0.001    axes = ["x", "-z", "y"]
+// Paths are relative to the mapping file. A trial has markers or images, or both.
+#pragma once
+
+#include <filesystem>
+
+namespace selvedge::station {
+
+// Writes FOLDER/NAME as a trial of the exchange format and returns its folder. Throws BadInput naming file and key, and where
+// the folder is there already; nothing half-written is left.
+std::filesystem::path import_recording(const std::filesystem::path& mapping, const std::filesystem::path& folder);
+
+}  // namespace selvedge::station
