@@ -39,15 +39,15 @@ void run_step(const SessionFile& file, const Step& step, Journal& journal, Sessi
       const nlohmann::json result = steps.run(step, progress);
       journal.done(id, since(begin), result);
       return;
-    } catch (const BadInput& error) {
-      journal.failed(id, since(begin), error.what());
-      throw;
     } catch (const std::exception& error) {
       const std::string why = error.what();
       spdlog::warn("{}: {}", id, why);
       journal.failed(id, since(begin), why);
       steps.set_aside(step);
-      switch (after_failure(step, id, file.on_failure.at(step.kind), ++failures, why, ask)) {
+      const OnFailure& policy = file.on_failure.at(step.kind);
+      // What the input is at fault for fails again: no repetition mends it.
+      failures = dynamic_cast<const BadInput*>(&error) != nullptr ? policy.repeats + 1 : failures + 1;
+      switch (after_failure(step, id, policy, failures, why, ask)) {
         case Answer::repeat: break;
         case Answer::skip: return journal.skipped(id, why);
         case Answer::stop: throw SessionStopped(fmt::format("{}: {}", id, why));

@@ -11,6 +11,7 @@
 #include <unistd.h>
 
 #include "cli/figures.h"
+#include "cli/proofs/console_run.h"
 #include "files/whole_file.h"
 #include "rig/network.h"
 #include "station/child_process.h"
@@ -68,6 +69,15 @@ std::vector<Figure> prove_browser(const fs::path& folder, const report::Progress
            "tests/console/walk.mjs"}};
 }
 
+std::vector<Figure> prove_pages(bool quick, const report::ProgressCallback& progress) {
+  const ConsoleRun run = run_console_with_pages(quick ? 3 : 10, progress);
+  const std::string source = "simulated rig, the console in this process";
+  return {{"pictures that four pages received", static_cast<double>(run.previews), 1, "", Relation::at_least, source},
+          {"frames lost by a recording with four pages open", static_cast<double>(run.frames_lost), 0, fmt::format("of {}", run.frames), Relation::at_most, source},
+          {"live picture at a page, median age", 1e3 * run.page_latency_s, 1e3 * run.bus_latency_s, "ms", Relation::shown, "beside: the camera's own preview on the bus"},
+          {"processor time of the console, four pages open", 100 * run.open_cores, 100 * run.idle_cores, "% of a core", Relation::shown, "beside: no page open, same run"}};
+}
+
 }  // namespace
 
 std::vector<Figure> prove_station(const FigureOptions& options) {
@@ -75,6 +85,7 @@ std::vector<Figure> prove_station(const FigureOptions& options) {
   const fs::path folder = fs::temp_directory_path() / fmt::format("selvedge-prove-station-{}", ::getpid());
   fs::create_directories(folder);
   std::vector<Figure> figures = prove_session(folder, options.quick, options.progress);
+  for (Figure& figure : prove_pages(options.quick, options.progress)) figures.push_back(std::move(figure));
   for (Figure& figure : prove_browser(folder, options.progress)) figures.push_back(std::move(figure));
   fs::remove_all(folder);
   return figures;

@@ -28,6 +28,7 @@ class FakeSteps : public SessionSteps {
     note("run " + id);
     progress(0.5, "half");
     if (id == dies_in) ::kill(::getpid(), SIGKILL);
+    if (id == refuses) throw BadInput("trial.json: found nothing");
     if (failures[id]-- > 0) throw std::runtime_error("it broke");
     note("end " + id);
     return {{"of", id}};
@@ -39,7 +40,7 @@ class FakeSteps : public SessionSteps {
   }
 
   std::map<std::string, int> failures;
-  std::string dies_in;
+  std::string dies_in, refuses;
   bool proposes = false;
 
  private:
@@ -143,6 +144,16 @@ TEST_F(SessionStepsTest, RepeatsThenSkipsOrAsksOrStops) {
   run(steps, ask);
   EXPECT_EQ(read_journal(folder_).at("satin/diagnose").state, StepRecord::State::done);
   EXPECT_EQ(count("run knit/fit"), 2);
+}
+
+TEST_F(SessionStepsTest, BadInputIsNotRepeatedAndTheRestGoesOn) {
+  file_.on_failure["fit"] = {5, OnFailure::Then::skip};
+  FakeSteps steps(file_, folder_);
+  steps.refuses = "knit/fit";
+  run(steps);
+  EXPECT_EQ(count("run knit/fit"), 1);
+  EXPECT_EQ(read_journal(folder_).at("knit/fit").state, StepRecord::State::skipped);
+  EXPECT_EQ(count("end satin/diagnose"), 1);
 }
 
 TEST_F(SessionStepsTest, AppendsWhatADiagnosisProposes) {

@@ -11,8 +11,8 @@ function label(text) {
   context.textAlign = "center";
   context.fillStyle = "#dfe8f5";
   context.fillText(text, 128, 42);
-  const sprite = new three.Sprite(new three.SpriteMaterial({ map: new three.CanvasTexture(canvas), depthTest: false, transparent: true }));
-  sprite.scale.set(0.26, 0.065, 1);
+  const sprite = new three.Sprite(new three.SpriteMaterial({ map: new three.CanvasTexture(canvas), depthTest: false, transparent: true, sizeAttenuation: false }));
+  sprite.scale.set(0.13, 0.0325, 1);
   return sprite;
 }
 
@@ -24,12 +24,12 @@ export class Space {
     this.scene = new three.Scene();
     this.camera = new three.PerspectiveCamera(38, 1, 0.01, 30);
     this.camera.up.set(0, 0, 1);
-    this.camera.position.set(-0.85, -1.75, 0.8);
+    this.camera.position.set(-1.35, -2.15, 1.0);
     this.renderer = new three.WebGLRenderer({ antialias: true, alpha: true });
     this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
     box.append(this.renderer.domElement);
     this.controls = new OrbitControls(this.camera, this.renderer.domElement);
-    this.controls.target.set(0.2, -0.12, -0.1);
+    this.controls.target.set(0.3, -0.36, 0.0);
     this.controls.listenToKeyEvents(box);
     this.controls.addEventListener("change", () => this.draw());
     this.scene.add(new three.HemisphereLight(0xffffff, 0x334455, 2.2));
