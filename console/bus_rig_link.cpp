@@ -83,6 +83,7 @@ struct BusRigLink::Impl {
         file_s = now_s;
         look_at_file();
       }
+      notice_a_stop();
       if (now_s - watched_s < kWatched_s && now_s - picture_s >= 1 / options.preview_rate_hz) {
         picture_s = now_s;
         try {
@@ -93,6 +94,17 @@ struct BusRigLink::Impl {
       }
       std::this_thread::sleep_for(std::chrono::milliseconds(20));
     }
+  }
+
+  // An arm that stopped by itself, or was stopped by others, is not armed from here any more: only a person arms it again.
+  void notice_a_stop() {
+    if (!armed || records) return;
+    const std::shared_ptr<Heard> now = heard_now();
+    if (!now || !now->disarmed_since(armed_since_us)) return;
+    const std::lock_guard lock(arm_mutex);
+    lease.reset();
+    arm_client.reset();
+    armed = false;
   }
 
   void look_at_file() {
@@ -183,6 +195,7 @@ struct BusRigLink::Impl {
   std::unique_ptr<session::RigClient> arm_client;
   std::unique_ptr<session::ArmLease> lease;
   std::atomic<bool> armed{false};
+  std::atomic<int64_t> armed_since_us{0};
   std::thread recorder;
   std::thread looker;
 };
@@ -221,6 +234,7 @@ void BusRigLink::arm(const std::string& who) {
   impl_->lease.reset();
   impl_->arm_client = std::make_unique<session::RigClient>(impl_->current());
   impl_->lease = std::make_unique<session::ArmLease>(*impl_->arm_client, who);
+  impl_->armed_since_us = rig::host_now_us();
   impl_->armed = true;
 }
 

@@ -86,6 +86,11 @@ bool Heard::stripes_show() const {
   return pattern_ && pattern_->kind == selvedge_rig::projector_command_t::KIND_STRIPES;
 }
 
+bool Heard::disarmed_since(int64_t utime) const {
+  const std::lock_guard lock(mutex_);
+  return arm_ && arm_->utime > utime && !arm_->armed;
+}
+
 json Heard::arm_json(const arm_status_t& arm) const {
   json out = {{"mode", mode_text(arm.mode)}, {"armed", static_cast<bool>(arm.armed)}, {"stop", arm.stop_text}, {"age_s", age_s(arm.utime)}, {"error_rad", arm.tracking_error_rad},
               {"trajectory_s", arm.trajectory_s}, {"tool", point(world_from_base_ * Eigen::Vector3d(arm.tool_m))}, {"links", json::array()}};

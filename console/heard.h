@@ -31,6 +31,8 @@ class Heard {
   nlohmann::json state() const;
   std::optional<selvedge_rig::preview_t> preview() const;
   bool stripes_show() const;
+  // The arm has said since then (us, host clock) that it is not armed.
+  bool disarmed_since(int64_t utime) const;
   rig::Bus& bus() { return bus_; }
 
  private:

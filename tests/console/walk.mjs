@@ -75,6 +75,7 @@ async function walk(browser, url) {
     const look = () => {
       if (!document.getElementById("prompt").hidden) window.seen.add("a prompt");
       if (/frames on disk/.test(document.getElementById("checks").textContent)) window.seen.add("frames on disk");
+      if (document.getElementById("arm-state").textContent === "armed") window.seen.add("armed");
       if (/plain/.test(document.getElementById("quality").textContent)) window.seen.add("stripe quality");
     };
     new MutationObserver(look).observe(document.body, { subtree: true, childList: true, attributes: true, characterData: true });
@@ -109,24 +110,42 @@ async function walk(browser, url) {
     await shot("live");
   });
 
-  // Arm, see it armed, stop with the space bar.
-  await page.keyboard.press("a");
-  await until("armed", async () => (await text("#arm-state")) === "armed");
-  await shot("live-armed");
-  await page.keyboard.press(" ");
-  await until("stopped", async () => /stopped/.test(await text("#arm-state")) && /operator at the console/.test(await text("#arm-text")));
+  // Arm, see it armed, stop with the space bar. The arm stops by itself where a busy machine renews its lease too late;
+  // that is right, and it is armed again.
+  const stops = async (what, stop, wanted) => {
+    for (let attempt = 0; attempt < 12; ++attempt) {
+      if (await stop(attempt) && await until("the arm's stop", async () => (await text("#arm-state")) === "stopped" && await text("#arm-text")) && wanted.test(await text("#arm-text"))) return;
+    }
+    throw new Error(`${what}: the arm was not stopped so, it says ${await text("#arm-text")}`);
+  };
+  const armed = async () => {
+    await until("the arm can be armed", () => page.$eval("#arm", (button) => !button.disabled));
+    await page.evaluate(() => window.seen.delete("armed"));
+    return true;
+  };
+  await stops("space bar", async (attempt) => {
+    await armed();
+    await page.keyboard.press("a");
+    await until("armed", () => seen("armed"));
+    if (attempt === 0) await shot("live-armed");
+    await page.keyboard.press(" ");
+    return true;
+  }, /operator at the console/);
   await shot("live-stopped");
 
   // A lost page stops the arm; the bound is wide, for a busy machine keeps a page waiting.
-  const lost = await browser.newPage();
-  await lost.goto(url, { waitUntil: "domcontentloaded" });
-  await until("the second page", async () => (await lost.$eval("#link", (node) => node.textContent)) === "live");
-  await lost.bringToFront();
-  await lost.click("#arm");
-  await until("armed by the second page", async () => (await text("#arm-state")) === "armed");
-  await lost.close();
-  await until("stopped for the lost page", async () => /has not been heard/.test(await text("#arm-text")), 60);
-  await page.bringToFront();
+  await stops("lost page", async () => {
+    await armed();
+    const lost = await browser.newPage();
+    await lost.goto(url, { waitUntil: "domcontentloaded" });
+    await until("the second page", async () => (await lost.$eval("#link", (node) => node.textContent)) === "live");
+    await lost.bringToFront();
+    await lost.click("#arm");
+    await lost.waitForFunction(() => document.getElementById("arm").disabled, { timeout: 60_000 }).catch(() => {});
+    await lost.close();
+    await page.bringToFront();
+    return true;
+  }, /has not been heard/);
 
   // Fitted parameters, then recorded beside simulated.
   run("fit", `run/console/${waved}`, "--out", "run/console", "--columns", "9");
