@@ -133,10 +133,11 @@ async function walk(browser, url) {
   }, /operator at the console/);
   await shot("live-stopped");
 
-  // A lost page stops the arm; the bound is wide, for a busy machine keeps a page waiting.
+  // A lost page stops the arm.
   await stops("lost page", async () => {
     await armed();
     const lost = await browser.newPage();
+    await lost.setViewport({ width: 480, height: 320 });
     await lost.goto(url, { waitUntil: "domcontentloaded" });
     await until("the second page", async () => (await lost.$eval("#link", (node) => node.textContent)) === "live");
     await lost.bringToFront();
@@ -201,7 +202,7 @@ try {
   run("rig", "up", "--config", "run/rig.toml");
   run("calibrate", "--rig", "run/rig.toml", "--out", "run/calibration");
   copyFileSync(join(folder, "run/calibration/calibration.json"), join(folder, "run/calibration.json"));
-  const server = start("console", "console", "--run", "run", "--port", "0", "--page-timeout", "15");
+  const server = start("console", "console", "--run", "run", "--port", "0", "--page-timeout", "3");
   const url = (await until("the console", () => server.output.match(/http:\S+/)))[0];
   browser = await puppeteer.launch({ executablePath: chromium, args: ["--no-sandbox", "--disable-dev-shm-usage", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"] });
   await refusals(url);

@@ -25,13 +25,20 @@ export class Space {
     this.camera = new three.PerspectiveCamera(38, 1, 0.01, 30);
     this.camera.up.set(0, 0, 1);
     this.camera.position.set(-1.35, -2.15, 1.0);
-    this.renderer = new three.WebGLRenderer({ antialias: true, alpha: true });
-    this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
-    box.append(this.renderer.domElement);
-    this.controls = new OrbitControls(this.camera, this.renderer.domElement);
-    this.controls.target.set(0.3, -0.36, 0.0);
-    this.controls.listenToKeyEvents(box);
-    this.controls.addEventListener("change", () => this.draw());
+    try {
+      this.renderer = new three.WebGLRenderer({ antialias: true, alpha: true });
+    } catch {
+      box.textContent = "this browser draws nothing in three dimensions";  // all else of the page works
+    }
+    this.camera.lookAt(0.3, -0.36, 0);
+    if (this.renderer) {
+      this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
+      box.append(this.renderer.domElement);
+      this.controls = new OrbitControls(this.camera, this.renderer.domElement);
+      this.controls.target.set(0.3, -0.36, 0);
+      this.controls.listenToKeyEvents(box);
+      this.controls.addEventListener("change", () => this.draw());
+    }
     this.scene.add(new three.HemisphereLight(0xffffff, 0x334455, 2.2));
     const sun = new three.DirectionalLight(0xffffff, 1.6);
     sun.position.set(0.6, -1.2, 1.4);
@@ -50,7 +57,7 @@ export class Space {
 
   fit() {
     const width = this.box.clientWidth, height = this.box.clientHeight;
-    if (!width || !height) return;
+    if (!width || !height || !this.renderer) return;
     this.renderer.setSize(width, height, false);
     this.camera.aspect = width / height;
     this.camera.updateProjectionMatrix();
@@ -58,7 +65,7 @@ export class Space {
   }
 
   draw() {
-    if (this.pending) return;
+    if (this.pending || !this.renderer) return;
     this.pending = true;
     requestAnimationFrame(() => { this.pending = false; this.renderer.render(this.scene, this.camera); });
   }
