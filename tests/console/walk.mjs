@@ -57,6 +57,7 @@ const status = (port, method, path, headers = {}) => new Promise((done, fail) =>
 
 async function walk(browser, url) {
   const errors = [], page = await browser.newPage();
+  page.setDefaultNavigationTimeout(180_000);
   page.on("pageerror", (error) => errors.push(error.message));
   page.on("console", (message) => { if (message.type() === "error" && !/40[349]|favicon/.test(message.text())) errors.push(message.text()); });
   const text = (selector) => page.$eval(selector, (node) => node.textContent);
@@ -137,6 +138,7 @@ async function walk(browser, url) {
   await stops("lost page", async () => {
     await armed();
     const lost = await browser.newPage();
+    lost.setDefaultNavigationTimeout(180_000);
     await lost.setViewport({ width: 480, height: 320 });
     await lost.goto(url, { waitUntil: "domcontentloaded" });
     await until("the second page", async () => (await lost.$eval("#link", (node) => node.textContent)) === "live");
@@ -204,7 +206,7 @@ try {
   copyFileSync(join(folder, "run/calibration/calibration.json"), join(folder, "run/calibration.json"));
   const server = start("console", "console", "--run", "run", "--port", "0", "--page-timeout", "3");
   const url = (await until("the console", () => server.output.match(/http:\S+/)))[0];
-  browser = await puppeteer.launch({ executablePath: chromium, args: ["--no-sandbox", "--disable-dev-shm-usage", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"] });
+  browser = await puppeteer.launch({ protocolTimeout: 300_000, executablePath: chromium, args: ["--no-sandbox", "--disable-dev-shm-usage", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"] });
   await refusals(url);
   await walk(browser, url);
   console.log(`the console was walked; screenshots in ${screens}`);

@@ -41,6 +41,13 @@ export function listen({ onState, onPreview, onLink }) {
   setInterval(() => { if (performance.now() - lastMs > 3000) { onLink(false); connect(); lastMs = performance.now(); } }, 1000);
 }
 
+// One at a time: a server that is slow to answer must not be sent ever more.
 export function beat(onLost) {
-  setInterval(() => { if (hasToken()) post("/api/heartbeat").catch((error) => onLost(error.message)); }, 500);
+  let waits = false;
+  setInterval(async () => {
+    if (waits || !hasToken()) return;
+    waits = true;
+    await post("/api/heartbeat").catch((error) => onLost(error.message));
+    waits = false;
+  }, 500);
 }

@@ -9,7 +9,7 @@ import * as results from "./results.js";
 import * as trials from "./trials.js";
 
 const views = ["live", "trials", "results"];
-let shown = "live", linked = false;
+let shown = "live", linked = false, looks = false;
 
 function view(name) {
   shown = name;
@@ -66,5 +66,10 @@ listen({
   },
 });
 beat((why) => { if (linked) notice(`the console does not take this page's word: ${why}`); });
-setInterval(look, 2000);
+setInterval(async () => {
+  if (looks) return;
+  looks = true;
+  await look();
+  looks = false;
+}, 2000);
 view("live");
