@@ -19,23 +19,25 @@ function label(text) {
 const kTeal = 0x5fe0c8, kAmber = 0xf5b93c, kGrey = 0x8894a6;
 
 export class Space {
-  constructor(box) {
+  // near: a fabric fills the view; else the whole rig does.
+  constructor(box, near = false) {
     this.box = box;
+    const target = near ? new three.Vector3(0, 0, -0.16) : new three.Vector3(0.3, -0.36, 0);
     this.scene = new three.Scene();
     this.camera = new three.PerspectiveCamera(38, 1, 0.01, 30);
     this.camera.up.set(0, 0, 1);
-    this.camera.position.set(-1.35, -2.15, 1.0);
+    this.camera.position.set(...(near ? [-0.3, -0.78, 0.06] : [-1.35, -2.15, 1.0]));
     try {
       this.renderer = new three.WebGLRenderer({ antialias: true, alpha: true });
     } catch {
       box.textContent = "this browser draws nothing in three dimensions";  // all else of the page works
     }
-    this.camera.lookAt(0.3, -0.36, 0);
+    this.camera.lookAt(target);
     if (this.renderer) {
       this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
       box.append(this.renderer.domElement);
       this.controls = new OrbitControls(this.camera, this.renderer.domElement);
-      this.controls.target.set(0.3, -0.36, 0);
+      this.controls.target.copy(target);
       this.controls.listenToKeyEvents(box);
       this.controls.addEventListener("change", () => this.draw());
     }

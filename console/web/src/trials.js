@@ -63,7 +63,7 @@ export async function choose(path) {
   say(by("trial-name"), trial.path.replaceAll("/", " › "));
   const badge = (text, good) => element("span", { class: `pill ${good ? "running" : "degraded"}` }, text);
   by("trial-badges").replaceChildren(badge(trial.state, trial.state === "complete"), badge(trial.at_rest ? "began at rest" : "not at rest", trial.at_rest), ...(trial.frames !== undefined ? [badge(`${trial.frames_lost ?? 0} lost`, !trial.frames_lost)] : []));
-  space ??= new Space(by("trial-space"));
+  space ??= new Space(by("trial-space"), true);
   space.hideSheet();
   if (trial.motion) space.makeSheet(trial.motion.triangles, trial.motion.vertices);
   by("no-simulated").hidden = Boolean(trial.motion);
@@ -106,4 +106,4 @@ export function play() {
 
 by("scrub").addEventListener("input", show);
 by("play").addEventListener("click", play);
-addEventListener("resize", () => { if (plot) plot.setSize({ width: by("plot").clientWidth, height: 190 }); });
+new ResizeObserver(() => { if (plot && by("plot").clientWidth > 0) plot.setSize({ width: by("plot").clientWidth, height: 190 }); }).observe(by("plot"));
