@@ -61,7 +61,7 @@ std::vector<Figure> prove_session(const fs::path& folder, bool quick, const repo
 std::vector<Figure> prove_browser(const fs::path& folder, const report::ProgressCallback& progress) {
   progress(0.9, "walking the console in a browser");
   const fs::path source = SELVEDGE_SOURCE_DIR, build = fs::path(SELVEDGE_CONSOLE_WEB).parent_path();
-  const int status = run(fmt::format("'{}' '{}' '{}' '{}'", (source / "tests/console/browser.sh").string(), station::own_program().string(), source.string(), build.string()), folder / "browser.log");
+  const int status = run(fmt::format("SELVEDGE_BROWSER=1 '{}' '{}' '{}' '{}'", (source / "tests/console/browser.sh").string(), station::own_program().string(), source.string(), build.string()), folder / "browser.log");
   const Relation relation = status == 77 ? Relation::shown : Relation::at_most;
   std::string said = files::read_whole(folder / "browser.log");
   if (status == 77) fmt::print(stderr, "{}", said);

@@ -3,6 +3,7 @@
 set -u
 binary=$1 source=$2 build=$3
 skip() { echo "SKIPPED: the console was NOT tried in a browser: $*" >&2; exit 77; }
+[ -n "${SELVEDGE_BROWSER:-}" ] || skip "it draws in software and wants an idle machine; SELVEDGE_BROWSER=1 asks for it, ./selvedge prove station does"
 command -v node >/dev/null || skip "node is not installed"
 chromium=${CHROMIUM:-$(command -v chromium || command -v chromium-browser || command -v google-chrome || true)}
 [ -n "$chromium" ] || skip "no chromium on this machine (apt-get install chromium)"
