@@ -75,6 +75,7 @@ void run_runge_kutta(const Sheet& sheet, const Experiment& experiment, double to
   y.head(half) = Eigen::Map<const Vector>(trajectory.start.data(), half);
   std::array<Vector, 7> k;
   double t = experiment.start_s, h = 1e-4;
+  system.derivative(t, y, kernel::kBroughtFromFlat, k[0]);
   for (const double sample : experiment.sample_s) {
     while (t < sample - 1e-12) {
       const double step = std::min(h, sample - t);

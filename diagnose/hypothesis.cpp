@@ -246,24 +246,49 @@ void refine_mesh(Study& study, std::vector<Hypothesis>& hypotheses) {
   }
 }
 
-void refit(Study& study, std::vector<Hypothesis>& hypotheses, int rounds) {
-  constexpr double kDampings[] = {1e-3, 0.3};
-  constexpr Index kTries = 2;
+void relinearise(Study& study, std::vector<Hypothesis>& hypotheses) {
+  constexpr double kBaseStep = 0.04, kEffectStep = 0.3;  // coordinates: ln of the base's, scales of an effect's
+  Index columns = 0;
+  for (const Hypothesis& h : hypotheses) columns += static_cast<Index>(h.active.size());
+  MatrixXd sets(study.base.size(), columns);
+  VectorXd steps(columns);
+  Index at = 0;
+  for (const Hypothesis& h : hypotheses)
+    for (const Index k : h.active) {
+      const bool of_base = k < static_cast<Index>(study.base_count);
+      const double step = of_base ? kBaseStep : kEffectStep;
+      steps(at) = h.x(k) + step > bound(study.parameters[static_cast<size_t>(k)], true) ? -step : step;
+      sets.col(at) = h.x;
+      sets(k, at) += steps(at);
+      ++at;
+    }
+  const MatrixXd r = residuals_at(study, sets);
+  study.evaluations += static_cast<int>(columns);
+  at = 0;
+  for (Hypothesis& h : hypotheses) {
+    const VectorXd here = h.mesh_offset.size() ? VectorXd(h.residual - h.mesh_offset) : h.residual;
+    for (Index k = 0; k < static_cast<Index>(h.active.size()); ++k, ++at)
+      if (r.col(at).allFinite()) h.jacobian.col(k) = (r.col(at) - here) / steps(at);
+  }
+}
+
+void refit(Study& study, std::vector<Hypothesis>& hypotheses, int rounds, const std::vector<double>& dampings) {
+  const auto tries = static_cast<Index>(dampings.size());
   const double c = cauchy_constant(study);
   const std::vector<size_t> all = all_trials(study);
   for (int round = 0; round < rounds; ++round) {
     const auto count = static_cast<Index>(hypotheses.size());
-    MatrixXd sets(study.base.size(), kTries * count);
+    MatrixXd sets(study.base.size(), tries * count);
     for (Index i = 0; i < count; ++i)
-      for (Index k = 0; k < kTries; ++k) sets.col(kTries * i + k) = step_from(study, hypotheses[static_cast<size_t>(i)], all, kDampings[k]);
+      for (Index k = 0; k < tries; ++k) sets.col(tries * i + k) = step_from(study, hypotheses[static_cast<size_t>(i)], all, dampings[static_cast<size_t>(k)]);
     const MatrixXd r = residuals_of(study, hypotheses, sets);
     study.evaluations += static_cast<int>(sets.cols());
     for (Index i = 0; i < count; ++i) {
       Hypothesis& h = hypotheses[static_cast<size_t>(i)];
       Index best = -1;
       double least = h.cost;
-      for (Index k = 0; k < kTries; ++k) {
-        const Index column = kTries * i + k;
+      for (Index k = 0; k < tries; ++k) {
+        const Index column = tries * i + k;
         if (!r.col(column).allFinite()) continue;
         VectorXd moved(static_cast<Index>(h.active.size()));
         for (size_t a = 0; a < h.active.size(); ++a) moved(static_cast<Index>(a)) = sets(h.active[a], column) - h.x(h.active[a]);

@@ -33,8 +33,12 @@ Hypothesis base_hypothesis(const Study& study);
 // One hypothesis for these effects; columns: from `screen`.
 Hypothesis make_hypothesis(Study& study, const std::vector<size_t>& effects, const Eigen::MatrixXd& columns);
 
-// Refits all of them side by side, `rounds` simulated steps each.
-void refit(Study& study, std::vector<Hypothesis>& hypotheses, int rounds);
+// Refits all of them side by side, `rounds` simulated steps each, of which the best of some dampings is taken.
+void refit(Study& study, std::vector<Hypothesis>& hypotheses, int rounds, const std::vector<double>& dampings = {1e-3, 0.3});
+
+// Derivatives of each afresh at its x, by one-sided changes of its active coordinates: for those that came far from the
+// base fit, where the base's derivatives and one finite change no longer tell the way.
+void relinearise(Study& study, std::vector<Hypothesis>& hypotheses);
 
 // Simulates each at x on the fine mesh and takes over what it adds there.
 void refine_mesh(Study& study, std::vector<Hypothesis>& hypotheses);

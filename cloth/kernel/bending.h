@@ -82,13 +82,6 @@ inline void add_moments(const SheetData& sheet, size_t vertex, const SecondDeriv
   }
 }
 
-// Friction moment along each second derivative: Dahl's law ṁ = k (κ̇ − |κ̇| m / m_max).
-template <class R>
-inline void slide(R& moment, R rate, const LaneMaterial<R>& p, double step_s) {
-  const R limit = p.bend_friction + 1e-300;
-  moment += step_s * p.bend_friction_slope * (rate - absolute(rate) * moment / limit);
-}
-
 // Adds to force. normal: N unit normals, read only where p.uses_normals.
 template <class V>
 void general_bending(const SheetData& sheet, const LaneMaterial<ScalarOf<V>>& p, const V* x, const V* v, const V* normal,
@@ -110,9 +103,10 @@ void general_bending(const SheetData& sheet, const LaneMaterial<ScalarOf<V>>& p,
       moment.vv -= (p.bend_vv * p.rest_v) * n;
       if (p.uses_bend_friction) {
         BendMemory<R>& k = memory[i];
-        slide(k.uu, dot(rate.uu, n), p, step_s);
-        slide(k.uv, dot(rate.uv, n), p, step_s);
-        slide(k.vv, dot(rate.vv, n), p, step_s);
+        const R slope = p.bend_friction_slope, limit = p.bend_friction;
+        slide(k.uu, dot(shape.uu, n), dot(rate.uu, n), slope, limit, step_s);
+        slide(k.uv, dot(shape.uv, n), dot(rate.uv, n), slope, limit, step_s);
+        slide(k.vv, dot(shape.vv, n), dot(rate.vv, n), slope, limit, step_s);
         moment.uu += k.uu * n;
         moment.uv += k.uv * n;
         moment.vv += k.vv * n;

@@ -4,10 +4,24 @@
 #include <cmath>
 #include <vector>
 
+#include "cloth/kernel/force_field.h"
 #include "cloth/kernel/pack.h"
 #include "cloth/kernel/vertex_parts.h"
 
 namespace selvedge::cloth::kernel {
+
+// Dahl's law of dry friction with stiffness k and limit m_max, over one step: ṁ = k (q̇ − |q̇| m / m_max). Brought from
+// flat: m = m_max (1 − exp(−k |q| / m_max)), along q.
+template <class R>
+inline void slide(R& moment, R q, R rate, R slope, R limit, double step_s) {
+  const R most = limit + 1e-300;
+  if (step_s == kBroughtFromFlat) {
+    const R size = limit * (1.0 - exponential(-slope * absolute(q) / most));
+    moment = q < 0.0 ? -size : size;
+  } else {
+    moment += step_s * slope * (rate - absolute(rate) * moment / most);
+  }
+}
 
 template <class R>
 struct LaneMaterial {

@@ -63,6 +63,13 @@ inline R absolute(R x) {
   return x < 0.0 ? -x : x;
 }
 
+// e^x, lane by lane.
+template <class R>
+inline R exponential(R x) {
+  for (int i = 0; i < lanes_of<R>; ++i) set_lane(x, i, std::exp(lane(x, i)));
+  return x;
+}
+
 template <class R>
 inline R larger(R x, R y) {
   return x > y ? x : y;

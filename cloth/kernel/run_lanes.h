@@ -127,6 +127,7 @@ RunOutput run_lanes(const RunInput& in) {
   if (in.stages.count > 1) w.keep_frames();
   load_state(in, w);
   const size_t n = w.x.size(), samples = in.sample_s.size();
+  if (m.vertex.uses_bend_friction || m.triangle.uses_membrane_memory) accelerations(*in.sheet, m, w, kBroughtFromFlat);
   RunOutput out;
   out.samples.resize(static_cast<size_t>(in.lanes) * samples * n * 3);
   std::vector<V> before = w.x, change[3] = {w.x, w.x, w.x};
@@ -205,7 +206,7 @@ RelaxOutput relax_lanes(const RunInput& in, const RelaxOptions& options) {
   const int look_every = std::max(1, static_cast<int>(std::lround(options.check_s / options.step_s)));
   int open = in.lanes;
   for (int step = 0; step < options.max_steps && open > 0; ++step) {
-    accelerations(*in.sheet, m, w, 0);
+    accelerations(*in.sheet, m, w, kBroughtFromFlat);
     for (size_t v = 0; v < n; ++v) w.v[v] = add_scaled(options.step_s, w.acceleration[v], w.v[v]);
     zero_held(in, w.v);
     for (size_t v = 0; v < n; ++v) w.x[v] = add_scaled(options.step_s, w.v[v], w.x[v]);

@@ -88,13 +88,14 @@ inline Vec3<R> drag_per_area(const Vec3<R>& normal, const R& inverse, const Vec3
 template <class R>
 inline void remember(MembraneMemory<R>& k, const LaneMaterial<R>& p, double step_s, const Vec3<R>& strain,
                      const Vec3<R>& rate) {
-  const R limit = p.stretch_friction + 1e-300;
-  k.friction_u += step_s * p.stretch_friction_slope * (rate.x - absolute(rate.x) * k.friction_u / limit);
-  k.friction_v += step_s * p.stretch_friction_slope * (rate.y - absolute(rate.y) * k.friction_v / limit);
-  k.friction_shear += step_s * p.stretch_friction_slope * (rate.z - absolute(rate.z) * k.friction_shear / limit);
-  k.crept_u += step_s * p.creep_rate * (strain.x - k.crept_u);
-  k.crept_v += step_s * p.creep_rate * (strain.y - k.crept_v);
-  k.crept_shear += step_s * p.creep_rate * (strain.z - k.crept_shear);
+  const R slope = p.stretch_friction_slope, limit = p.stretch_friction;
+  slide(k.friction_u, strain.x, rate.x, slope, limit, step_s);
+  slide(k.friction_v, strain.y, rate.y, slope, limit, step_s);
+  slide(k.friction_shear, strain.z, rate.z, slope, limit, step_s);
+  const R share = step_s == kBroughtFromFlat ? broadcast<R>(1) : step_s * p.creep_rate;
+  k.crept_u += share * (strain.x - k.crept_u);
+  k.crept_v += share * (strain.y - k.crept_v);
+  k.crept_shear += share * (strain.z - k.crept_shear);
 }
 
 // memory: read and advanced by step_s only where p.uses_membrane_memory. frame: filled where not null.

@@ -105,6 +105,32 @@ TEST(Relax, EndsWhereNothingMoves) {
   }
 }
 
+// A sheet that was hung long ago has crept to the end, and friction holds part of its weight: neither sets it in motion.
+TEST(Relax, EndsWhereFrictionAndCreepHold) {
+  const Sheet sheet = grid(13);
+  Experiment e = waving(sheet, 30);
+  e.path = make_path(Hold::corners, {0.0}, Eigen::Matrix3Xd(e.path.left.leftCols(1)), Eigen::Matrix3Xd(e.path.right.leftCols(1)));
+  const Eigen::Matrix3Xd plain = relax(sheet, {e})[0].position;
+  Experiment rubbing = e, creeping = e;
+  rubbing.material.bend_friction = 1e-4;
+  rubbing.material.bend_friction_curvature = 15;
+  creeping.material.creep = 1;
+  for (Experiment* each : {&rubbing, &creeping}) {
+    const Rest rest = relax(sheet, {*each})[0];
+    ASSERT_TRUE(rest.at_rest);
+    each->start_shape = rest.position;
+    each->starts_at_rest = false;
+    const Eigen::Matrix3Xd later = simulate(sheet, {*each})[0].samples.back();
+    EXPECT_LT((later - rest.position).colwise().norm().maxCoeff(), 3e-5);
+    Options reference;
+    reference.integrator = Options::Integrator::runge_kutta_45;
+    const Eigen::Matrix3Xd by_reference = simulate(sheet, {*each}, reference)[0].samples.back();
+    EXPECT_LT((by_reference - rest.position).colwise().norm().maxCoeff(), 3e-5);
+  }
+  EXPECT_GT((rubbing.start_shape - plain).colwise().norm().maxCoeff(), 1e-4);
+  EXPECT_LT((creeping.start_shape - plain).colwise().norm().maxCoeff(), 2e-5);
+}
+
 TEST(Relax, KeepsTheBranchItStartsOn) {
   const Sheet sheet = grid(13);
   Experiment e = waving(sheet, 1);
