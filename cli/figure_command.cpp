@@ -72,7 +72,7 @@ int run(const std::string& command, const std::vector<FigureSet>& sets, bool jud
   const auto short_ones = std::count_if(figures.begin(), figures.end(), [](const Figure& f) { return !holds(f); });
   fmt::print("{} {}: {:.1f} s", command, set.name, wall_s);
   if (judged && short_ones > 0) fmt::print(", {} of {} figures fall short\n", short_ones, figures.size());
-  else fmt::print("{}\n", judged ? ", every figure holds" : "");
+  else fmt::print("{}\n", figures.empty() ? ", nothing measured" : judged ? ", every figure holds" : "");
   return judged && short_ones > 0 ? 1 : 0;
 }
 

@@ -2,6 +2,7 @@
 
 namespace selvedge::cli {
 
+std::vector<Figure> prove_arm_cloth(const FigureOptions& options);
 std::vector<Figure> prove_calibration(const FigureOptions& options);
 std::vector<Figure> prove_cloth(const FigureOptions& options);
 std::vector<Figure> prove_contact(const FigureOptions& options);
@@ -14,6 +15,8 @@ std::vector<Figure> prove_station(const FigureOptions& options);
 
 const std::vector<FigureSet>& proofs() {
   static const std::vector<FigureSet> list = {
+      {"arm-cloth", "recordings of a real cloth that the fit has not seen, beside a rigid plate and a model without drag; of ../shared",
+       prove_arm_cloth},
       {"calibration", "camera and projector against known truth, beside OpenCV and mrcal, and what must not pass silently",
        prove_calibration},
       {"cloth", "the fabric against closed forms, finer meshes and conservation laws", prove_cloth},

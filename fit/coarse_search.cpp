@@ -1,11 +1,14 @@
 #include "fit/coarse_search.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <map>
 #include <utility>
 
 #include <fmt/format.h>
+
+#include "fit/fit_journal.h"
 
 namespace selvedge::fit {
 
@@ -45,6 +48,18 @@ Eigen::MatrixXd all_combinations(const std::vector<Parameter>& parameters) {
   return columns;
 }
 
+// Infinity where a simulation blew up.
+std::vector<double> costs_of(const Objective& objective, const std::vector<Parameter>& parameters, const Eigen::MatrixXd& sets, const LeastSquaresOptions& options,
+                             const std::string& name) {
+  if (options.journal)
+    if (const auto* kept = options.journal->find(name)) return *kept;
+  std::vector<double> costs;
+  for (const Residuals& r : objective.evaluate(parameters, sets, options.trials))
+    costs.push_back(r.finite ? cost_of(objective, r, options, 1) : std::numeric_limits<double>::infinity());
+  if (options.journal) options.journal->keep(name, costs);
+  return costs;
+}
+
 }  // namespace
 
 CoarseResult coarse_search(const Objective& objective, const std::vector<Parameter>& parameters,
@@ -53,13 +68,15 @@ CoarseResult coarse_search(const Objective& objective, const std::vector<Paramet
   std::vector<std::pair<double, Eigen::Index>> costs;
   double least = std::numeric_limits<double>::infinity();
   constexpr Eigen::Index kAtOnce = 8;
+  const std::string name = options.journal ? options.journal->next("grid") : "";
   for (Eigen::Index first = 0; first < sets.cols(); first += kAtOnce) {
     const Eigen::Index count = std::min(kAtOnce, sets.cols() - first);
-    const std::vector<Residuals> evaluated = objective.evaluate(parameters, sets.middleCols(first, count), options.trials);
+    const std::vector<double> some = costs_of(objective, parameters, sets.middleCols(first, count), options, name + " from " + std::to_string(first));
     for (Eigen::Index i = 0; i < count; ++i) {
-      if (!evaluated[static_cast<size_t>(i)].finite) continue;
-      costs.emplace_back(cost_of(objective, evaluated[static_cast<size_t>(i)], options, 1), first + i);
-      least = std::min(least, costs.back().first);
+      const double cost = some[static_cast<size_t>(i)];
+      if (!std::isfinite(cost)) continue;
+      costs.emplace_back(cost, first + i);
+      least = std::min(least, cost);
     }
     options.progress(static_cast<double>(first + count) / static_cast<double>(sets.cols()),
                      fmt::format("coarse grid, best cost {:.4g}", least));

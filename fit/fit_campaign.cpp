@@ -1,14 +1,17 @@
 #include "fit/fit_campaign.h"
 
 #include <algorithm>
+#include <bit>
 #include <chrono>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 
 #include <fmt/format.h>
 
 #include <Eigen/Eigenvalues>
 
+#include "fit/fit_journal.h"
 #include "fit/stages.h"
 #include "fit/stripe_residual.h"
 
@@ -75,8 +78,46 @@ std::optional<double> plate_error(const ObservedTrial& trial) {
   return 1e3 * std::sqrt(sum / static_cast<double>(std::max<size_t>(count, 1)));
 }
 
-LeastSquaresOptions search_options(const FitOptions& options, double cut_s, const report::ProgressCallback& progress) {
+// FNV-1a over the bits of what was observed and of how the fabric was held.
+class Checksum {
+ public:
+  void add(const double* numbers, Index count) {
+    for (Index i = 0; i < count; ++i) {
+      value_ ^= std::bit_cast<std::uint64_t>(numbers[i]);
+      value_ *= 1099511628211u;
+    }
+  }
+  std::uint64_t value() const { return value_; }
+
+ private:
+  std::uint64_t value_ = 14695981039346656037u;
+};
+
+std::uint64_t checksum_of(const std::vector<ObservedTrial>& trials) {
+  Checksum sum;
+  for (const ObservedTrial& t : trials) {
+    for (const double s : t.experiment.sample_s) sum.add(t.experiment.path.at(s).data(), 6);
+    sum.add(&t.experiment.material.density, 1);
+    if (t.markers) sum.add(t.markers->position.data(), t.markers->position.size());
+    if (t.stripes)
+      for (const StripeFrame& f : t.stripes->frames)
+        for (const DepthPoint& p : f.depth) sum.add(&p.depth_m, 1);
+  }
+  return sum.value();
+}
+
+// One line: what would make it another fit.
+std::string identity_of(const FitOptions& o, int columns, const std::vector<ObservedTrial>& trials) {
+  std::string text = fmt::format("{} drag {} columns {} after {} iterations {} hold-out {} integrator {} trials", o.search ? "start of a search" : "least_squares", static_cast<int>(o.drag), columns,
+                                 o.coarse_columns, o.max_iterations, static_cast<int>(o.hold_out), static_cast<int>(o.integrator));
+  for (const ObservedTrial& t : trials) text += " " + t.name;
+  return text + fmt::format(" observed {:016x}", checksum_of(trials));
+}
+
+LeastSquaresOptions search_options(const FitOptions& options, double cut_s, const report::ProgressCallback& progress,
+                                   const std::shared_ptr<FitJournal>& journal) {
   LeastSquaresOptions out;
+  out.journal = journal;
   out.max_iterations = options.max_iterations;
   out.fit_until_s = cut_s;
   out.progress = progress;
@@ -130,22 +171,26 @@ void name_weak_combinations(FitOutcome& out, const std::vector<Parameter>& param
 }
 
 // Two folds of whole trials: each half is predicted by what the other half gives.
-void hold_out_trials(FitOutcome& out, const std::vector<Parameter>& parameters, const VectorXd& coordinates, const FitOptions& options) {
+void hold_out_trials(FitOutcome& out, const std::vector<Parameter>& parameters, const VectorXd& coordinates, const FitOptions& options,
+                     const std::shared_ptr<FitJournal>& journal) {
   const size_t count = out.objective->scenes().size();
   std::vector<size_t> fold[2];
   size_t moved = 0, rested = 0;
   for (size_t i = 0; i < count; ++i) fold[(out.objective->scenes()[i].trial.still ? rested++ : moved++) % 2].push_back(i);
   for (int side = 0; side < 2; ++side) {
     if (fold[side].empty() || fold[1 - side].empty()) continue;
-    LeastSquaresOptions o = search_options(options, 1e300, part_of(options.progress, 0.8 + 0.1 * side, 0.9 + 0.1 * side, "held-out fold"));
+    LeastSquaresOptions o = search_options(options, 1e300, part_of(options.progress, 0.8 + 0.1 * side, 0.9 + 0.1 * side, "held-out fold"), journal);
     o.trials = fold[side];
     o.max_iterations = 3;
     Objective copy = *out.objective;
     const LeastSquaresResult fitted = minimise(copy, parameters, coordinates, o);
     const Residuals predicted = copy.evaluate(parameters, fitted.coordinates, fold[1 - side]).front();
     out.evaluations += fitted.evaluations + 1;
-    for (const size_t trial : fold[1 - side])
-      out.trials[trial].held_out_mm = rms_mm(copy.scenes()[trial].trial, predicted.mm[trial], copy.time_s(trial));
+    for (const size_t trial : fold[1 - side]) {
+      const ObservedTrial& seen = copy.scenes()[trial].trial;
+      out.trials[trial].held_out_mm = rms_mm(seen, predicted.mm[trial], copy.time_s(trial));
+      out.trials[trial].held_out_interval_mm = rms_interval_mm(seen, predicted.mm[trial], copy.time_s(trial));
+    }
   }
 }
 
@@ -170,6 +215,7 @@ void list_errors(FitOutcome& out) {
     e.end_mm = rms_mm(t, out.residuals.mm[i], time, -1e300, until);
     e.moving_mm = t.still ? kNaN : rms_mm(t, out.residuals.mm[i], time, first_move_s(t), until);
     e.held_out_mm = until < 1e299 ? rms_mm(t, out.residuals.mm[i], time, until + 1e-9) : kNaN;
+    if (until < 1e299) e.held_out_interval_mm = rms_interval_mm(t, out.residuals.mm[i], time, until + 1e-9);
     e.velocity_start_mm_s = velocity_error(t, out.residuals_start.mm[i]);
     e.velocity_end_mm_s = velocity_error(t, out.residuals.mm[i]);
     e.rigid_plate_mm = plate_error(t);
@@ -197,6 +243,9 @@ FitOutcome fit_campaign(const trial::Campaign& campaign, const FitOptions& optio
   out.hold_out = by_trials ? "trials" : "frames";
   out.cut_s = by_trials || moving(trials).empty() ? 1e300 : trials[moving(trials).front()].experiment.start_s + 2.0 / 3 * last_observed_s(trials);
 
+  std::shared_ptr<FitJournal> journal;
+  if (!options.journal.empty() && !options.ranks) journal = std::make_shared<FitJournal>(options.journal, identity_of(options, columns, trials));
+
   const auto objective_on = [&](int columns) {
     ObjectiveOptions o;
     o.columns = columns;
@@ -205,15 +254,15 @@ FitOutcome fit_campaign(const trial::Campaign& campaign, const FitOptions& optio
     return o;
   };
   const Start found = find_start(trials, objective_on(options.coarse_columns), parameters,
-                                 search_options(options, out.cut_s, part_of(options.progress, 0.05, 0.3, "coarse mesh")));
-  LeastSquaresOptions last = search_options(options, out.cut_s, part_of(options.progress, 0.5, 0.8, "final mesh"));
+                                 search_options(options, out.cut_s, part_of(options.progress, 0.05, 0.3, "coarse mesh"), journal));
+  LeastSquaresOptions last = search_options(options, out.cut_s, part_of(options.progress, 0.5, 0.8, "final mesh"), journal);
   LeastSquaresResult fit;
   VectorXd mesh = VectorXd::Zero(found.coordinates.size());
   int before_last = found.evaluations;
   if (options.search) {
     out.objective = std::make_shared<Objective>(trials, objective_on(columns), parameters, found.coordinates);
     const SearchResult searched = options.search(*out.objective, parameters, found.coordinates,
-                                                 search_options(options, out.cut_s, part_of(options.progress, 0.3, 0.75, "search")));
+                                                 search_options(options, out.cut_s, part_of(options.progress, 0.3, 0.75, "search"), nullptr));
     out.trace = searched.trace;
     before_last += searched.evaluations;
     last.max_iterations = 0;  // derivatives alone
@@ -222,7 +271,7 @@ FitOutcome fit_campaign(const trial::Campaign& campaign, const FitOptions& optio
     const int middle_columns = 3 * (columns - 1) / 4 + 1;
     Objective middle(trials, objective_on(middle_columns), parameters, found.coordinates);
     const LeastSquaresResult halfway =
-        minimise_on_branches(middle, parameters, found.coordinates, search_options(options, out.cut_s, part_of(options.progress, 0.3, 0.5, "middle mesh")));
+        minimise_on_branches(middle, parameters, found.coordinates, search_options(options, out.cut_s, part_of(options.progress, 0.3, 0.5, "middle mesh"), journal));
     out.objective = std::make_shared<Objective>(trials, objective_on(columns), parameters, halfway.coordinates);
     last.max_iterations = std::max(3, options.max_iterations / 2);
     fit = minimise_on_branches(*out.objective, parameters, halfway.coordinates, last);
@@ -240,7 +289,7 @@ FitOutcome fit_campaign(const trial::Campaign& campaign, const FitOptions& optio
   judge_parameters(out, parameters, found.coordinates, fit, mesh);
   name_weak_combinations(out, parameters, fit);
   list_errors(out);
-  if (by_trials) hold_out_trials(out, parameters, fit.coordinates, options);
+  if (by_trials) hold_out_trials(out, parameters, fit.coordinates, options, journal);
   out.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   options.progress(1, "done");
   return out;

@@ -7,6 +7,7 @@
 //   5. judge      interval, variability and bounds of each parameter
 #pragma once
 
+#include <filesystem>
 #include <map>
 #include <memory>
 #include <optional>
@@ -33,6 +34,7 @@ struct FitOptions {
   HoldOut hold_out = HoldOut::automatic;  // trials where at least four move, else the last third of the frames
   int max_iterations = 10;
   CampaignSearchFunction search;  // where set, takes the place of step 3 (campaign_search.h)
+  std::filesystem::path journal;  // of what is found before a search, and by least squares (fit_journal.h); empty, or with ranks: none
   std::shared_ptr<Ranks> ranks;   // that share out evaluations (fit/spread/ranks.h); empty: this process alone
   cloth::Options::Integrator integrator = cloth::Options::Integrator::leapfrog;
   report::ProgressCallback progress = [](double, const std::string&) {};
@@ -54,6 +56,7 @@ struct TrialError {
   double start_mm = 0, end_mm = 0;      // root mean square, fitted part
   double moving_mm = 0;                 // end_mm from the held points' first move on; NaN where they rest
   double held_out_mm = 0;               // NaN where nothing of this trial was held out
+  std::optional<Interval> held_out_interval_mm;  // 90 %; absent where too little was held out for one
   std::optional<double> rigid_plate_mm; // the same samples, a plate hanging from the bar
   std::optional<double> velocity_start_mm_s, velocity_end_mm_s;  // markers alone
   size_t frames = 0;                    // compared times

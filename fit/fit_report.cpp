@@ -22,6 +22,8 @@ std::string text(double value, const char* format = "{:.2f}") {
 
 std::string text(const std::optional<double>& value) { return value ? text(*value) : "–"; }
 
+std::string interval_text(const std::optional<Interval>& interval) { return interval ? fmt::format("{:.2f} … {:.2f}", interval->first, interval->second) : "–"; }
+
 // Root mean square at each compared time of a trial.
 report::Series error_over_time(const FitOutcome& out, size_t trial, const Residuals& residuals, const std::string& name) {
   const ObservedTrial& t = out.objective->scenes()[trial].trial;
@@ -54,8 +56,8 @@ void add_errors(report::HtmlReport& html, const FitOutcome& out) {
   html.heading("Error of each trial");
   std::vector<std::vector<std::string>> rows;
   for (const TrialError& t : out.trials)
-    rows.push_back({t.name, std::to_string(t.frames), text(t.start_mm), text(t.end_mm), text(t.moving_mm), text(t.held_out_mm), text(t.rigid_plate_mm), text(t.velocity_end_mm_s)});
-  html.table({"trial", "compared times", "start, mm", "fitted, mm", "of that in motion, mm", "held out, mm", "rigid plate, mm", "velocity error, mm/s"}, rows);
+    rows.push_back({t.name, std::to_string(t.frames), text(t.start_mm), text(t.end_mm), text(t.moving_mm), text(t.held_out_mm), interval_text(t.held_out_interval_mm), text(t.rigid_plate_mm), text(t.velocity_end_mm_s)});
+  html.table({"trial", "compared times", "start, mm", "fitted, mm", "of that in motion, mm", "held out, mm", "90 %", "rigid plate, mm", "velocity error, mm/s"}, rows);
   html.paragraph(out.hold_out == "trials"
                      ? "Held out: each half of the trials predicted with parameters fitted to the other half alone."
                      : "Held out: the last third of the frames, which the fit did not see.");
@@ -122,6 +124,7 @@ json to_json(const FitOutcome& out) {
     trials[t.name] = {{"error_start", files::finite_or_null(t.start_mm)}, {"error_end", files::finite_or_null(t.end_mm)}, {"frames", t.frames}};
     if (std::isfinite(t.moving_mm)) trials[t.name]["error_moving"] = t.moving_mm;
     if (std::isfinite(t.held_out_mm)) trials[t.name]["error_held_out"] = t.held_out_mm;
+    if (t.held_out_interval_mm) trials[t.name]["error_held_out_interval"] = {t.held_out_interval_mm->first, t.held_out_interval_mm->second};
     if (t.rigid_plate_mm) trials[t.name]["error_rigid_plate"] = *t.rigid_plate_mm;
     if (t.velocity_end_mm_s) trials[t.name]["velocity_error_end_mm_s"] = *t.velocity_end_mm_s;
   }

@@ -5,11 +5,11 @@
 #include <limits>
 #include <map>
 
-#include <fmt/format.h>
-
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
+#include <fmt/format.h>
 
+#include "fit/fit_journal.h"
 #include "fit/robust_cost.h"
 
 namespace selvedge::fit {
@@ -97,92 +97,151 @@ MatrixXd sandwich(const MatrixXd& information, const MatrixXd& jacobian, const V
   return inverse * middle * inverse;
 }
 
+// Where an iteration begins.
+struct Point {
+  VectorXd x;
+  double lambda = 1e-2;
+  int small = 0;  // decreases too small to go on, in a row
+};
+
+class Minimiser {
+ public:
+  Minimiser(Objective& objective, const std::vector<Parameter>& parameters, const VectorXd& start, const LeastSquaresOptions& options)
+      : objective_(objective), parameters_(parameters), options_(options), stack_(objective, options), prior_(1 / (options.prior_sd * options.prior_sd)) {
+    at_.x = prior_centre_ = clipped(parameters, start);
+    if (options.journal) name_ = options.journal->next("minimise");
+  }
+
+  LeastSquaresResult run() {
+    for (int iteration = resume();; ++iteration) {
+      linearise();
+      if (iteration >= options_.max_iterations || at_.small >= 2) break;
+      step();
+      options_.progress((iteration + 1.0) / (options_.max_iterations + 1.0), fmt::format("cost {:.4g}, robust residual {:.2f} sd", result_.cost, result_.scale));
+      keep(iteration + 1);
+    }
+    result_.coordinates = at_.x;
+    const VectorXd w = cauchy_weights(r_, options_.cauchy * result_.scale);
+    result_.covariance = sandwich(result_.information, jacobian_, w.cwiseProduct(r_), stack_);
+    options_.progress(1, fmt::format("cost {:.4g}", result_.cost));
+    return std::move(result_);
+  }
+
+ private:
+  double pull(const VectorXd& x) const { return 0.5 * result_.scale * result_.scale * prior_ * (x - prior_centre_).squaredNorm(); }
+
+  // Residuals, derivatives and the normal equations at the point.
+  void linearise() {
+    VectorXd taken;
+    const MatrixXd sets = difference_sets(parameters_, at_.x, options_.difference, taken);
+    std::vector<Residuals> evaluated = objective_.evaluate(parameters_, sets, options_.trials);
+    result_.evaluations += static_cast<int>(sets.cols());
+    r_ = stack_.whitened(evaluated[0]);
+    jacobian_ = MatrixXd::Zero(r_.size(), at_.x.size());
+    for (Index k = 0; k < at_.x.size(); ++k)
+      if (evaluated[static_cast<size_t>(k) + 1].finite) jacobian_.col(k) = (stack_.whitened(evaluated[static_cast<size_t>(k) + 1]) - r_) / taken(k);
+    objective_.set_start(evaluated[0].start);
+    result_.scale = robust_scale(r_);
+    const double c = options_.cauchy * result_.scale, weight = result_.scale * result_.scale * prior_;
+    const VectorXd w = cauchy_weights(r_, c);
+    result_.cost = cauchy_cost(r_, c) + pull(at_.x);
+    result_.history.push_back(result_.cost);
+    result_.information = jacobian_.transpose() * w.asDiagonal() * jacobian_ + weight * MatrixXd::Identity(at_.x.size(), at_.x.size());
+    gradient_ = jacobian_.transpose() * w.cwiseProduct(r_) + weight * (at_.x - prior_centre_);
+    result_.residuals = std::move(evaluated[0]);
+  }
+
+  // Four dampings side by side; the best of them is the step.
+  void step() {
+    MatrixXd tries(at_.x.size(), 4);
+    double damping[4];
+    for (int k = 0; k < 4; ++k) {
+      damping[k] = at_.lambda * std::pow(10.0, 2 * k - 2);
+      const MatrixXd damped = result_.information + damping[k] * MatrixXd(result_.information.diagonal().asDiagonal());
+      const VectorXd step = -damped.ldlt().solve(gradient_);
+      tries.col(k) = clipped(parameters_, at_.x + step.cwiseMax(-1.2).cwiseMin(1.2));
+    }
+    const std::vector<Residuals> tried = objective_.evaluate(parameters_, tries, options_.trials);
+    result_.evaluations += 4;
+    double best = result_.cost;
+    int chosen = -1;
+    for (int k = 0; k < 4; ++k) {
+      if (!tried[static_cast<size_t>(k)].finite) continue;
+      const double value = cauchy_cost(stack_.whitened(tried[static_cast<size_t>(k)]), options_.cauchy * result_.scale) + pull(tries.col(k));
+      if (value >= best) continue;
+      best = value;
+      chosen = k;
+    }
+    if (chosen < 0) {
+      at_.lambda *= 1e3;
+      at_.small += at_.lambda > 1e6 ? 2 : 1;
+      return;
+    }
+    at_.small = (result_.cost - best) / result_.cost < options_.least_decrease ? at_.small + 1 : 0;
+    at_.x = tries.col(chosen);
+    at_.lambda = std::clamp(damping[chosen] * 0.3, 1e-7, 1e6);
+  }
+
+  // The last iteration that was kept of this call, in an earlier run.
+  int resume() {
+    if (!options_.journal) return 0;
+    for (int iteration = options_.max_iterations; iteration > 0; --iteration)
+      if (const auto* kept = options_.journal->find(name_ + " iteration " + std::to_string(iteration))) {
+        restore(*kept);
+        return iteration;
+      }
+    return 0;
+  }
+
+  void keep(int iteration) {
+    if (!options_.journal) return;
+    std::vector<double> kept = {at_.lambda, static_cast<double>(at_.small), static_cast<double>(result_.evaluations), static_cast<double>(result_.history.size())};
+    kept.insert(kept.end(), result_.history.begin(), result_.history.end());
+    kept.insert(kept.end(), at_.x.begin(), at_.x.end());
+    for (const Scene& s : objective_.scenes()) kept.insert(kept.end(), s.start_shape.data(), s.start_shape.data() + s.start_shape.size());
+    options_.journal->keep(name_ + " iteration " + std::to_string(iteration), kept);
+  }
+
+  void restore(const std::vector<double>& kept) {
+    auto from = kept.begin();
+    const auto take = [&](Index count) {
+      const VectorXd numbers = Eigen::Map<const VectorXd>(&*from, count);
+      from += count;
+      return numbers;
+    };
+    const VectorXd head = take(4);
+    at_.lambda = head(0);
+    at_.small = static_cast<int>(head(1));
+    result_.evaluations = static_cast<int>(head(2));
+    const VectorXd history = take(static_cast<Index>(head(3)));
+    result_.history.assign(history.begin(), history.end());
+    at_.x = take(at_.x.size());
+    std::vector<Eigen::Matrix3Xd> shapes;
+    for (const Scene& s : objective_.scenes()) shapes.push_back(take(s.start_shape.size()).reshaped(3, s.start_shape.cols()));
+    objective_.set_start(shapes);
+  }
+
+  Objective& objective_;
+  const std::vector<Parameter>& parameters_;
+  const LeastSquaresOptions& options_;
+  const Stack stack_;
+  const double prior_;
+  VectorXd prior_centre_;
+  std::string name_;  // in the journal
+  Point at_;
+  VectorXd r_, gradient_;
+  MatrixXd jacobian_;
+  LeastSquaresResult result_;
+};
+
 }  // namespace
 
 double cost_of(const Objective& objective, const Residuals& residuals, const LeastSquaresOptions& options, double scale) {
   return cauchy_cost(Stack(objective, options).whitened(residuals), options.cauchy * scale);
 }
 
-LeastSquaresResult minimise(Objective& objective, const std::vector<Parameter>& parameters, const VectorXd& start,
-                            const LeastSquaresOptions& options) {
-  const Stack stack(objective, options);
-  const double prior = 1 / (options.prior_sd * options.prior_sd);
-  LeastSquaresResult result;
-  VectorXd x = clipped(parameters, start);
-  const VectorXd prior_centre = x;
-  double lambda = 1e-2;
-  int small = 0;
-  VectorXd r;
-  MatrixXd jacobian;
-  for (int iteration = 0; iteration <= options.max_iterations; ++iteration) {
-    VectorXd taken;
-    const MatrixXd sets = difference_sets(parameters, x, options.difference, taken);
-    std::vector<Residuals> evaluated = objective.evaluate(parameters, sets, options.trials);
-    result.evaluations += static_cast<int>(sets.cols());
-    r = stack.whitened(evaluated[0]);
-    jacobian.resize(r.size(), x.size());
-    for (Index k = 0; k < x.size(); ++k) {
-      if (evaluated[static_cast<size_t>(k) + 1].finite)
-        jacobian.col(k) = (stack.whitened(evaluated[static_cast<size_t>(k) + 1]) - r) / taken(k);
-      else
-        jacobian.col(k).setZero();
-    }
-    objective.set_start(evaluated[0].start);
-    const double scale = robust_scale(r), c = options.cauchy * scale;
-    const VectorXd w = cauchy_weights(r, c);
-    const double cost = cauchy_cost(r, c) + 0.5 * scale * scale * prior * (x - prior_centre).squaredNorm();
-    if (iteration == 0) {
-      result.residuals_start = evaluated[0];
-      result.cost_start = cost;
-    }
-    result.history.push_back(cost);
-    result.cost = cost;
-    result.scale = scale;
-    const MatrixXd normal = jacobian.transpose() * w.asDiagonal() * jacobian + scale * scale * prior * MatrixXd::Identity(x.size(), x.size());
-    const VectorXd gradient = jacobian.transpose() * w.cwiseProduct(r) + scale * scale * prior * (x - prior_centre);
-    result.information = normal;
-    result.residuals = std::move(evaluated[0]);
-    result.jacobian.clear();
-    if (iteration == options.max_iterations || small >= 2) break;
-
-    // Four dampings side by side; the best of them is the step.
-    MatrixXd tries(x.size(), 4);
-    double damping[4];
-    for (int k = 0; k < 4; ++k) {
-      damping[k] = lambda * std::pow(10.0, 2 * k - 2);
-      const MatrixXd damped = normal + damping[k] * MatrixXd(normal.diagonal().asDiagonal());
-      const VectorXd step = -damped.ldlt().solve(gradient);
-      tries.col(k) = clipped(parameters, x + step.cwiseMax(-1.2).cwiseMin(1.2));
-    }
-    const std::vector<Residuals> tried = objective.evaluate(parameters, tries, options.trials);
-    result.evaluations += 4;
-    double best = cost;
-    int chosen = -1;
-    for (int k = 0; k < 4; ++k) {
-      if (!tried[static_cast<size_t>(k)].finite) continue;
-      const double value = cauchy_cost(stack.whitened(tried[static_cast<size_t>(k)]), c) +
-                           0.5 * scale * scale * prior * (tries.col(k) - prior_centre).squaredNorm();
-      if (value < best) {
-        best = value;
-        chosen = k;
-      }
-    }
-    if (chosen < 0) {
-      lambda *= 1e3;
-      small += lambda > 1e6 ? 2 : 1;
-    } else {
-      small = (cost - best) / cost < options.least_decrease ? small + 1 : 0;
-      x = tries.col(chosen);
-      lambda = std::clamp(damping[chosen] * 0.3, 1e-7, 1e6);
-    }
-    options.progress((iteration + 1.0) / (options.max_iterations + 1.0),
-                     fmt::format("cost {:.4g}, robust residual {:.2f} sd", best, scale));
-  }
-  result.coordinates = x;
-  const VectorXd w = cauchy_weights(r, options.cauchy * result.scale);
-  result.covariance = sandwich(result.information, jacobian, w.cwiseProduct(r), stack);
-  options.progress(1, fmt::format("cost {:.4g}", result.cost));
-  return result;
+LeastSquaresResult minimise(Objective& objective, const std::vector<Parameter>& parameters, const VectorXd& start, const LeastSquaresOptions& options) {
+  return Minimiser(objective, parameters, start, options).run();
 }
 
 }  // namespace selvedge::fit

@@ -10,6 +10,8 @@
 
 namespace selvedge::fit {
 
+class FitJournal;
+
 struct LeastSquaresOptions {
   int max_iterations = 12;
   double least_decrease = 2e-4;    // of the cost, relative; smaller twice in a row ends the fit
@@ -19,16 +21,15 @@ struct LeastSquaresOptions {
   std::vector<size_t> trials;      // fitted ones; empty: all
   double fit_until_s = 1e300;      // later residuals of moving trials are held out
   report::ProgressCallback progress = [](double, const std::string&) {};
+  std::shared_ptr<FitJournal> journal;  // where set, iterations are kept there and gone on from
 };
 
 struct LeastSquaresResult {
   Eigen::VectorXd coordinates;
-  double cost_start = 0, cost = 0;
+  double cost = 0;
   Eigen::MatrixXd information;     // JᵀWJ + prior at the end
   Eigen::MatrixXd covariance;      // of coordinates: sandwich over blocks of trial and 0.2 s
-  std::vector<Eigen::MatrixXd> jacobian;  // mm per coordinate, one a trial
   Residuals residuals;             // at the end
-  Residuals residuals_start;
   double scale = 1;                // robust standard deviation of r / sd at the end
   int evaluations = 0;             // simulations of one parameter set over all trials
   std::vector<double> history;     // cost after each iteration

@@ -6,7 +6,9 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "fit/model.h"
@@ -111,5 +113,10 @@ Eigen::Matrix3Xd position_at(const cloth::Experiment& experiment, const cloth::T
 // (three residuals a marker count as one), or of stripe and outline points.
 double rms_mm(const ObservedTrial& trial, const Eigen::VectorXd& residual, const Eigen::VectorXd& time_s,
               double from_s = -1e300, double to_s = 1e300);
+
+// 90 % interval of that, with blocks of 1 s as independent draws; nothing where fewer than four blocks were seen.
+using Interval = std::pair<double, double>;
+std::optional<Interval> rms_interval_mm(const ObservedTrial& trial, const Eigen::VectorXd& residual, const Eigen::VectorXd& time_s,
+                                        double from_s = -1e300, double to_s = 1e300);
 
 }  // namespace selvedge::fit

@@ -38,9 +38,10 @@ void print_outcome(const fit::FitOutcome& out) {
     fmt::print("{:<16} {:>11.4g} {:<11} {:>11.3g} {:>11.3g}  {:>7.1f} %  {}\n", p.parameter.name, p.value, p.parameter.unit,
                p.lower_interval, p.upper_interval, p.variability_percent,
                p.at_bound ? "at its bound" : p.determined ? "" : "hardly determined");
-  fmt::print("\n{:<16} {:>10} {:>10} {:>12} {:>14}\n", "trial, mm", "start", "fitted", "held out", "rigid plate");
+  fmt::print("\n{:<16} {:>10} {:>10} {:>12} {:>17} {:>14}\n", "trial, mm", "start", "fitted", "held out", "90 % interval", "rigid plate");
   for (const fit::TrialError& t : out.trials)
-    fmt::print("{:<16} {:>10.2f} {:>10.2f} {:>12.2f} {:>14}\n", t.name, t.start_mm, t.end_mm, t.held_out_mm,
+    fmt::print("{:<16} {:>10.2f} {:>10.2f} {:>12.2f} {:>17} {:>14}\n", t.name, t.start_mm, t.end_mm, t.held_out_mm,
+               t.held_out_interval_mm ? fmt::format("{:.2f} to {:.2f}", t.held_out_interval_mm->first, t.held_out_interval_mm->second) : "",
                t.rigid_plate_mm ? fmt::format("{:.2f}", *t.rigid_plate_mm) : "");
   fmt::print("\nheld-out error {:.2f} mm", fit::held_out_mm(out));
   if (const auto plate = fit::rigid_plate_mm(out)) fmt::print(", a rigid plate on the same bar {:.2f} mm", *plate);
@@ -72,6 +73,7 @@ void run_fit(FitArguments& a, const CLI::App& command) {
   a.options.hold_out = a.hold_out == "trials" ? fit::HoldOut::trials : a.hold_out == "frames" ? fit::HoldOut::frames : fit::HoldOut::automatic;
   if (a.integrator == "runge_kutta_45") a.options.integrator = cloth::Options::Integrator::runge_kutta_45;
   if (speaks) a.options.progress = report::terminal_progress("fit " + campaign.folder.filename().string());
+  a.options.journal = a.out / "iterations.txt";
   const bool searches = a.optimiser != "least_squares";
   if (searches) {
     a.search.optimiser = a.optimiser;
@@ -83,6 +85,7 @@ void run_fit(FitArguments& a, const CLI::App& command) {
   out.optimiser = a.optimiser;
   fit::write_fit(out, campaign, a.out);
   station::write_simulated_motions(out, campaign, a.out);
+  std::filesystem::remove(a.options.journal);  // of a fit that ended, nothing is to be gone on with
   print_outcome(out);
   fmt::print("wrote {} and {}\n", (a.out / "fit.json").string(), (a.out / "report.html").string());
 }
@@ -98,7 +101,7 @@ void add_fit(CLI::App& app, int&) {
   command->add_option("--columns", a->options.columns, "mesh vertices along the width (9 to 65); 17 by default, or 13 where more than 30 s of motion are fitted")->check(CLI::Range(9, 65));
   command->add_option("--hold-out", a->hold_out, "what is held out")->check(CLI::IsMember({"automatic", "frames", "trials"}))->capture_default_str();
   command->add_option("--integrator", a->integrator, "time integrator")->check(CLI::IsMember({"leapfrog", "runge_kutta_45"}))->capture_default_str();
-  command->add_option("--optimiser", a->optimiser, "what refines the start; all but least_squares continue from DIR/evaluations.txt")
+  command->add_option("--optimiser", a->optimiser, "what refines the start")
       ->check(CLI::IsMember({"least_squares", "annealing", "evolution", "cma", "grid"}))->capture_default_str();
   command->add_option("--error", a->error, "what those minimise: robust residuals in mm, or the fold metric's E")->check(CLI::IsMember({"residuals", "folds"}))->capture_default_str();
   command->add_option("--evaluations", a->search.evaluations, "their budget")->check(CLI::PositiveNumber)->capture_default_str();

@@ -5,7 +5,6 @@
 
 #include "files/bad_input.h"
 #include "files/csv_table.h"
-#include "files/whole_file.h"
 
 namespace selvedge::fit {
 
@@ -22,33 +21,17 @@ std::string text_of(const Eigen::VectorXd& point) {
 
 }  // namespace
 
-Journal::Journal(const std::filesystem::path& path, const std::string& identity) {
-  const std::string first = "selvedge-journal/1 " + identity + "\n";
-  // Without a whole first line it was begun and no more: nothing is in it.
-  if (!std::filesystem::exists(path) || files::read_whole(path).find('\n') == std::string::npos) {
-    std::filesystem::remove(path);
-    if (path.has_parent_path()) std::filesystem::create_directories(path.parent_path());
-    file_ = std::make_unique<files::AppendFile>(path, first);
-    return;
-  }
-  const std::string text = files::read_whole(path);
-  if (text.compare(0, first.size(), first) != 0)
-    refuse(path.string(), "found the journal of another search, {}, expected that of this one, {}; choose another folder or remove it",
-           in_quotes(text.substr(0, text.find('\n'))), in_quotes(first.substr(0, first.size() - 1)));
-  size_t line = 1;
-  for (size_t at = first.size(); at < text.size(); ++line) {
-    const size_t end = text.find('\n', at);
-    if (end == std::string::npos) break;  // torn by the kill; the file is cut there
-    const size_t comma = text.rfind(',', end);
+Journal::Journal(const std::filesystem::path& path, const std::string& identity) : file_(path, identity) {
+  for (size_t i = 0; i < file_.lines().size(); ++i) {
+    const std::string& line = file_.lines()[i];
+    const size_t comma = line.rfind(',');
     double cost = 0;
-    const char* last = text.data() + end;
-    if (comma == std::string::npos || comma < at || std::from_chars(text.data() + comma + 1, last, cost).ptr != last)
-      refuse(path.string() + ":" + std::to_string(line + 1), "found {}, expected coordinates and a cost", in_quotes(text.substr(at, end - at)));
-    cost_of_[text.substr(at, comma + 1 - at)] = cost;
-    at = end + 1;
+    const char* last = line.data() + line.size();
+    if (comma == std::string::npos || std::from_chars(line.data() + comma + 1, last, cost).ptr != last)
+      refuse(file_.where(i), "found {}, expected coordinates and a cost", in_quotes(line));
+    cost_of_[line.substr(0, comma + 1)] = cost;
   }
   found_ = cost_of_.size();
-  file_ = std::make_unique<files::AppendFile>(path);
 }
 
 BatchCosts Journal::recorded(BatchCosts costs) {
@@ -73,7 +56,7 @@ std::vector<double> Journal::costs_of(const Eigen::MatrixXd& points, const Batch
       files::append_number(lines, cost);
       lines += '\n';
     }
-    file_->append(lines);
+    file_.append(lines);
   }
   std::vector<double> all;
   for (const std::string& text : texts) all.push_back(cost_of_.at(text));

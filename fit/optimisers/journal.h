@@ -7,11 +7,10 @@
 #pragma once
 
 #include <filesystem>
-#include <memory>
 #include <string>
 #include <unordered_map>
 
-#include "files/append_file.h"
+#include "fit/optimisers/journal_file.h"
 #include "fit/optimisers/search.h"
 
 namespace selvedge::fit {
@@ -32,7 +31,7 @@ class Journal {
   std::vector<double> costs_of(const Eigen::MatrixXd& points, const BatchCosts& costs);
 
   std::unordered_map<std::string, double> cost_of_;  // by the point's text
-  std::unique_ptr<files::AppendFile> file_;
+  JournalFile file_;
   size_t found_ = 0;
 };
 

@@ -2,7 +2,6 @@
 // held-out error and the files that a user gets.
 #include <cmath>
 #include <filesystem>
-#include <random>
 
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -12,77 +11,12 @@
 #include "files/whole_file.h"
 #include "fit/campaign_search.h"
 #include "fit/fit_report.h"
+#include "tests/fit/simulated_trial.h"
 
 namespace selvedge::fit {
 namespace {
 
 namespace fs = std::filesystem;
-
-constexpr double kWidth = 0.3;
-constexpr double kNoise = 2e-4;
-
-cloth::Material true_material() {
-  cloth::Material m;
-  m.density = 0.16;
-  m.stretch = 90;
-  m.shear = 45;
-  m.bend = 8e-5;
-  m.stretch_damping = m.shear_damping = 0.03;
-  m.drag_normal = 1.3;
-  return m;
-}
-
-// Right corner moved along y and z and back, 10 cm peak to peak at 1.5 Hz, after a short rest.
-Eigen::Vector3d right_corner(double t, double amplitude) {
-  const double w = t < 0.1 ? 0 : 0.5 * (1 - std::cos(2 * M_PI * 1.5 * (t - 0.1)));
-  return {0.12, amplitude * w, 0.3 * amplitude * w};
-}
-
-trial::Trial simulated_trial(const std::string& name, double amplitude, double seconds, unsigned seed) {
-  trial::Trial t;
-  t.name = name;
-  t.experiment = amplitude > 0 ? trial::Experiment::waving : trial::Experiment::static_hang;
-  t.fabric = {"test knit", kWidth, kWidth, 0.16 * kWidth * kWidth, true};
-  t.starts_at_rest = true;
-  t.mocap_rate_hz = 120;
-  t.mocap_noise_m = kNoise;
-  std::mt19937 generator(seed);
-  std::normal_distribution<double> noise(0, kNoise);
-  const auto noisy = [&](const Eigen::Vector3d& p) -> Eigen::Vector3d { return p + Eigen::Vector3d(noise(generator), noise(generator), noise(generator)); };
-  const int samples = static_cast<int>(seconds * 120) + 1;
-  Eigen::Matrix3Xd left(3, samples), right(3, samples);
-  for (int i = 0; i < samples; ++i) {
-    t.corners.time_s.push_back(i / 120.0);
-    left.col(i) = Eigen::Vector3d(-0.12, 0, 0);
-    right.col(i) = right_corner(i / 120.0, amplitude);
-  }
-  const cloth::Sheet sheet = cloth::make_sheet(geometry::make_grid_mesh(kWidth, kWidth, 13, 13));
-  cloth::Experiment e;
-  e.material = true_material();
-  e.path = cloth::make_path(cloth::Hold::corners, t.corners.time_s, left, right);
-  e.sample_s = t.corners.time_s;
-  e.start_shape = cloth::hung_shape(sheet, e, 1);
-  const cloth::Trajectory run = cloth::simulate(sheet, {e}).front();
-  t.corners.left.resize(3, samples);
-  t.corners.right.resize(3, samples);
-  trial::Markers markers;
-  std::vector<Eigen::Vector3d> seen;
-  for (int i = 0; i < samples; ++i) {
-    t.corners.left.col(i) = noisy(left.col(i));
-    t.corners.right.col(i) = noisy(right.col(i));
-    for (int k = 0; k < 25; ++k) {
-      const int column = 1 + 5 * (k % 5) / 2, row = 1 + 5 * (k / 5) / 2;  // vertices 1, 3, 6, 8, 11
-      markers.time_s.push_back(i / 120.0);
-      markers.marker.push_back(k);
-      markers.uv.emplace_back(kWidth * column / 12, kWidth * row / 12);
-      seen.push_back(noisy(run.samples[static_cast<size_t>(i)].col(row * 13 + column)));
-    }
-  }
-  markers.position.resize(3, static_cast<Eigen::Index>(seen.size()));
-  for (size_t i = 0; i < seen.size(); ++i) markers.position.col(static_cast<Eigen::Index>(i)) = seen[i];
-  t.markers = std::move(markers);
-  return t;
-}
 
 class FitCampaign : public testing::Test {
  protected:
@@ -184,6 +118,37 @@ TEST_F(FitCampaign, SearchContinuesFromItsJournal) {
 
   write_fit(continued, campaign, folder_ / "killed");
   EXPECT_NE(files::read_whole(folder_ / "killed" / "report.html").find("temperature"), std::string::npos);
+}
+
+// Broken off in the grid, in a stage on the coarse mesh and in the last one, least squares end as if they had run through.
+TEST_F(FitCampaign, LeastSquaresContinueFromTheirJournal) {
+  const trial::Campaign campaign = trial::read_campaign(folder_ / "static-1");
+  FitOptions options = small_search_options();
+  options.max_iterations = 4;
+  const FitOutcome through = fit_campaign(campaign, options);
+  options.journal = folder_ / "squares" / "iterations.txt";
+  for (const char* stage : {"coarse mesh: grid", "coarse mesh: start 2", "final mesh"}) {
+    FitOptions killed = options;
+    int seen = 0;
+    killed.progress = [&](double, const std::string& what) {
+      if (what.rfind(stage, 0) == 0 && ++seen == 2) throw std::runtime_error("killed");
+    };
+    EXPECT_THROW(fit_campaign(campaign, killed), std::runtime_error) << stage;
+  }
+  const FitOutcome continued = fit_campaign(campaign, options);
+  EXPECT_EQ(continued.coordinates, through.coordinates);
+  EXPECT_EQ(continued.history, through.history);
+  EXPECT_EQ(continued.evaluations, through.evaluations);
+  // All is there: it is not asked for again.
+  const std::string kept = files::read_whole(options.journal);
+  fit_campaign(campaign, options);
+  EXPECT_EQ(files::read_whole(options.journal), kept);
+
+  // Another fit begins anew.
+  FitOptions other = options;
+  other.drag = Drag::none;
+  EXPECT_EQ(fit_campaign(campaign, other).parameters.size(), 6u);
+  EXPECT_EQ(files::read_whole(options.journal).find(kept.substr(0, kept.find('\n'))), std::string::npos);
 }
 
 TEST_F(FitCampaign, SearchRefusesWhatItDoesNotKnow) {

@@ -1,0 +1,98 @@
+// The stages before least squares: which equilibrium a trial shows, and where the fit starts.
+#include <cmath>
+
+#include <gtest/gtest.h>
+
+#include "fit/stages.h"
+#include "tests/fit/simulated_trial.h"
+
+namespace selvedge::fit {
+namespace {
+
+using Eigen::VectorXd;
+
+VectorXd true_coordinates(const std::vector<Parameter>& parameters) {
+  VectorXd x = usual_coordinates(parameters);
+  const cloth::Material m = true_material();
+  for (size_t k = 0; k < parameters.size(); ++k)
+    for (const auto& [name, value] : {std::pair{"stretch", m.stretch}, {"shear", m.shear}, {"bend", m.bend}, {"drag_normal", m.drag_normal}})
+      if (parameters[k].name == name) x(static_cast<Eigen::Index>(k)) = std::log(value);
+  return x;
+}
+
+// The other equilibrium: what hangs from the opposite bulge.
+Eigen::Matrix3Xd other_rest(const Objective& objective, size_t trial, const std::vector<Parameter>& parameters, const VectorXd& x) {
+  cloth::Experiment e = objective.predictions(parameters, x, trial, 0, 1).front().experiment;
+  e.start_shape = cloth::hung_shape(objective.sheet(), e, -1);
+  return cloth::relax(objective.sheet(), {e}).front().position;
+}
+
+double apart_m(const Eigen::Matrix3Xd& a, const Eigen::Matrix3Xd& b) { return std::sqrt((a - b).colwise().squaredNorm().mean()); }
+
+class Rematch : public testing::Test {
+ protected:
+  Rematch() {
+    ObjectiveOptions options;
+    options.columns = 7;
+    objective_.emplace(std::vector{observe_trial(simulated_trial("one", 0, 0.1, 1)), observe_trial(simulated_trial("two", 0, 0.1, 2))}, options, parameters_, truth_);
+    for (size_t i = 0; i < 2; ++i) recorded_.push_back(objective_->scenes()[i].start_shape);
+    wrong_ = other_rest(*objective_, 0, parameters_, truth_);
+  }
+  const std::vector<Parameter> parameters_ = base_parameters();
+  const VectorXd truth_ = true_coordinates(parameters_);
+  std::optional<Objective> objective_;
+  std::vector<Eigen::Matrix3Xd> recorded_;
+  Eigen::Matrix3Xd wrong_;
+};
+
+TEST_F(Rematch, LeavesAWrongBranchForTheRecordedOneAndStaysThere) {
+  ASSERT_GT(apart_m(wrong_, recorded_[0]), 0.01);
+  const auto error = [&] { return rms_mm(objective_->scenes()[0].trial, objective_->evaluate(parameters_, truth_).front().mm[0], objective_->time_s(0)); };
+  const double right = error();
+  objective_->set_start({wrong_, wrong_});
+  ASSERT_GT(error(), 5 * right);
+  EXPECT_TRUE(objective_->rematch(parameters_, truth_));
+  for (size_t i = 0; i < 2; ++i) EXPECT_LT(apart_m(objective_->scenes()[i].start_shape, recorded_[i]), 1e-3) << i;
+  EXPECT_NEAR(error(), right, 0.1 * right);
+  EXPECT_FALSE(objective_->rematch(parameters_, truth_));
+}
+
+TEST_F(Rematch, LooksAtTheWantedTrialsAlone) {
+  objective_->set_start({wrong_, wrong_});
+  EXPECT_TRUE(objective_->rematch(parameters_, truth_, {1}));
+  EXPECT_LT(apart_m(objective_->scenes()[0].start_shape, wrong_), 1e-9);
+  EXPECT_LT(apart_m(objective_->scenes()[1].start_shape, recorded_[1]), 1e-3);
+}
+
+class FindStart : public testing::Test {
+ protected:
+  static constexpr double kSeconds = 1.6;  // the first 1.2 s are looked at
+  Start start_of(const std::vector<ObservedTrial>& trials) const {
+    ObjectiveOptions options;
+    options.columns = 5;
+    return find_start(trials, options, parameters_, {});
+  }
+  const std::vector<Parameter> parameters_ = base_parameters();
+  const ObservedTrial seen_ = observe_trial(simulated_trial("waved", 0.1, kSeconds, 3));
+};
+
+TEST_F(FindStart, ComesNearWhatMovesTheSheet) {
+  const Start found = start_of({seen_});
+  EXPECT_GT(found.evaluations, 64);  // the grid, and more
+  const VectorXd truth = true_coordinates(parameters_);
+  for (size_t k = 0; k < parameters_.size(); ++k) {
+    if (parameters_[k].name != "bend" && parameters_[k].name != "drag_normal") continue;
+    EXPECT_NEAR(found.coordinates(static_cast<Eigen::Index>(k)), truth(static_cast<Eigen::Index>(k)), std::log(2.0)) << parameters_[k].name;
+  }
+}
+
+TEST_F(FindStart, DoesNotLookAtTheEndOfATrial) {
+  ObservedTrial spoiled = seen_;
+  MarkerTrack& m = *spoiled.markers;
+  for (Eigen::Index c = 0; c < m.position.cols(); ++c)
+    if (m.time_s[static_cast<size_t>(c) % m.time_s.size()] > 1.25) m.position.col(c) += Eigen::Vector3d(0.2, 0.1, -0.3);
+  EXPECT_EQ(start_of({spoiled}).coordinates, start_of({seen_}).coordinates);
+}
+
+}  // namespace
+}  // namespace selvedge::fit
