@@ -74,15 +74,19 @@ struct StationSteps::Desk {
     bus.subscribe<selvedge_rig::operator_answer_t>(rig::kOperatorAnswer, [this](const selvedge_rig::operator_answer_t& message) {
       const std::lock_guard lock(mutex);
       answer = message.answer;
+      answered_prompt = message.prompt_id;
     });
     bus.start();
   }
-  std::string take_answer() {
+  // What was answered to this prompt, or to whichever was asked last; what was meant for another is dropped.
+  std::string take_answer(int64_t prompt_id) {
     const std::lock_guard lock(mutex);
-    return std::exchange(answer, {});
+    const std::string given = std::exchange(answer, {});
+    return answered_prompt == 0 || answered_prompt == prompt_id ? given : "";
   }
   std::mutex mutex;
   std::string answer;
+  int64_t answered_prompt = 0;
   rig::Bus bus;
 };
 
@@ -152,10 +156,10 @@ void StationSteps::hang(const Step& step) {
   prompt.step = "change_swatch";
   prompt.index = static_cast<int32_t>(step.fabric);
   prompt.text = fmt::format("take down whatever hangs, this swatch too, and make ready \"{}\" ({:.0f} by {:.0f} mm)", swatch.name, 1e3 * swatch.plan.fabric.width_m, 1e3 * swatch.plan.fabric.height_m);
-  rig_->ask(prompt);
+  desk_->take_answer(0);
+  const int64_t asked = rig_->ask(prompt);
   const double until_s = rig::host_now_s() + kChange_s;
   double gone_since_s = rig::host_now_s();
-  desk_->take_answer();
   rig_->forget_samples();
   while (rig::host_now_s() < until_s) {
     if (simulated_) simulated_->require_running();
@@ -163,7 +167,7 @@ void StationSteps::hang(const Step& step) {
     rig_->corners_after(rig::host_now_s() + 0.05, swatch.plan.answer_timeout_s);
     for (const auto& sample : rig_->take_corners())
       if (session::marker(sample, "left") || session::marker(sample, "right")) gone_since_s = rig::host_now_s();
-    if (rig::host_now_s() - gone_since_s > kGone_s || desk_->take_answer() == "done") {
+    if (rig::host_now_s() - gone_since_s > kGone_s || desk_->take_answer(asked) == "done") {
       hung_ = step.fabric;
       return;
     }
@@ -314,9 +318,9 @@ void StationSteps::set_aside(const Step& step) {
 }
 
 Answer StationSteps::ask(const std::string& question) {
-  const bool terminal = ::isatty(0);
+  bool terminal = ::isatty(0);
   if (terminal) fmt::print(stderr, "\n{} ", question);
-  if (desk_) desk_->take_answer();
+  if (desk_) desk_->take_answer(0);
   selvedge_rig::operator_prompt_t prompt{};
   prompt.step = "ask";
   prompt.text = question;
@@ -325,11 +329,12 @@ Answer StationSteps::ask(const std::string& question) {
   while (rig::host_now_s() < until_s) {
     prompt.utime = rig::host_now_us();
     if (desk_) desk_->bus.publish(rig::kOperatorPrompt, prompt);
-    std::string answer = desk_ ? desk_->take_answer() : "";
+    std::string answer = desk_ ? desk_->take_answer(prompt.prompt_id) : "";
     pollfd input{0, POLLIN, 0};
     if (::poll(&input, terminal ? 1 : 0, 500) > 0) {
       char line[64] = {};
       if (::read(0, line, sizeof line - 1) > 0) answer = std::string(line).substr(0, std::string(line).find('\n'));
+      else terminal = false;  // it was hung up
     }
     if (answer == "repeat") return Answer::repeat;
     if (answer == "skip") return Answer::skip;

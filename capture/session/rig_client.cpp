@@ -277,11 +277,12 @@ int RigClient::projector_height_px() const {
   return pattern_ ? pattern_->height_px : 0;
 }
 
-void RigClient::ask(selvedge_rig::operator_prompt_t prompt) {
+int64_t RigClient::ask(selvedge_rig::operator_prompt_t prompt) {
   prompt.utime = reminded_us_ = rig::host_now_us();
   prompt.prompt_id = prompt_.prompt_id + 1;
   prompt_ = prompt;
   bus_->publish(rig::kOperatorPrompt, prompt_);
+  return prompt_.prompt_id;
 }
 
 void RigClient::remind() {

@@ -86,8 +86,8 @@ class RigClient {
   int projector_width_px() const;
   int projector_height_px() const;
 
-  // prompt.utime and prompt_id are filled in.
-  void ask(selvedge_rig::operator_prompt_t prompt);
+  // prompt.utime and prompt_id are filled in. Returns the prompt_id.
+  int64_t ask(selvedge_rig::operator_prompt_t prompt);
   // Sends the last prompt again, with its number, where that is due: a datagram may get lost.
   void remind();
   void publish_status(selvedge_rig::session_status_t status);
