@@ -7,6 +7,7 @@
 #include <Eigen/SparseCholesky>
 
 #include "cloth/energy.h"
+#include "cloth/filtered_step.h"
 #include "cloth/held_motion.h"
 #include "cloth/kernel/force_field.h"
 
@@ -95,10 +96,11 @@ void run_implicit_euler(const Sheet& sheet, const Experiment& experiment, double
   std::vector<char> is_held(static_cast<size_t>(size), 0);
   for (const kernel::HeldVertex& h : held.vertices())
     for (int a = 0; a < 3; ++a) is_held[static_cast<size_t>(3 * h.vertex + a)] = 1;
+  const FilteredStep contact(sheet, experiment, held.vertices());
   Eigen::SimplicialLLT<Sparse> solver;
   bool analysed = false;
 
-  Eigen::Matrix3Xd x = trajectory.start, v = Eigen::Matrix3Xd::Zero(3, x.cols()), acceleration(3, x.cols()), target = x;
+  Eigen::Matrix3Xd x = trajectory.start, v = Eigen::Matrix3Xd::Zero(3, x.cols()), acceleration(3, x.cols()), target = x, before = x;
   double t = experiment.start_s;
   for (const double sample : experiment.sample_s) {
     const int steps = std::max(1, static_cast<int>(std::ceil((sample - t) / step_s - 1e-9)));
@@ -120,7 +122,9 @@ void run_implicit_euler(const Sheet& sheet, const Experiment& experiment, double
         return;
       }
       v += solution.reshaped(3, x.cols());
+      before = x;
       x += h * v;
+      contact.apply(t, h, before.data(), x.data(), v.data());
       t += h;
     }
     t = sample;

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 
+#include "cloth/filtered_step.h"
 #include "cloth/held_motion.h"
 #include "cloth/kernel/force_field.h"
 
@@ -33,6 +34,7 @@ class System {
         field_(sheet.data, e.material, surroundings_of(e), held_.vertices()) {}
 
   Eigen::Index size() const { return 2 * count_; }
+  const std::vector<kernel::HeldVertex>& held() const { return held_.vertices(); }
 
   void derivative(double t, Vector& y, double memory_step_s, Vector& dy) {
     held_.place(t, Eigen::Map<Eigen::Matrix3Xd>(y.data(), 3, count_ / 3));
@@ -70,6 +72,7 @@ double attempt(System& system, double t, double h, const Vector& y, std::array<V
 
 void run_runge_kutta(const Sheet& sheet, const Experiment& experiment, double tolerance_m, Trajectory& trajectory) {
   System system(sheet, experiment);
+  const FilteredStep contact(sheet, experiment, system.held());
   const Eigen::Index half = system.size() / 2;
   Vector y = Vector::Zero(system.size()), next;
   y.head(half) = Eigen::Map<const Vector>(trajectory.start.data(), half);
@@ -87,6 +90,7 @@ void run_runge_kutta(const Sheet& sheet, const Experiment& experiment, double to
       }
       const double factor = std::clamp(0.9 * std::pow(tolerance_m / std::max(error, 1e-300), 0.2), 0.2, 5.0);
       if (error <= tolerance_m) {
+        contact.apply(t, step, y.data(), next.data(), next.data() + half);
         t += step;
         y = next;
         system.derivative(t, y, step, k[0]);  // friction and creep move on with the accepted step

@@ -201,8 +201,6 @@ std::vector<Rest> relax(const Sheet& sheet, const std::vector<Experiment>& lanes
 
 std::vector<Trajectory> simulate(const Sheet& sheet, const std::vector<Experiment>& lanes, const Options& options) {
   check_lanes(lanes);
-  if (options.integrator != Options::Integrator::leapfrog && !lanes.empty() && lanes[0].make_step_filter)
-    throw std::invalid_argument("simulate: contact goes with the leapfrog integrator alone");
   const std::vector<Spectrum> spectra = spectra_of(sheet, lanes);
   std::vector<Trajectory> out(lanes.size());
   std::vector<Rest> rests;

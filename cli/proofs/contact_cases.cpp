@@ -114,7 +114,7 @@ ContactScene waved_swatch(int columns, double duration_s) {
   return s;
 }
 
-ContactOutcome run_contact_scene(const ContactScene& scene, bool with_contact) {
+ContactOutcome run_contact_scene(const ContactScene& scene, bool with_contact, const cloth::Options& options) {
   const cloth::Sheet sheet = cloth::make_sheet(scene.mesh);
   const cloth::contact::Surface surface = cloth::contact::make_surface(scene.mesh);
   const auto statistics = std::make_shared<cloth::contact::Statistics>();
@@ -122,7 +122,7 @@ ContactOutcome run_contact_scene(const ContactScene& scene, bool with_contact) {
   if (with_contact) e.make_step_filter = [&] { return cloth::contact::make_filter(surface, scene.body, scene.options, statistics); };
   ContactOutcome out;
   const auto start = std::chrono::steady_clock::now();
-  out.trajectory = cloth::simulate(sheet, {e})[0];
+  out.trajectory = cloth::simulate(sheet, {e}, options)[0];
   out.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   out.statistics = *statistics;
   for (const Eigen::Matrix3Xd& sample : out.trajectory.samples)

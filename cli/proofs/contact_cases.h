@@ -37,6 +37,6 @@ ContactScene waved_swatch(int columns, double duration_s);
 ContactScene patch_on_incline(double angle_rad, double friction, double duration_s);
 
 // with_contact: false leaves the step filter out altogether.
-ContactOutcome run_contact_scene(const ContactScene& scene, bool with_contact = true);
+ContactOutcome run_contact_scene(const ContactScene& scene, bool with_contact = true, const cloth::Options& options = {});
 
 }  // namespace selvedge::cli

@@ -36,7 +36,6 @@ template <class Number>
 hid_t type_of();
 template <> hid_t type_of<double>() { return H5T_NATIVE_DOUBLE; }
 template <> hid_t type_of<int>() { return H5T_NATIVE_INT; }
-template <> hid_t type_of<unsigned char>() { return H5T_NATIVE_UINT8; }
 
 void text_attribute(hid_t object, const char* name, const std::string& text) {
   const Handle type(H5Tcopy(H5T_C_S1), H5Tclose, name);

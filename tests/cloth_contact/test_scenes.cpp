@@ -27,6 +27,26 @@ TEST(ContactScenes, FoldedSheetsDoNotIntersect) {
   for (unsigned seed = 1; seed <= 4; ++seed) expect_clean("fold", seed, run_contact_scene(folded_sheet(seed, 25, 0.6)));
 }
 
+TEST(ContactScenes, OtherIntegratorsHandTheirStepsToContactToo) {
+  const ContactScene rod = sheet_over_rod(2, 13, 0.5), fold = folded_sheet(2, 13, 0.4);
+  cloth::Options runge_kutta, implicit;
+  runge_kutta.integrator = cloth::Options::Integrator::runge_kutta_45;
+  runge_kutta.tolerance_m = 1e-5;
+  implicit.integrator = cloth::Options::Integrator::implicit_euler;
+  implicit.step_s = 1.0 / 960;
+  for (const cloth::Options& options : {runge_kutta, implicit}) {
+    expect_clean("rod", 2, run_contact_scene(rod, true, options));
+    const ContactOutcome out = run_contact_scene(fold, true, options);
+    expect_clean("fold", 2, out);
+    EXPECT_LT(out.statistics.work_J, -1e-4);
+    EXPECT_LE(out.statistics.most_work_J, 1e-9);
+  }
+  ContactScene through = folded_sheet(1, 25, 0.3);
+  through.options.self_collision = false;
+  EXPECT_GT(run_contact_scene(through, true, runge_kutta).intersections, 0);
+  expect_clean("fold", 1, run_contact_scene(folded_sheet(1, 25, 0.3), true, runge_kutta));
+}
+
 TEST(ContactScenes, WithoutContactTheSameSheetsPassThroughThemselves) {
   ContactScene scene = folded_sheet(1, 25, 0.3);
   scene.options.self_collision = false;
