@@ -113,7 +113,9 @@ std::string RunFolder::simulated_frame(const std::string& path, size_t index) co
   const station::SimulatedMotion motion = station::read_simulated_motion(folder.parent_path(), trial.name);
   const double time_s = trial.frames->time_s[index];
   const auto at = std::min_element(motion.time_s.begin(), motion.time_s.end(), [&](double a, double b) { return std::abs(a - time_s) < std::abs(b - time_s); });
-  if (at == motion.time_s.end() || std::abs(*at - time_s) > 0.02) refuse(path, "the fit simulated nothing at {:.3f} s", time_s);
+  // Frames from before the tracker's first sample are not fitted; a sheet that rests lies there as at the first that is.
+  const bool rests = at == motion.time_s.begin() && at != motion.time_s.end() && time_s < *at && trial.starts_at_rest;
+  if (at == motion.time_s.end() || (std::abs(*at - time_s) > 0.02 && !rests)) refuse(path, "the fit simulated nothing at {:.3f} s", time_s);
   render::StripePattern pattern;
   pattern.horizontal = trial.pattern->orientation == "horizontal";
   pattern.period_px = trial.pattern->period_px;
