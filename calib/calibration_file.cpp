@@ -1,6 +1,5 @@
 #include "calib/calibration_file.h"
 
-
 #include "calib/verdict.h"
 #include "files/bad_input.h"
 #include "files/json_number.h"
@@ -12,7 +11,6 @@ namespace {
 
 using nlohmann::json;
 
-// JSON has no NaN: what cannot be said is null.
 json by_name(const std::map<int, double>& values) {
   json object = json::object();
   for (const auto& [name, value] : values) object[std::to_string(name)] = files::finite_or_null(value);

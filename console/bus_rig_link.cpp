@@ -13,6 +13,7 @@
 #include "calib/calibration_file.h"
 #include "capture/session/arm_lease.h"
 #include "capture/session/run_trial.h"
+#include "capture/trial/names.h"
 #include "console/heard.h"
 #include "console/preview.h"
 #include "files/bad_input.h"
@@ -45,17 +46,18 @@ session::TrialPlan trial_of(const json& wanted) {
   };
   session::TrialPlan plan;
   const json name = wanted.value("name", json("trial"));
-  if (!name.is_string() || name.get<std::string>().empty() || name.get<std::string>().size() > 60 ||
-      name.get<std::string>().find_first_not_of("abcdefghijklmnopqrstuvwxyz0123456789-_") != std::string::npos)
+  if (!name.is_string() || !trial::is_plain_name(name) || name.get<std::string>().size() > 60)
     refuse("trial name", "found {:.80}, expected small letters, digits, - and _", name.dump());
   plan.name = name;
   const json kind = wanted.value("kind", json("static"));
-  if (kind == "static") plan.kind = trial::Experiment::static_hang;
-  else if (kind == "waving") plan.kind = trial::Experiment::waving;
-  else if (kind == "robot") plan.kind = trial::Experiment::robot;
-  else refuse("trial kind", "found {:.60}, expected static, waving or robot", kind.dump());
+  const auto known_kind = kind.is_string() ? trial::experiment_named(kind) : std::nullopt;
+  if (!known_kind) refuse("trial kind", "found {:.60}, expected static, waving or robot", kind.dump());
+  plan.kind = *known_kind;
   plan.duration_s = number("duration_s", 3, 1, 120);
   plan.lead_in_s = number("lead_in_s", 0.3, 0.1, 10);
+  plan.tail_s = number("tail_s", plan.tail_s, 0, 60);
+  if (plan.kind != trial::Experiment::static_hang && plan.lead_in_s + plan.tail_s + 0.5 > plan.duration_s)
+    refuse("trial duration_s", "found {} s, expected at least half a second beyond lead_in_s and tail_s", plan.duration_s);
   plan.amplitude_m = number("amplitude_m", 0.035, 0.001, 0.2);
   plan.frequency_hz = number("frequency_hz", 0.9, 0.05, 5);
   plan.ramp_s = number("ramp_s", 0.4, 0.1, 5);
@@ -283,9 +285,9 @@ void BusRigLink::record(const json& wanted) {
       impl_->recording = {{"running", true}, {"trial", trial.name}, {"kind", trial::to_text(trial.kind)}, {"done", 0.0}, {"message", "begins"}};
     }
     const session::RigOptics optics{calibration.camera, *calibration.projector};
-    impl_->recorder = std::thread([this, trial, optics] {
-      impl_->run_recording(trial, optics);
-      if (impl_->robot.exchange(false)) impl_->armed = false;
+    impl_->recorder = std::thread([impl = impl_.get(), trial, optics] {
+      impl->run_recording(trial, optics);
+      if (impl->robot.exchange(false)) impl->armed = false;
     });
   } catch (...) {
     impl_->records = false;

@@ -68,17 +68,11 @@ Heard::Heard(const rig::Configuration& configuration) : bus_(configuration.bus()
   keep(rig::channel("arm", rig::kArm), arm_);
   keep(rig::channel("projector", rig::kPattern), pattern_);
   keep(rig::kOperatorPrompt, prompt_);
-  keep(rig::channel("camera", rig::kPreview), preview_);
   bus_.subscribe<selvedge_rig::session_status_t>(rig::kSessionStatus, [this](const selvedge_rig::session_status_t& message) {
     const std::lock_guard lock(mutex_);
     (message.step == "recording" ? recording_ : session_) = message;
   });
   bus_.start();
-}
-
-std::optional<selvedge_rig::preview_t> Heard::preview() const {
-  const std::lock_guard lock(mutex_);
-  return preview_;
 }
 
 bool Heard::stripes_show() const {

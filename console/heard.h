@@ -13,7 +13,6 @@
 #include <selvedge_rig/corner_sample_t.hpp>
 #include <selvedge_rig/device_status_t.hpp>
 #include <selvedge_rig/operator_prompt_t.hpp>
-#include <selvedge_rig/preview_t.hpp>
 #include <selvedge_rig/projector_status_t.hpp>
 #include <selvedge_rig/session_status_t.hpp>
 
@@ -29,7 +28,6 @@ class Heard {
 
   // Keys as the page knows them; what was never heard is left out, ages in s.
   nlohmann::json state() const;
-  std::optional<selvedge_rig::preview_t> preview() const;
   bool stripes_show() const;
   // The arm has said since then (us, host clock) that it is not armed.
   bool disarmed_since(int64_t utime) const;
@@ -49,7 +47,6 @@ class Heard {
   std::optional<selvedge_rig::projector_status_t> pattern_;
   std::optional<selvedge_rig::session_status_t> session_, recording_;
   std::optional<selvedge_rig::operator_prompt_t> prompt_;
-  std::optional<selvedge_rig::preview_t> preview_;
   rig::Bus bus_;  // last: its thread fills the rest
 };
 

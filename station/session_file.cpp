@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 #include <toml++/toml.h>
 
+#include "capture/trial/names.h"
 #include "files/bad_input.h"
 #include "files/toml_file.h"
 #include "files/whole_file.h"
@@ -38,10 +39,6 @@ std::string text_of(const toml::table& table) {
 toml::table& child(toml::table& table, const std::string& name) {
   if (!table.contains(name) || !table[name].is_table()) table.insert_or_assign(name, toml::table{});
   return *table[name].as_table();
-}
-
-bool is_folder_name(const std::string& name) {
-  return !name.empty() && name.find_first_not_of("abcdefghijklmnopqrstuvwxyz0123456789-_") == std::string::npos;
 }
 
 OnFailure read_on_failure(const std::string& text, const std::string& where) {
@@ -113,7 +110,7 @@ toml::table rig_for(const SessionFile& file, const toml::table& session, const s
   about.insert_or_assign("name", fabric);
   rig.insert_or_assign("fabric", about);
   toml::table& merged = child(rig, "session");
-  std::erase_if(replicates, [](const auto&) { return true; });
+  replicates.clear();
   // Sections of the rig's own trials go; its general keys stay unless the session has them.
   std::vector<std::string> trials;
   for (const auto& [key, value] : merged)
@@ -181,7 +178,7 @@ SessionFile read_session_file(const fs::path& path) {
   if (names.empty()) refuse(session.where() + " fabrics", "found none, expected at least one");
   files::Section fabrics = toml.section("fabric");
   for (const std::string& name : names) {
-    if (!is_folder_name(name)) refuse(session.where() + " fabrics", "found {}, expected names of small letters, digits, - and _", in_quotes(name));
+    if (!trial::is_plain_name(name)) refuse(session.where() + " fabrics", "found {}, expected names of small letters, digits, - and _", in_quotes(name));
     if (std::count(names.begin(), names.end(), name) > 1) refuse(session.where() + " fabrics", "found {} twice", in_quotes(name));
     if (!fabrics.has(name)) refuse(session.where() + " fabrics", "no section [fabric.{}]", name);
     if (fabrics.section(name).has("world") && !file.world) refuse(fabrics.where() + " " + name, "world: only a simulated rig has one; [session] names no world");

@@ -23,9 +23,9 @@ using report::short_number;
 
 // The newest diagnosis of a fabric: that of the last follow-up.
 fs::path diagnosis_folder(const fs::path& fabric) {
-  fs::path newest = fabric / "diagnosis";
-  for (int round = 2; fs::exists(fabric / fmt::format("diagnosis-{}", round) / "diagnosis.json"); ++round) newest = fabric / fmt::format("diagnosis-{}", round);
-  return newest;
+  int newest = 0;
+  while (fs::exists(fabric / diagnosis_folder_name(newest + 1) / "diagnosis.json")) ++newest;
+  return fabric / diagnosis_folder_name(newest);
 }
 
 json trials_of(const SwatchPlan& swatch, const fs::path& folder, const json& steps) {
@@ -90,6 +90,14 @@ json fabric_summary(const SwatchPlan& swatch, const fs::path& folder, const json
 
 std::string shown(const json& value, int digits = 3) { return value.is_number() ? short_number(value.get<double>(), digits) : "–"; }
 
+std::string recorded(const json& fabric) {
+  const json& trials = fabric["trials"];
+  const auto done = std::count_if(trials.begin(), trials.end(), [](const json& t) { return t["state"] == "done"; });
+  return fmt::format("{} of {}", done, trials.size());
+}
+
+std::string held_out(const json& fabric) { return fabric.contains("fit") ? shown(fabric["fit"]["held_out_mm"]) : "–"; }
+
 std::string answer(const json& fabric) {
   if (!fabric.contains("diagnosis")) return "not diagnosed";
   const json& d = fabric["diagnosis"];
@@ -111,12 +119,10 @@ void add_answers(report::HtmlReport& html, const json& summary) {
   if (simulated) header.push_back("what the simulated fabric had");
   std::vector<std::vector<std::string>> rows;
   for (const auto& [name, f] : summary["fabrics"].items()) {
-    size_t done = 0;
-    for (const json& trial : f["trials"]) done += trial["state"] == "done";
     const json d = f.value("diagnosis", json::object());
     const std::string cause = d.value("cause", "");
     const json shrink = d.contains("shrink") && d["shrink"].contains(cause) ? d["shrink"][cause]["fraction"] : json();
-    std::vector<std::string> row = {name, fmt::format("{} of {}", done, f["trials"].size()), f.contains("fit") ? shown(f["fit"]["held_out_mm"]) : "–",
+    std::vector<std::string> row = {name, recorded(f), held_out(f),
                                     d.contains("gap") ? shown(d["gap"]["value_mm"]) : "–", answer(f), d.value("side", "–"),
                                     shrink.is_number() ? fmt::format("{:.0f} % of the gap", 100 * shrink.get<double>()) : "–"};
     if (simulated) row.push_back(truth_text(f));
@@ -206,8 +212,6 @@ void add_steps(report::HtmlReport& html, const json& summary) {
   html.table({"step", "state", "attempts", "s", "last failure"}, rows);
 }
 
-}  // namespace
-
 json session_summary(const SessionFile& file, const fs::path& folder) {
   json steps = json::object();
   for (const auto& [id, record] : read_journal(folder)) {
@@ -231,7 +235,9 @@ json session_summary(const SessionFile& file, const fs::path& folder) {
   return out;
 }
 
-void write_session_report(const SessionFile& file, const fs::path& folder) {
+}  // namespace
+
+json write_session_report(const SessionFile& file, const fs::path& folder) {
   const json summary = session_summary(file, folder);
   report::HtmlReport html("Session " + file.path.stem().string());
   add_answers(html, summary);
@@ -243,14 +249,13 @@ void write_session_report(const SessionFile& file, const fs::path& folder) {
   html.links({{"all of it as JSON", "session.json"}});
   html.write(folder / "report.html");
   files::write_json(folder / "session.json", summary);
+  return summary;
 }
 
 std::string session_text(const json& summary) {
   std::vector<std::vector<std::string>> rows;
   for (const auto& [name, f] : summary["fabrics"].items()) {
-    size_t done = 0;
-    for (const json& trial : f["trials"]) done += trial["state"] == "done";
-    rows.push_back({name, fmt::format("{} of {}", done, f["trials"].size()), f.contains("fit") ? shown(f["fit"]["held_out_mm"]) : "–", answer(f), truth_text(f)});
+    rows.push_back({name, recorded(f), held_out(f), answer(f), truth_text(f)});
   }
   return report::text_table({"fabric", "trials", "held out, mm", "diagnosis", ""}, rows);
 }

@@ -12,11 +12,9 @@
 
 namespace selvedge::station {
 
+// Writes FOLDER/session.json and FOLDER/report.html. Returns the former:
 // {"format": "session/1", "fabrics": {NAME: {"trials", "fit", "diagnosis", "truth"}}, "steps": {ID: {…}}, "calibration"}.
-nlohmann::json session_summary(const SessionFile& file, const std::filesystem::path& folder);
-
-// Writes FOLDER/session.json and FOLDER/report.html.
-void write_session_report(const SessionFile& file, const std::filesystem::path& folder);
+nlohmann::json write_session_report(const SessionFile& file, const std::filesystem::path& folder);
 
 // About a line a fabric, for the terminal.
 std::string session_text(const nlohmann::json& summary);

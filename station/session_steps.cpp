@@ -15,8 +15,6 @@ namespace {
 
 using State = StepRecord::State;
 
-constexpr double kFit_s = 90, kDiagnosis_s = 300;  // of a usual campaign
-
 double since(std::chrono::steady_clock::time_point begin) { return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count(); }
 
 // What is to happen after an attempt failed.
@@ -57,6 +55,8 @@ void run_step(const SessionFile& file, const Step& step, Journal& journal, Sessi
 }
 
 }  // namespace
+
+std::string diagnosis_folder_name(int round) { return round == 0 ? "diagnosis" : fmt::format("diagnosis-{}", round + 1); }
 
 std::string Step::id(const SessionFile& file) const {
   const std::string& name = file.fabrics[fabric].name;

@@ -31,6 +31,11 @@ struct Step {
   std::string id(const SessionFile& file) const;
 };
 
+inline constexpr double kFit_s = 90, kDiagnosis_s = 300;  // expected, of a usual campaign
+
+// "diagnosis", "diagnosis-2" after the first follow-up …: folder of a round's diagnosis.
+std::string diagnosis_folder_name(int round);
+
 // Nothing can go on: a step failed for good, or the operator said so. The session can be run again and goes on there.
 class SessionStopped : public std::runtime_error {
  public:

@@ -1,7 +1,7 @@
 // The motion that a fit's parameters give each trial, kept beside the fit so that others can show it without simulating
 // again: FOLDER/simulated/TRIAL.json and TRIAL.f32.
 //
-// TRIAL.json: {"format": "motion/1", "columns", "rows", "uv_m": [[u, v], …], "triangles": [[a, b, c], …], "time_s": […]};
+// TRIAL.json: {"format": "motion/1", "trial", "uv_m": [[u, v], …], "triangles": [[a, b, c], …], "time_s": […]};
 // TRIAL.f32: x, y, z of each vertex at each time, little-endian 32-bit floats, m, motion-capture frame.
 // Times are the trial's own: those of its frames, or of its markers' samples.
 #pragma once

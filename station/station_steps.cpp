@@ -266,7 +266,7 @@ json StationSteps::fit(const Step& step, const report::ProgressCallback& progres
 
 json StationSteps::diagnose(const Step& step, const report::ProgressCallback& progress) {
   write_campaign(step);
-  const fs::path folder = fabric_folder(step) / (step.round == 0 ? "diagnosis" : fmt::format("diagnosis-{}", step.round + 1));
+  const fs::path folder = fabric_folder(step) / diagnosis_folder_name(step.round);
   fs::create_directories(folder);
   diagnose::DiagnosisOptions options;
   options.study.columns = file_.diagnosis_columns;
@@ -285,7 +285,7 @@ json StationSteps::diagnose(const Step& step, const report::ProgressCallback& pr
 }
 
 std::vector<Step> StationSteps::follow_up(const Step& diagnosed) {
-  const fs::path folder = fabric_folder(diagnosed) / (diagnosed.round == 0 ? "diagnosis" : fmt::format("diagnosis-{}", diagnosed.round + 1));
+  const fs::path folder = fabric_folder(diagnosed) / diagnosis_folder_name(diagnosed.round);
   auto plan = read_follow_up(file_, diagnosed.fabric, folder / "next_session.toml");
   if (!plan) return {};
   const int round = diagnosed.round + 1;
@@ -297,8 +297,8 @@ std::vector<Step> StationSteps::follow_up(const Step& diagnosed) {
   auto& all = appended_[diagnosed.fabric];
   if (!all.trials.empty()) plan->trials.insert(plan->trials.begin(), all.trials.begin(), all.trials.end());
   all = std::move(*plan);
-  if (file_.fit) steps.push_back({"fit", diagnosed.fabric, "", round, 90});
-  steps.push_back({"diagnose", diagnosed.fabric, "", round, 300});
+  if (file_.fit) steps.push_back({"fit", diagnosed.fabric, "", round, kFit_s});
+  steps.push_back({"diagnose", diagnosed.fabric, "", round, kDiagnosis_s});
   return steps;
 }
 

@@ -1,5 +1,6 @@
 #include "capture/session/session_plan.h"
 
+#include "capture/trial/names.h"
 #include "files/bad_input.h"
 #include "rig/camera/camera.h"
 
@@ -40,8 +41,7 @@ GridPlan read_grid(rig::Section keys) {
 TrialPlan read_trial_plan(const std::string& name, rig::Section keys) {
   TrialPlan plan;
   plan.name = name;
-  const std::string kind = keys.choice("kind", std::nullopt, {"static", "waving", "robot"});
-  plan.kind = kind == "static" ? trial::Experiment::static_hang : kind == "waving" ? trial::Experiment::waving : trial::Experiment::robot;
+  plan.kind = trial::experiment_named(keys.choice("kind", std::nullopt, {"static", "waving", "robot"})).value();
   plan.duration_s = keys.number("duration_s", plan.duration_s, 0.5, 600, "s");
   plan.lead_in_s = keys.number("lead_in_s", plan.lead_in_s, 0.1, 60, "s");
   plan.tail_s = keys.number("tail_s", plan.tail_s, 0, 60, "s");
@@ -81,7 +81,7 @@ SessionPlan read_session_plan(const rig::Configuration& configuration) {
   plan.grey_noise_levels = keys.number("grey_noise_levels", plan.grey_noise_levels, 0, 50, "grey levels");
   plan.answer_timeout_s = keys.number("answer_timeout_s", plan.answer_timeout_s, 1, 3600, "s");
   for (const std::string& name : keys.texts("trials", std::nullopt)) {
-    if (name.empty() || name.find_first_not_of("abcdefghijklmnopqrstuvwxyz0123456789-_") != std::string::npos)
+    if (!trial::is_plain_name(name))
       refuse(keys.where() + " trials", "found \"{}\", expected names of small letters, digits, - and _", name);
     if (!keys.has(name)) refuse(keys.where(), "no section for trial \"{}\"", name);
     plan.trials.push_back(read_trial_plan(name, keys.section(name)));

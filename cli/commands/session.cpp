@@ -46,8 +46,7 @@ int run_session(const SessionArguments& a) {
     fmt::print(stderr, "stopped: {}\nrun the same command again to go on from there\n", stopped.what());
     status = 1;
   }
-  station::write_session_report(file, folder);
-  const nlohmann::json summary = station::session_summary(file, folder);
+  const nlohmann::json summary = station::write_session_report(file, folder);
   fmt::print("{}see {}\n", station::session_text(summary), (folder / "report.html").string());
   for (const nlohmann::json& step : summary["steps"])
     if (step["state"] == "skipped") status = 1;

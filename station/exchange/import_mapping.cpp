@@ -9,6 +9,7 @@
 #include <Eigen/LU>
 #include <opencv2/imgcodecs.hpp>
 
+#include "capture/trial/names.h"
 #include "capture/trial/trial_writer.h"
 #include "files/bad_input.h"
 #include "files/csv_table.h"
@@ -173,10 +174,9 @@ trial::Trial read_about(const files::TomlFile& file) {
   trial::Trial trial;
   Section about = file.section("trial");
   trial.name = about.text("name", std::nullopt);
-  if (trial.name.empty() || trial.name.find_first_not_of("abcdefghijklmnopqrstuvwxyz0123456789-_") != std::string::npos)
+  if (!trial::is_plain_name(trial.name))
     refuse(about.where() + " name", "found {}, expected small letters, digits, - and _", in_quotes(trial.name));
-  const std::string kind = about.choice("kind", std::nullopt, {"static", "waving", "robot"});
-  trial.experiment = kind == "static" ? trial::Experiment::static_hang : kind == "waving" ? trial::Experiment::waving : trial::Experiment::robot;
+  trial.experiment = trial::experiment_named(about.choice("kind", std::nullopt, {"static", "waving", "robot"})).value();
   trial.starts_at_rest = about.flag("starts_at_rest", true);
   const auto g = about.numbers("gravity_m_s2", std::vector<double>{0, 0, -9.81}, 3, -100, 100, "m/s²");
   trial.gravity_m_s2 = Eigen::Vector3d(g[0], g[1], g[2]);

@@ -6,6 +6,7 @@
 #include "files/bad_input.h"
 #include "rig/arm/model.h"
 #include "rig/arm/plan.h"
+#include "tests/refusal.h"
 
 namespace selvedge::arm {
 namespace {
@@ -78,12 +79,7 @@ class Plan : public testing::Test {
  protected:
   // Refusal text, empty where the path was accepted.
   std::string refusal(const ToolPath& path, const PlanLimits& limits = {}) const {
-    try {
-      plan(model_, model_.home_rad(), path, limits);
-      return "";
-    } catch (const BadInput& error) {
-      return error.what();
-    }
+    return refusal_of([&] { plan(model_, model_.home_rad(), path, limits); });
   }
   ToolPath sinusoid(double amplitude_m, double frequency_hz, const Eigen::Vector3d& direction = Eigen::Vector3d::UnitX()) const {
     return make_sinusoid(start_m_, {.direction = direction, .amplitude_m = amplitude_m, .frequency_hz = frequency_hz, .duration_s = 6});

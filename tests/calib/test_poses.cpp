@@ -10,6 +10,7 @@
 #include "calib/synthetic_poses.h"
 #include "files/bad_input.h"
 #include "files/whole_file.h"
+#include "tests/refusal.h"
 
 namespace selvedge::calib {
 namespace {
@@ -29,12 +30,7 @@ class PosesOnDisk : public ::testing::Test {
   void TearDown() override { std::filesystem::remove_all(folder_); }
 
   std::string refusal() const {
-    try {
-      read_poses(folder_);
-    } catch (const BadInput& error) {
-      return error.what();
-    }
-    return "";
+    return refusal_of([&] { read_poses(folder_); });
   }
   void replace(const char* file, const std::string& from, const std::string& to) const {
     std::string bytes = files::read_whole(folder_ / file);

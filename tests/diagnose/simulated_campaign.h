@@ -1,84 +1,25 @@
 // A small marker campaign simulated by the model itself on the mesh of 13 columns, for tests of the diagnosis.
 #pragma once
 
-#include <cmath>
-#include <random>
 #include <string>
 
-#include "capture/trial/trial_writer.h"
-#include "cloth/simulate.h"
+#include "tests/simulated_trial.h"
 
 namespace selvedge::diagnose {
 
-struct CampaignOfTest {
-  cloth::Material material;
-  double delay_s = 0;
-  Eigen::Vector3d air_m_s = Eigen::Vector3d::Zero();
-};
-
-inline trial::Trial simulated_trial(const CampaignOfTest& c, const std::string& name, double amplitude, double frequency_hz, unsigned seed) {
-  constexpr double kWidth = 0.3, kNoise = 2e-4;
-  trial::Trial t;
-  t.name = name;
-  t.experiment = amplitude > 0 ? trial::Experiment::waving : trial::Experiment::static_hang;
-  t.fabric = {"test knit", kWidth, kWidth, c.material.density * kWidth * kWidth, true};
-  t.starts_at_rest = true;
-  t.mocap_rate_hz = 120;
-  t.mocap_noise_m = kNoise;
-  std::mt19937 generator(seed);
-  std::normal_distribution<double> noise(0, kNoise);
-  const auto noisy = [&](const Eigen::Vector3d& p) -> Eigen::Vector3d { return p + Eigen::Vector3d(noise(generator), noise(generator), noise(generator)); };
-  const int samples = amplitude > 0 ? 96 : 12;
-  Eigen::Matrix3Xd left(3, samples), right(3, samples);
-  for (int i = 0; i < samples; ++i) {
-    const double s = i / 120.0, w = s < 0.1 ? 0 : 0.5 * (1 - std::cos(2 * M_PI * frequency_hz * (s - 0.1)));
-    t.corners.time_s.push_back(s);
-    left.col(i) = Eigen::Vector3d(-0.125, 0, 0);
-    right.col(i) = Eigen::Vector3d(0.125, amplitude * w, 0.3 * amplitude * w);
-  }
-  const cloth::Sheet sheet = cloth::make_sheet(geometry::make_grid_mesh(kWidth, kWidth, 13, 13));
-  cloth::Experiment e;
-  e.material = c.material;
-  e.air_velocity_m_s = c.air_m_s;
-  e.path = cloth::make_path(cloth::Hold::corners, t.corners.time_s, left, right);
-  for (int i = 0; i < samples; ++i) e.sample_s.push_back(i / 120.0);
-  e.start_shape = cloth::hung_shape(sheet, e, 1);
-  const cloth::Trajectory run = cloth::simulate(sheet, {e}).front();
-  t.corners.left.resize(3, samples);
-  t.corners.right.resize(3, samples);
-  trial::Markers markers;
-  std::vector<Eigen::Vector3d> seen;
-  for (int i = 0; i < samples; ++i) {
-    t.corners.left.col(i) = noisy(left.col(i));
-    t.corners.right.col(i) = noisy(right.col(i));
-    const double at = std::max(0.0, i - 120 * c.delay_s);
-    const auto k = static_cast<size_t>(at);
-    const double share = at - static_cast<double>(k);
-    const Eigen::Matrix3Xd shape = (1 - share) * run.samples[k] + share * run.samples[std::min(k + 1, run.samples.size() - 1)];
-    for (int m = 0; m < 25; ++m) {
-      const int column = 1 + 5 * (m % 5) / 2, row = 1 + 5 * (m / 5) / 2;
-      markers.time_s.push_back(i / 120.0);
-      markers.marker.push_back(m);
-      markers.uv.emplace_back(kWidth * column / 12, kWidth * row / 12);
-      seen.push_back(noisy(shape.col(row * 13 + column)));
-    }
-  }
-  markers.position.resize(3, static_cast<Eigen::Index>(seen.size()));
-  for (size_t i = 0; i < seen.size(); ++i) markers.position.col(static_cast<Eigen::Index>(i)) = seen[i];
-  t.markers = std::move(markers);
-  return t;
-}
-
-inline trial::Campaign simulated_campaign(const CampaignOfTest& c) {
+inline trial::Campaign simulated_campaign(const SimulatedSwatch& c) {
+  const auto recorded = [&](const std::string& name, double amplitude_m, double frequency_hz, unsigned seed) {
+    return simulated_trial(c, {.half_apart_m = 0.125, .amplitude_m = amplitude_m, .frequency_hz = frequency_hz, .samples = amplitude_m > 0 ? 96 : 12}, name, seed);
+  };
   trial::Campaign campaign;
   campaign.folder = "simulated";
   campaign.fabric = "test knit";
-  campaign.trials = {simulated_trial(c, "static-1", 0, 0, 1), simulated_trial(c, "waving-1", 0.09, 1.4, 2), simulated_trial(c, "waving-2", 0.06, 2.0, 3)};
+  campaign.trials = {recorded("static-1", 0, 0, 1), recorded("waving-1", 0.09, 1.4, 2), recorded("waving-2", 0.06, 2.0, 3)};
   return campaign;
 }
 
-inline CampaignOfTest usual_fabric() {
-  CampaignOfTest c;
+inline SimulatedSwatch usual_fabric() {
+  SimulatedSwatch c;
   c.material.stretch = 90;
   c.material.shear = 45;
   c.material.bend = 6e-5;

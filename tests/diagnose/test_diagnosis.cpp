@@ -14,7 +14,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-Diagnosis diagnosed(const CampaignOfTest& c) {
+Diagnosis diagnosed(const SimulatedSwatch& c) {
   std::vector<Effect> few;
   for (const Effect& e : effect_library())
     if (e.name == "camera_delay" || e.name == "bend_friction" || e.name == "draught" || e.name == "mass_error") few.push_back(e);
@@ -26,7 +26,7 @@ Diagnosis diagnosed(const CampaignOfTest& c) {
 }
 
 TEST(Diagnosis, NamesADelayAndMeasuresIt) {
-  CampaignOfTest late = usual_fabric();
+  SimulatedSwatch late = usual_fabric();
   late.delay_s = 0.012;
   const Diagnosis d = diagnosed(late);
   EXPECT_EQ(d.cause, "camera_delay");

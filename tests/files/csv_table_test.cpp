@@ -8,6 +8,7 @@
 
 #include "files/bad_input.h"
 #include "files/whole_file.h"
+#include "tests/refusal.h"
 
 namespace selvedge::files {
 namespace {
@@ -26,12 +27,8 @@ class CsvTest : public testing::Test {
   }
   // The refusal's text after the path; empty where the file was read.
   std::string refusal(const std::string& text) {
-    try {
-      read(text);
-    } catch (const BadInput& error) {
-      return std::string(error.what()).substr(path_.string().size());
-    }
-    return "";
+    const std::string said = refusal_of([&] { read(text); });
+    return said.empty() ? said : said.substr(path_.string().size());
   }
 
   std::filesystem::path path_;

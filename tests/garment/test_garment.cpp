@@ -13,6 +13,7 @@
 #include "garment/sewing.h"
 #include "garment/synthetic_walk.h"
 #include "garment/wear.h"
+#include "tests/refusal.h"
 
 namespace selvedge::garment {
 namespace {
@@ -29,13 +30,10 @@ class Garments : public testing::Test {
   }
   std::string refusal(const std::string& name, const std::string& text) const {
     const fs::path path = file(name, text);
-    try {
+    return refusal_of([&] {
       if (path.extension() == ".bvh") read_bvh(path);
       else sew(read_pattern(path));
-    } catch (const BadInput& error) {
-      return error.what();
-    }
-    return "";
+    });
   }
   fs::path folder_ = fs::temp_directory_path() / ("selvedge_garment_" + std::to_string(::getpid()));
 };

@@ -1,7 +1,7 @@
 #include <gtest/gtest.h>
 
 #include "capture/session/session_plan.h"
-#include "files/bad_input.h"
+#include "tests/refusal.h"
 
 namespace selvedge::session {
 namespace {
@@ -11,12 +11,7 @@ const std::string kRig = "[camera]\naddress = \"127.0.0.1\"\n[fabric]\nname = \"
 SessionPlan read(const std::string& text) { return read_session_plan(rig::Configuration::parse(kRig + text, "rig.toml")); }
 
 std::string refusal(const std::string& text) {
-  try {
-    read(text);
-  } catch (const BadInput& error) {
-    return error.what();
-  }
-  return "";
+  return refusal_of([&] { read(text); });
 }
 
 TEST(SessionPlan, KeepsTheOrderOfTheTrials) {

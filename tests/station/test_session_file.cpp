@@ -7,9 +7,9 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
-#include "files/bad_input.h"
 #include "files/whole_file.h"
 #include "station/session_steps.h"
+#include "tests/refusal.h"
 
 namespace selvedge::station {
 namespace {
@@ -32,12 +32,7 @@ class SessionFileTest : public testing::Test {
   }
   // The refusal's text; empty where there is none.
   std::string refusal(const std::string& text) {
-    try {
-      read(text);
-    } catch (const BadInput& error) {
-      return error.what();
-    }
-    return "";
+    return refusal_of([&] { read(text); });
   }
 
   const fs::path folder_ = fs::temp_directory_path() / fmt::format("selvedge-session-file-{}", ::getpid());

@@ -1,0 +1,81 @@
+// A trial that the model itself simulates: a square of 0.3 m held by two corners, still or waved, on a mesh of 13 columns,
+// seen as 25 noisy markers.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "capture/trial/trial.h"
+#include "cloth/simulate.h"
+
+namespace selvedge {
+
+struct SimulatedSwatch {
+  cloth::Material material;
+  double delay_s = 0;  // of the markers
+  Eigen::Vector3d air_m_s = Eigen::Vector3d::Zero();
+};
+
+// The right corner goes along y and z and back, after a short rest. amplitude_m: along y, peak to peak; 0 hangs still.
+struct SimulatedMotion {
+  double half_apart_m = 0.12, amplitude_m = 0, frequency_hz = 1.5;
+  int samples = 13;  // at 120 Hz
+};
+
+inline trial::Trial simulated_trial(const SimulatedSwatch& c, const SimulatedMotion& motion, const std::string& name, unsigned seed) {
+  constexpr double kWidth = 0.3, kNoise = 2e-4;
+  trial::Trial t;
+  t.name = name;
+  t.experiment = motion.amplitude_m > 0 ? trial::Experiment::waving : trial::Experiment::static_hang;
+  t.fabric = {"test knit", kWidth, kWidth, c.material.density * kWidth * kWidth, true};
+  t.starts_at_rest = true;
+  t.mocap_rate_hz = 120;
+  t.mocap_noise_m = kNoise;
+  std::mt19937 generator(seed);
+  std::normal_distribution<double> noise(0, kNoise);
+  const auto noisy = [&](const Eigen::Vector3d& p) -> Eigen::Vector3d { return p + Eigen::Vector3d(noise(generator), noise(generator), noise(generator)); };
+  Eigen::Matrix3Xd left(3, motion.samples), right(3, motion.samples);
+  for (int i = 0; i < motion.samples; ++i) {
+    const double s = i / 120.0, w = s < 0.1 ? 0 : 0.5 * (1 - std::cos(2 * M_PI * motion.frequency_hz * (s - 0.1)));
+    t.corners.time_s.push_back(s);
+    left.col(i) = Eigen::Vector3d(-motion.half_apart_m, 0, 0);
+    right.col(i) = Eigen::Vector3d(motion.half_apart_m, motion.amplitude_m * w, 0.3 * motion.amplitude_m * w);
+  }
+  const cloth::Sheet sheet = cloth::make_sheet(geometry::make_grid_mesh(kWidth, kWidth, 13, 13));
+  cloth::Experiment e;
+  e.material = c.material;
+  e.air_velocity_m_s = c.air_m_s;
+  e.path = cloth::make_path(cloth::Hold::corners, t.corners.time_s, left, right);
+  e.sample_s = t.corners.time_s;
+  e.start_shape = cloth::hung_shape(sheet, e, 1);
+  const cloth::Trajectory run = cloth::simulate(sheet, {e}).front();
+  t.corners.left.resize(3, motion.samples);
+  t.corners.right.resize(3, motion.samples);
+  trial::Markers markers;
+  std::vector<Eigen::Vector3d> seen;
+  for (int i = 0; i < motion.samples; ++i) {
+    t.corners.left.col(i) = noisy(left.col(i));
+    t.corners.right.col(i) = noisy(right.col(i));
+    const double at = std::max(0.0, i - 120 * c.delay_s);
+    const auto k = static_cast<size_t>(at);
+    const double share = at - static_cast<double>(k);
+    const Eigen::Matrix3Xd shape = (1 - share) * run.samples[k] + share * run.samples[std::min(k + 1, run.samples.size() - 1)];
+    for (int m = 0; m < 25; ++m) {
+      const int column = 1 + 5 * (m % 5) / 2, row = 1 + 5 * (m / 5) / 2;  // vertices 1, 3, 6, 8, 11
+      markers.time_s.push_back(i / 120.0);
+      markers.marker.push_back(m);
+      markers.uv.emplace_back(kWidth * column / 12, kWidth * row / 12);
+      seen.push_back(noisy(shape.col(row * 13 + column)));
+    }
+  }
+  markers.position.resize(3, static_cast<Eigen::Index>(seen.size()));
+  for (size_t i = 0; i < seen.size(); ++i) markers.position.col(static_cast<Eigen::Index>(i)) = seen[i];
+  t.markers = std::move(markers);
+  return t;
+}
+
+}  // namespace selvedge
