@@ -1,4 +1,4 @@
-// ./selvedge export TRIAL --hdf5 FILE | --obj DIR, and ./selvedge import MAPPING --out DIR: trials to and from formats of others.
+// ./selvedge export TRIAL --hdf5 FILE | --lcm FILE | --obj DIR, and ./selvedge import MAPPING --out DIR: trials to and from formats of others.
 #include <filesystem>
 #include <memory>
 
@@ -9,6 +9,7 @@
 #include "files/bad_input.h"
 #include "station/exchange/hdf5_export.h"
 #include "station/exchange/import_mapping.h"
+#include "station/exchange/lcm_export.h"
 #include "station/exchange/obj_sequence.h"
 
 namespace selvedge::cli {
@@ -16,11 +17,16 @@ namespace selvedge::cli {
 namespace {
 
 struct ExportArguments {
-  std::filesystem::path trial, hdf5, obj, fit;
+  std::filesystem::path trial, hdf5, lcm, obj, fit;
 };
 
 void run_export(const ExportArguments& a) {
-  if (a.hdf5.empty() && a.obj.empty()) refuse("export", "expected --hdf5 FILE, --obj DIR, or both");
+  if (a.hdf5.empty() && a.lcm.empty() && a.obj.empty()) refuse("export", "expected --hdf5 FILE, --lcm FILE, --obj DIR, or several of them");
+  if (!a.lcm.empty()) {
+    const station::LcmExported log = station::export_lcm(a.trial, a.lcm);
+    fmt::print("wrote {}: {} trials, {} messages, {:.1f} s\n", a.lcm.string(), log.trials, log.events, log.duration_s);
+  }
+  if (a.hdf5.empty() && a.obj.empty()) return;
   const trial::Trial trial = trial::read_trial(a.trial);
   if (!a.hdf5.empty()) {
     station::export_hdf5(trial, a.hdf5);
@@ -34,10 +40,11 @@ void run_export(const ExportArguments& a) {
 }  // namespace
 
 void add_exchange(CLI::App& app, int&) {
-  auto* out = app.add_subcommand("export", "a trial as HDF5, its fitted motion as OBJ files");
+  auto* out = app.add_subcommand("export", "a trial as HDF5 or as the bus's messages (LCM log), its fitted motion as OBJ files");
   auto a = std::make_shared<ExportArguments>();
-  out->add_option("TRIAL", a->trial, "folder of a trial")->required();
+  out->add_option("TRIAL", a->trial, "folder of a trial; for --lcm also a campaign or a run")->required();
   out->add_option("--hdf5", a->hdf5, "file to write: all that was recorded, units as attributes");
+  out->add_option("--lcm", a->lcm, "LCM event log to write: the bus's messages at their recorded times, for lcm-logplayer");
   out->add_option("--obj", a->obj, "folder to write: the fitted motion, one file a frame");
   out->add_option("--fit", a->fit, "folder of the fit, for --obj; default: the one that the trial lies in");
   out->callback([a] { run_export(*a); });

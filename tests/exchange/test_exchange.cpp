@@ -5,7 +5,13 @@
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
+#include <lcm/eventlog.h>
+#include <lcm/lcm.h>
 #include <opencv2/imgcodecs.hpp>
+#include <selvedge_rig/arm_status_t.hpp>
+#include <selvedge_rig/corner_sample_t.hpp>
+#include <selvedge_rig/frame_stamp_t.hpp>
+#include <selvedge_rig/session_status_t.hpp>
 #include <unistd.h>
 
 #include "capture/trial/trial_writer.h"
@@ -13,6 +19,7 @@
 #include "files/whole_file.h"
 #include "station/exchange/hdf5_export.h"
 #include "station/exchange/import_mapping.h"
+#include "station/exchange/lcm_export.h"
 #include "station/exchange/obj_sequence.h"
 
 namespace selvedge::station {
@@ -107,6 +114,109 @@ TEST_F(Exchange, AnExportedTrialReadsBackEqualInH5py) {
   files::write_whole(folder_ / "check.py", kCheck);
   const int status = std::system(fmt::format("/usr/bin/python3 '{0}/check.py' '{0}/trial' '{0}/trial.h5' > '{0}/output' 2>&1", folder_.string()).c_str());
   EXPECT_EQ(status, 0) << files::read_whole(folder_ / "output");
+}
+
+struct Read {
+  int64_t time_us;
+  std::string channel;
+  std::vector<char> bytes;
+};
+
+// By liblcm's own reader.
+std::vector<Read> read_log(const fs::path& path) {
+  std::vector<Read> events;
+  lcm_eventlog_t* log = lcm_eventlog_create(path.c_str(), "r");
+  if (log == nullptr) return events;
+  while (lcm_eventlog_event_t* event = lcm_eventlog_read_next_event(log)) {
+    const char* data = static_cast<const char*>(event->data);
+    EXPECT_EQ(event->eventnum, static_cast<int64_t>(events.size()));
+    events.push_back({event->timestamp, std::string(event->channel, static_cast<size_t>(event->channellen)), {data, data + event->datalen}});
+    lcm_eventlog_free_event(event);
+  }
+  lcm_eventlog_destroy(log);
+  return events;
+}
+
+template <class Message>
+std::vector<Message> on_channel(const std::vector<Read>& events, const std::string& channel) {
+  std::vector<Message> messages;
+  for (const Read& event : events) {
+    if (event.channel != channel) continue;
+    Message message;
+    EXPECT_EQ(message.decode(event.bytes.data(), 0, static_cast<int>(event.bytes.size())), static_cast<int>(event.bytes.size())) << channel;
+    EXPECT_EQ(message.utime, event.time_us);
+    EXPECT_EQ(message.sequence, static_cast<int64_t>(messages.size()) + 1);
+    messages.push_back(message);
+  }
+  return messages;
+}
+
+TEST_F(Exchange, AnLcmLogHoldsTheBussMessagesAtTheirTimes) {
+  const trial::Trial t = written();
+  files::write_whole(folder_ / "rig.toml", "[bus]\nport = 7667\n[arm]\nbackend = \"rtde\"\nmodel = \"arm.toml\"\nbase_position_m = [0.5, 0.25, -1.0]\nbase_rpy_deg = [0, 0, 90]\n");
+  const LcmExported exported = export_lcm(folder_ / "trial", folder_ / "trial.lcm");
+  const std::vector<Read> events = read_log(folder_ / "trial.lcm");
+  ASSERT_EQ(static_cast<int64_t>(events.size()), exported.events);
+  EXPECT_EQ(exported.events, 7 + 7 + 3 + 1 + 2);  // corners, arm, frames, stripes, begin and end
+  for (size_t i = 1; i < events.size(); ++i) EXPECT_GE(events[i].time_us, events[i - 1].time_us);
+
+  const auto corners = on_channel<selvedge_rig::corner_sample_t>(events, "TRACKER_CORNERS");
+  ASSERT_EQ(corners.size(), 7u);
+  for (size_t i = 0; i < 7; ++i) {
+    EXPECT_EQ(corners[i].utime, std::llround(1e6 * t.corners.time_s[i]));
+    EXPECT_EQ(corners[i].frame_number, static_cast<int64_t>(i));
+    ASSERT_EQ(corners[i].name, (std::vector<std::string>{"left", "right"}));
+    EXPECT_EQ(corners[i].occluded[0] != 0, i == 3);
+    if (i != 3) { EXPECT_EQ(corners[i].x_m[0], t.corners.left(0, static_cast<Eigen::Index>(i))); }
+    EXPECT_EQ(corners[i].z_m[1], t.corners.right(2, static_cast<Eigen::Index>(i)));
+  }
+  const auto stamps = on_channel<selvedge_rig::frame_stamp_t>(events, "CAMERA_STAMP");
+  ASSERT_EQ(stamps.size(), 3u);
+  EXPECT_EQ(stamps[2].frame_number, 3);
+  EXPECT_EQ(stamps[2].utime, 110000);
+  EXPECT_EQ(stamps[2].exposure_s, 0.002);
+  const auto arm = on_channel<selvedge_rig::arm_status_t>(events, "ARM_ARM");
+  ASSERT_EQ(arm.size(), 7u);
+  for (Eigen::Index i = 0; i < 7; ++i) {  // x of the world is -y of a base that is turned by 90 degrees
+    EXPECT_NEAR(arm[static_cast<size_t>(i)].tool_m[1], -(t.robot->measured(0, i) - 0.5), 1e-12);
+    EXPECT_NEAR(arm[static_cast<size_t>(i)].tool_commanded_m[2], t.robot->commanded(2, i) + 1.0, 1e-12);
+  }
+  const auto status = on_channel<selvedge_rig::session_status_t>(events, "SESSION_STATUS");
+  ASSERT_EQ(status.size(), 2u);
+  EXPECT_EQ(status[0].trial, "trial");
+  EXPECT_EQ(status[1].frames_recorded, 3);
+}
+
+TEST_F(Exchange, AnLcmLogOfACampaignReplaysAsABus) {
+  trial::Trial t = written();
+  t.markers = trial::Markers{{0.0, 0.0, 1 / 120.0}, {4, 7, 4}, {{0, 0}, {0.1, 0}, {0, 0}}, Eigen::Matrix3Xd::Random(3, 3)};
+  t.robot.reset();
+  t.frames.reset();
+  trial::write_trial(t, folder_ / "second", {});
+  files::write_whole(folder_ / "campaign.json", R"({"format": "campaign/1", "fabric": "denim", "trials": ["trial", "second"]})");
+  EXPECT_EQ(export_lcm(folder_, folder_ / "both.lcm").trials, 2);
+  const auto corners = on_channel<selvedge_rig::corner_sample_t>(read_log(folder_ / "both.lcm"), "TRACKER_CORNERS");
+  ASSERT_EQ(corners.size(), 14u);
+  EXPECT_GT(corners[7].utime, corners[6].utime + 1'000'000);
+  EXPECT_EQ(corners[7].name, (std::vector<std::string>{"left", "right", "m4", "m7"}));
+  EXPECT_EQ(corners[7].y_m[3], t.markers->position(1, 1));
+
+  // The same file as LCM's own transport, as a daemon would hear it.
+  lcm_t* bus = lcm_create(("file://" + (folder_ / "both.lcm").string() + "?speed=0").c_str());
+  ASSERT_NE(bus, nullptr);
+  int heard = 0;
+  lcm_subscribe(bus, "TRACKER_CORNERS", [](const lcm_recv_buf_t*, const char*, void* count) { ++*static_cast<int*>(count); }, &heard);
+  while (lcm_handle(bus) == 0) {}
+  lcm_destroy(bus);
+  EXPECT_EQ(heard, 14);
+}
+
+TEST_F(Exchange, LeavesNoHalfLcmLog) {
+  fs::create_directories(folder_ / "empty");
+  EXPECT_THROW(export_lcm(folder_ / "empty", folder_ / "x.lcm"), BadInput);
+  written();
+  EXPECT_ANY_THROW(export_lcm(folder_ / "trial", folder_ / "no-folder" / "x.lcm"));
+  EXPECT_FALSE(fs::exists(folder_ / "x.lcm"));
 }
 
 TEST_F(Exchange, LeavesNothingHalfWritten) {
