@@ -14,6 +14,7 @@ const std::vector<AddCommand>& commands() {
       add_garment,
       add_diagnose,
       add_blind,
+      add_compare,
       add_prove,
       add_bench,
       add_watch,
@@ -22,6 +23,7 @@ const std::vector<AddCommand>& commands() {
       add_daemon,
       add_simulate_devices,
       add_soak,
+      add_shell,
   };
   return list;
 }

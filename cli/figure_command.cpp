@@ -82,7 +82,9 @@ void add_figure_command(CLI::App& app, const std::string& command, const std::st
                         const std::vector<FigureSet>& sets, bool judged, int& exit_status) {
   CLI::App* sub = app.add_subcommand(command, description);
   auto arguments = std::make_shared<FigureArguments>();
-  sub->add_option("NAME", arguments->name, "Which one to run; without it, lists them");
+  std::string names;
+  for (const FigureSet& set : sets) names += (names.empty() ? "" : ",") + set.name;
+  sub->add_option("NAME", arguments->name, "Which one to run; without it, lists them")->type_name("{" + names + "}");
   sub->add_option("--json", arguments->json_path, "Also write the figures to this file")->type_name("FILE");
   sub->add_flag("--quick", arguments->quick, "The short version that the tests run");
   sub->add_option("--seed", arguments->seed, "Of every random choice")->type_name("N")->capture_default_str();

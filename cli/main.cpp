@@ -25,6 +25,7 @@ int main(int argc, char** argv) {
   app.footer("./selvedge test    sets up what is missing and runs every test.\n"
              "Exit status: 0 done, 1 failed or a figure fell short, 2 input that you can mend.");
   app.get_formatter()->column_width(30);
+  app.set_version_flag("--version", "selvedge " SELVEDGE_VERSION);
   app.require_subcommand(0, 1);
   app.failure_message(CLI::FailureMessage::simple);
   int exit_status = 0;

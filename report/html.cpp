@@ -26,6 +26,7 @@ figcaption { font-size: .9em; color: #333; }
 .row { display: flex; flex-wrap: wrap; gap: 10px; }
 .row figure { flex: 1 1 0; min-width: 150px; margin: 0; }
 .row img { width: 100%; image-rendering: pixelated; }
+.row img.plot { image-rendering: auto; }
 @media print { body { margin: 0; max-width: none; font-size: 11pt; } }
 )";
 
@@ -97,6 +98,15 @@ void HtmlReport::picture_row(const std::vector<std::string>& pngs, const std::ve
     throw std::invalid_argument(fmt::format("picture_row: {} pictures and {} captions", pngs.size(), captions.size()));
   body_ += "<div class=\"row\">\n";
   for (size_t i = 0; i < pngs.size(); ++i) picture(pngs[i], captions[i]);
+  body_ += "</div>\n";
+}
+
+void HtmlReport::svg_row(const std::vector<std::string>& svg_texts, const std::vector<std::string>& captions) {
+  if (svg_texts.size() != captions.size())
+    throw std::invalid_argument(fmt::format("svg_row: {} plots and {} captions", svg_texts.size(), captions.size()));
+  body_ += "<div class=\"row\">\n";
+  for (size_t i = 0; i < svg_texts.size(); ++i)
+    body_ += figure(fmt::format("<img class=\"plot\" alt=\"{}\" src=\"data:image/svg+xml;base64,{}\">", escape_html(captions[i]), base64(svg_texts[i])), captions[i]);
   body_ += "</div>\n";
 }
 

@@ -29,6 +29,15 @@ std::string line_plot(const std::vector<Series>& series, const PlotOptions& opti
 std::string bar_plot(const std::vector<std::string>& labels, const std::vector<double>& values,
                      const std::string& x_label);
 
+// Values with their intervals, one a label; NaN where there is none. low and high: as many as values.
+struct IntervalSeries {
+  std::string name;
+  std::vector<double> value, low, high;
+};
+
+// A line a label: each series' interval as a bar with its value marked on it, the series below each other.
+std::string interval_plot(const std::vector<std::string>& labels, const std::vector<IntervalSeries>& series, const PlotOptions& options);
+
 class HtmlReport {
  public:
   explicit HtmlReport(std::string title);
@@ -43,6 +52,8 @@ class HtmlReport {
   void picture(const std::string& png, const std::string& caption, int width_px = 0);
   // Pictures of equal size side by side, one caption each.
   void picture_row(const std::vector<std::string>& pngs, const std::vector<std::string>& captions);
+  // Plots side by side. Embedded as pictures: nothing in them runs, wherever they come from.
+  void svg_row(const std::vector<std::string>& svg_texts, const std::vector<std::string>& captions);
 
   // Whole file or nothing (files::write_whole).
   void write(const std::filesystem::path& path) const;

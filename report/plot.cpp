@@ -1,4 +1,4 @@
-// line_plot and bar_plot of report/html.h.
+// line_plot, bar_plot and interval_plot of report/html.h.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -187,6 +187,45 @@ std::string bar_plot(const std::vector<std::string>& labels, const std::vector<d
   }
   svg += line(frame.x_px, frame.y_px, frame.x_px, bottom, "#111");
   svg += text_at(frame.x_px + frame.width_px / 2, bottom + 36, "middle", x_label);
+  return svg + "</svg>\n";
+}
+
+std::string interval_plot(const std::vector<std::string>& labels, const std::vector<IntervalSeries>& series, const PlotOptions& options) {
+  constexpr double bar_px = 15;
+  size_t longest = 0;
+  for (const std::string& label : labels) longest = std::max(longest, label.size());
+  std::vector<double> range;
+  std::vector<Series> named;
+  for (const IntervalSeries& one : series) {
+    if (one.value.size() != labels.size() || one.low.size() != labels.size() || one.high.size() != labels.size())
+      throw std::invalid_argument(fmt::format("interval_plot: {}: {} labels and {}, {}, {} numbers", one.name, labels.size(), one.value.size(), one.low.size(), one.high.size()));
+    for (const auto* numbers : {&one.value, &one.low, &one.high}) range.insert(range.end(), numbers->begin(), numbers->end());
+    named.push_back({one.name, {}, {}, true});
+  }
+  const PlotAxis axis(range, options.log_x);
+  std::string names;
+  const double above = legend_line_px * legend(named, options.width_px, names) + 6, names_px = std::min(260.0, 20 + letter_px * static_cast<double>(longest));
+  const double row_px = bar_px * static_cast<double>(series.size()) + 8;
+  const Frame frame{names_px, top_px + above, options.width_px - names_px - right_px, row_px * static_cast<double>(labels.size())};
+  const double bottom = frame.y_px + frame.height_px;
+  std::string svg = open_svg(options.width_px, bottom + bottom_px) + names;
+  for (const double tick : axis.ticks()) {
+    const double at = frame.x_px + axis.place(tick) * frame.width_px;
+    svg += line(at, frame.y_px, at, bottom, "#ddd") + text_at(at, bottom + 17, "middle", axis.label(tick));
+  }
+  for (size_t i = 0; i < labels.size(); ++i) {
+    const double top = frame.y_px + row_px * static_cast<double>(i);
+    svg += line(frame.x_px, top, frame.x_px + frame.width_px, top, "#eee") + text_at(frame.x_px - 6, top + row_px / 2 + 4, "end", labels[i]);
+    for (size_t k = 0; k < series.size(); ++k) {
+      const double y = top + 4 + bar_px * (static_cast<double>(k) + 0.5);
+      const double from = frame.x_px + axis.place(series[k].low[i]) * frame.width_px, to = frame.x_px + axis.place(series[k].high[i]) * frame.width_px;
+      const double at = frame.x_px + axis.place(series[k].value[i]) * frame.width_px;
+      if (std::isfinite(from) && std::isfinite(to)) svg += line(from, y, to, y, styles[k % styles.size()].colour);
+      if (std::isfinite(at)) svg += mark(k, at, y);
+    }
+  }
+  svg += line(frame.x_px, frame.y_px, frame.x_px, bottom, "#111");
+  svg += text_at(frame.x_px + frame.width_px / 2, bottom + 36, "middle", options.x_label);
   return svg + "</svg>\n";
 }
 

@@ -19,7 +19,7 @@ namespace fs = std::filesystem;
 using State = StepRecord::State;
 using nlohmann::json;
 
-constexpr const char* kFile = "journal.jsonl";
+constexpr const char* kJournalFile = "journal.jsonl";
 
 State state_of(const std::string& text) {
   for (const State state : {State::begun, State::done, State::failed, State::skipped})
@@ -53,8 +53,8 @@ const char* to_text(State state) {
 
 std::map<std::string, StepRecord> read_journal(const fs::path& folder) {
   std::map<std::string, StepRecord> records;
-  if (!fs::is_regular_file(folder / kFile)) return records;
-  std::istringstream lines(files::read_whole(folder / kFile));
+  if (!fs::is_regular_file(folder / kJournalFile)) return records;
+  std::istringstream lines(files::read_whole(folder / kJournalFile));
   for (std::string line; std::getline(lines, line);) {
     const json parsed = json::parse(line, nullptr, false);
     if (parsed.is_object()) take_up(records, parsed);
@@ -69,7 +69,7 @@ Journal::Journal(const fs::path& folder, const std::string& session_text) {
     if (lock_ >= 0) ::close(lock_);
     refuse(folder.string(), "another session runs in this folder");
   }
-  const fs::path journal = folder / kFile, copy = folder / "session.toml";
+  const fs::path journal = folder / kJournalFile, copy = folder / "session.toml";
   if (fs::exists(journal)) {
     if (!fs::exists(copy) || files::read_whole(copy) != session_text) {
       ::close(lock_);

@@ -19,7 +19,7 @@ constexpr double kReach_px = 30;      // of the camera, about a corner
 constexpr double kWeight_px = 12;     // w
 constexpr int kStep_px = 2;           // every how many-th pixel is decoded
 constexpr size_t kLeastPixels = 25;
-constexpr const char* kFile = "projector-check.csv";
+constexpr const char* kProjectorCheckFile = "projector-check.csv";
 
 std::vector<Eigen::Vector2i> pixels_about(const Eigen::Vector2d& at, const geometry::Projection& camera) {
   std::vector<Eigen::Vector2i> pixels;
@@ -109,12 +109,12 @@ void write_projector_check(const ProjectorCheck& check, const std::filesystem::p
       text += fmt::format("{},{},{},{},{},{},{},{}\n", side, c.tracked.x(), c.tracked.y(), c.tracked.z(), c.camera[i].x(), c.camera[i].y(),
                           c.projector[i].x(), c.projector[i].y());
     }
-  files::write_whole(trial_folder / kFile, text);
+  files::write_whole(trial_folder / kProjectorCheckFile, text);
 }
 
 std::optional<ProjectorCheck> read_projector_check(const std::filesystem::path& trial_folder) {
-  if (!std::filesystem::exists(trial_folder / kFile)) return std::nullopt;
-  const files::CsvTable table = files::read_csv(trial_folder / kFile, {{"corner"}, {"x"}, {"y"}, {"z"}, {"camera_u"}, {"camera_v"}, {"projector_u"}, {"projector_v"}});
+  if (!std::filesystem::exists(trial_folder / kProjectorCheckFile)) return std::nullopt;
+  const files::CsvTable table = files::read_csv(trial_folder / kProjectorCheckFile, {{"corner"}, {"x"}, {"y"}, {"z"}, {"camera_u"}, {"camera_v"}, {"projector_u"}, {"projector_v"}});
   ProjectorCheck check;
   for (size_t i = 0; i < table.rows(); ++i) {
     const int side = files::whole_number(table, i, 0, "corner");

@@ -21,13 +21,6 @@ namespace fs = std::filesystem;
 using nlohmann::json;
 using report::short_number;
 
-// The newest diagnosis of a fabric: that of the last follow-up.
-fs::path diagnosis_folder(const fs::path& fabric) {
-  int newest = 0;
-  while (fs::exists(fabric / diagnosis_folder_name(newest + 1) / "diagnosis.json")) ++newest;
-  return fabric / diagnosis_folder_name(newest);
-}
-
 json trials_of(const SwatchPlan& swatch, const fs::path& folder, const json& steps) {
   json trials = json::object();
   std::set<std::string> names;
@@ -77,7 +70,7 @@ json fabric_summary(const SwatchPlan& swatch, const fs::path& folder, const json
       for (auto& [name, parameter] : out["fit"]["parameters"].items())
         if (truth["parameters"].contains(name)) parameter["truth"] = truth["parameters"][name]["value"];
   }
-  const fs::path diagnosis = diagnosis_folder(folder);
+  const fs::path diagnosis = newest_diagnosis_folder(folder);
   if (fs::exists(diagnosis / "diagnosis.json")) {
     const json d = files::read_json(diagnosis / "diagnosis.json");
     for (const char* key : {"cause", "side", "gap", "probabilities", "confusable", "cannot_tell", "effect_size", "shrink", "next_experiment"})

@@ -6,6 +6,7 @@
 // SessionSteps; here is the order, the journal, and what happens when a step fails.
 #pragma once
 
+#include <filesystem>
 #include <functional>
 #include <map>
 #include <stdexcept>
@@ -35,6 +36,8 @@ inline constexpr double kFit_s = 90, kDiagnosis_s = 300;  // expected, of a usua
 
 // "diagnosis", "diagnosis-2" after the first follow-up …: folder of a round's diagnosis.
 std::string diagnosis_folder_name(int round);
+// The newest diagnosis of a fabric's folder: that of the last follow-up. The first one's name where there is none.
+std::filesystem::path newest_diagnosis_folder(const std::filesystem::path& fabric);
 
 // Nothing can go on: a step failed for good, or the operator said so. The session can be run again and goes on there.
 class SessionStopped : public std::runtime_error {

@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "cli/command.h"
+#include "cli/shared_files.h"
 #include "cli/stop_signals.h"
 #include "console/bus_rig_link.h"
 #include "console/gate.h"
@@ -30,7 +31,7 @@ void run_console(ConsoleArguments& a) {
   if (std::filesystem::exists(a.run) && !std::filesystem::is_directory(a.run)) refuse("--run " + a.run.string(), "found a file, expected a folder");
   std::filesystem::create_directories(a.run);
   a.server.token = console::random_token();
-  a.server.web = SELVEDGE_CONSOLE_WEB;
+  a.server.web = console_web_folder();
   a.server.log = a.run / "console.log";
   const std::atomic<bool>& stopping = stop_on_signals();
   const console::RunFolder run(a.run);

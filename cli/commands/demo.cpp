@@ -11,6 +11,7 @@
 
 #include "capture/trial/trial.h"
 #include "cli/command.h"
+#include "cli/shared_files.h"
 #include "files/bad_input.h"
 #include "files/whole_file.h"
 #include "fit/fit_report.h"
@@ -30,8 +31,8 @@ namespace fs = std::filesystem;
 struct DemoArguments {
   std::string name;
   fs::path runs = "runs";
-  fs::path rig = fs::path(SELVEDGE_SOURCE_DIR) / "examples" / "demo-rig.toml";
-  fs::path world = fs::path(SELVEDGE_SOURCE_DIR) / "examples" / "demo-world.toml";
+  fs::path rig = shared_folder() / "examples" / "demo-rig.toml";
+  fs::path world = shared_folder() / "examples" / "demo-world.toml";
   int columns = fit::FitOptions().columns;
 };
 
@@ -53,7 +54,7 @@ fs::path make_folder(const DemoArguments& a) {
 }
 
 station::SessionResult capture(const DemoArguments& a, const fs::path& folder, const report::ProgressCallback& progress) {
-  station::SimulatedRig rig({a.rig, a.world, fs::path(SELVEDGE_SOURCE_DIR) / "data" / "arms"}, folder);
+  station::SimulatedRig rig({a.rig, a.world, shared_folder() / "data" / "arms"}, folder);
   return station::run_session(rig.configuration(), folder, [&](double done, const std::string& what) {
     rig.require_running();
     progress(kCaptured * done, what);

@@ -9,6 +9,7 @@
 #include <spdlog/spdlog.h>
 
 #include "cli/command.h"
+#include "cli/shared_files.h"
 #include "files/bad_input.h"
 #include "report/progress.h"
 #include "rig/network.h"
@@ -37,7 +38,7 @@ int run_session(const SessionArguments& a) {
   if (std::filesystem::exists(folder) && !std::filesystem::is_directory(folder)) refuse("--out " + folder.string(), "found a file, expected a folder");
   station::Journal journal(folder, file.text);
   log_to(folder);
-  station::StationSteps steps(file, journal, folder, SELVEDGE_SOURCE_DIR);
+  station::StationSteps steps(file, journal, folder, shared_folder());
   int status = 0;
   try {
     station::run_steps(file, journal, steps, [&](const std::string& question) { return steps.ask(question); },

@@ -8,6 +8,7 @@
 #include <spdlog/spdlog.h>
 
 #include "cli/command.h"
+#include "cli/shared_files.h"
 #include "cli/soak/recorder.h"
 #include "cli/soak/soak.h"
 #include "cli/stop_signals.h"
@@ -35,7 +36,7 @@ int run_soak(SoakOptions options, const std::filesystem::path& runs) {
 void add_soak(CLI::App& app, int& exit_status) {
   auto* command = app.add_subcommand("soak", "run a simulated rig under faults; exit 1 where an acknowledged frame is lost or the arm moves after a stop");
   auto options = std::make_shared<SoakOptions>();
-  const std::filesystem::path source = SELVEDGE_SOURCE_DIR;
+  const std::filesystem::path source = shared_folder();
   options->rig = source / "data" / "soak" / "rig.toml";
   options->world = source / "data" / "soak" / "world.toml";
   options->arms = source / "data" / "arms";

@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 
 #include "cli/figures.h"
+#include "cli/shared_files.h"
 #include "experiments/experiment_report.h"
 #include "experiments/simulated_trials.h"
 #include "report/text_table.h"
@@ -23,7 +24,7 @@ using experiments::FabricOutcome;
 using experiments::Identification;
 using experiments::IdentificationOptions;
 
-const std::filesystem::path kExperiments = SELVEDGE_SOURCE_DIR "/examples/experiments";
+const std::filesystem::path kExperiments = shared_folder() / "examples" / "experiments";
 constexpr double kDeterminedSd = 0.02;  // of the logarithm: a parameter counts as determined below it
 constexpr double kUnseen = 1e6;         // %, printed for a variability without end
 const experiments::KeptFits kNotKept{{}};

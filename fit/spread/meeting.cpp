@@ -38,8 +38,11 @@ int launched_size() {
 class Mpi {
  public:
   Mpi() {
-    const std::filesystem::path beside = std::filesystem::read_symlink("/proc/self/exe").parent_path() / "libselvedge_mpi.so";
-    library_ = ::dlopen(beside.c_str(), RTLD_NOW | RTLD_GLOBAL);
+    // Beside the binary in a build folder, in lib/selvedge where it is installed.
+    const std::filesystem::path folder = std::filesystem::read_symlink("/proc/self/exe").parent_path();
+    std::filesystem::path module = folder / "libselvedge_mpi.so";
+    if (!std::filesystem::exists(module)) module = folder.parent_path() / "lib" / "selvedge" / "libselvedge_mpi.so";
+    library_ = ::dlopen(module.c_str(), RTLD_NOW | RTLD_GLOBAL);
     if (!library_) throw std::runtime_error(fmt::format("ranks: an MPI launcher started this process, but MPI cannot be loaded: {}", ::dlerror()));
     check(function<int (*)(int*, int*, int*)>("selvedge_mpi_begin")(&rank, &size, &one_host));
   }

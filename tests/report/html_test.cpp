@@ -7,7 +7,9 @@
 #include <gtest/gtest.h>
 
 #include "files/whole_file.h"
+#include "report/base64.h"
 #include "report/plot_axis.h"
+#include "report/read_figures.h"
 
 namespace selvedge::report {
 namespace {
@@ -103,6 +105,48 @@ TEST(BarPlot, BarsAreInProportion) {
   EXPECT_NEAR(lengths[0] / lengths[1], 2, 0.01);
 }
 
+TEST(IntervalPlot, BarsRunFromLowToHighAndGapsStayEmpty) {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  const std::string svg = interval_plot({"stretch", "bend"}, {{"A", {1, 2}, {0.5, 1}, {2, 4}}, {"B", {1, nan}, {nan, nan}, {nan, nan}}}, {"ratio", "", true});
+  expect_well_formed(svg);
+  EXPECT_EQ(svg.find("nan"), std::string::npos);
+  std::vector<double> lengths;
+  const std::regex bar("<line x1=\"([0-9.]+)\" y1=\"[0-9.]+\" x2=\"([0-9.]+)\" y2=\"[0-9.]+\" stroke=\"#1f4e8c\"");
+  for (std::sregex_iterator it(svg.begin(), svg.end(), bar), end; it != end; ++it) lengths.push_back(std::stod((*it)[2]) - std::stod((*it)[1]));
+  ASSERT_EQ(lengths.size(), 2u);
+  EXPECT_GT(lengths[0], 50);
+  EXPECT_NEAR(lengths[0] / lengths[1], 1, 0.01);  // a factor of four both, on the axis of logarithms
+  EXPECT_THROW(interval_plot({"a"}, {{"A", {1, 2}, {1, 2}, {1, 2}}}, {}), std::invalid_argument);
+}
+
+TEST(Base64, ReadsBackAnyBytesAndNothingElse) {
+  for (const std::string& bytes : {std::string(), std::string("a"), std::string("\0\xff\x80", 3), std::string("four")}) EXPECT_EQ(from_base64(base64(bytes)), bytes);
+  for (const char* text : {"YWI", "YW*=", "=YWI", "Y==="}) EXPECT_FALSE(from_base64(text)) << text;
+}
+
+TEST(ReadFigures, GivesBackWhatAReportShows) {
+  HtmlReport report("figures");
+  const std::string plot = bar_plot({"a"}, {1}, "x");
+  report.svg(plot, "bars <1> & \"2\"");
+  report.picture_row({"one", "two"}, {"first", "second"});
+  report.picture("three", "alone");
+  report.paragraph("no <figure>");
+  const std::filesystem::path path = std::filesystem::path(testing::TempDir()) / "selvedge_figures_test.html";
+  report.write(path);
+  const auto rows = read_figures(files::read_whole(path));
+  std::filesystem::remove(path);
+  ASSERT_EQ(rows.size(), 3u);
+  ASSERT_EQ(rows[0].size(), 1u);
+  EXPECT_TRUE(rows[0][0].is_svg);
+  EXPECT_EQ(rows[0][0].bytes + "\n", plot);
+  EXPECT_EQ(rows[0][0].caption, "bars <1> & \"2\"");
+  ASSERT_EQ(rows[1].size(), 2u);
+  EXPECT_EQ(rows[1][1].bytes, "two");
+  EXPECT_EQ(rows[2][0].caption, "alone");
+  EXPECT_TRUE(read_figures("<figure><svg>").size() <= 1);  // cut off
+  EXPECT_EQ(read_figures("<figure><svg></svg><figcaption>x</figcaption></figure>").at(0).at(0).caption, "x");
+}
+
 TEST(HtmlReport, StandsAloneAndEscapes) {
   HtmlReport report("Fit of <silk> & co");
   report.heading("Parameters");
@@ -121,6 +165,7 @@ TEST(HtmlReport, StandsAloneAndEscapes) {
   EXPECT_NE(html.find("base64,YQ==\""), std::string::npos);
   EXPECT_EQ(html.find("http://", html.find("<body>")), html.find("http://www.w3.org/2000/svg"));
   EXPECT_THROW(report.picture_row({"a"}, {}), std::invalid_argument);
+  EXPECT_THROW(report.svg_row({"a"}, {}), std::invalid_argument);
 }
 
 }  // namespace
