@@ -28,6 +28,7 @@ bool is(const Prompt& prompt, const char* step) { return prompt.step == step; }
 // The board as the camera sees it in the pose shown last; taking it in is slow, lighting it is not.
 struct World::Board {
   int pose = -1;
+  bool after_knock = false;
   calib::BoardLook look;
   calib::BoardView view;
 };
@@ -283,7 +284,7 @@ bool World::image_at(double host_time_s, unsigned char* pixels) {
   }
   const std::lock_guard lock(picture_mutex_);
   if (stage.stage == Stage::board) {
-    board_image(stage.pose, host_time_s, pixels);
+    board_image(stage.pose, after_knock, host_time_s, pixels);
     return true;
   }
   if (stage.stage == Stage::fabric) {
@@ -300,13 +301,15 @@ bool World::image_at(double host_time_s, unsigned char* pixels) {
 }
 
 // The light beside the lens, which makes the retro-reflective discs shine, is on while the projector is dark.
-void World::board_image(int pose, double t, unsigned char* pixels) {
-  if (board_->pose != pose) {
+void World::board_image(int pose, bool after_knock, double t, unsigned char* pixels) {
+  if (board_->pose != pose || board_->after_knock != after_knock) {
+    const WorldConfiguration stands = after_knock ? knocked(configuration_) : configuration_;
     board_->view = calib::view_board(configuration_.grid, board_->look,
                                      board_pose(configuration_.board, geometry::centre(configuration_.camera), pose),
-                                     configuration_.camera, configuration_.projector);
+                                     stands.camera, stands.projector);
     board_->look.noise_grey = configuration_.noise_grey;
     board_->pose = pose;
+    board_->after_knock = after_knock;
   }
   const projector::Pattern pattern = pattern_at_ ? pattern_at_(t) : projector::Pattern{};
   const bool rows = pattern.orientation == projector::Orientation::horizontal;

@@ -81,7 +81,7 @@ class World {
   StageChange stage_at(double t) const;
   bool wait_for(std::unique_lock<std::mutex>& lock, double t);
   Eigen::Matrix3Xd interpolated(double t) const;
-  void board_image(int pose, double t, unsigned char* pixels);
+  void board_image(int pose, bool after_knock, double host_time_s, unsigned char* pixels);
   void add_noise(const std::vector<float>& grey, unsigned char* pixels);
 
   WorldConfiguration configuration_;
