@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <map>
 #include <set>
+#include <utility>
 
 #include "files/bad_input.h"
 #include "files/whole_file.h"

@@ -211,6 +211,17 @@ TEST_F(Exchange, AnLcmLogOfACampaignReplaysAsABus) {
   EXPECT_EQ(heard, 14);
 }
 
+TEST_F(Exchange, AnLcmLogOfARunNamesEachFabricsTrials) {
+  written();
+  fs::create_directories(folder_ / "run" / "denim");
+  fs::copy(folder_ / "trial", folder_ / "run" / "denim" / "trial", fs::copy_options::recursive);
+  files::write_whole(folder_ / "run" / "denim" / "campaign.json", R"({"format": "campaign/1", "fabric": "denim", "trials": ["trial"]})");
+  EXPECT_EQ(export_lcm(folder_ / "run", folder_ / "run.lcm").trials, 1);
+  const auto status = on_channel<selvedge_rig::session_status_t>(read_log(folder_ / "run.lcm"), "SESSION_STATUS");
+  ASSERT_EQ(status.size(), 2u);
+  EXPECT_EQ(status[0].trial, "denim/trial");
+}
+
 TEST_F(Exchange, LeavesNoHalfLcmLog) {
   fs::create_directories(folder_ / "empty");
   EXPECT_THROW(export_lcm(folder_ / "empty", folder_ / "x.lcm"), BadInput);
