@@ -2,6 +2,7 @@
 
 #include <chrono>
 #include <cmath>
+#include <numeric>
 #include <random>
 #include <tuple>
 
@@ -69,32 +70,39 @@ OneFit search_trials(const FabricCase& c, const std::vector<size_t>& trials, Ind
   });
 }
 
+// The same scenes, with equilibria that are shared and sought to 10 um: half of the time would go into them.
+fit::Objective scenes_for_squares(const FabricCase& c, const std::vector<fit::Parameter>& parameters, const VectorXd& start) {
+  fit::ObjectiveOptions mesh = c.fitted.scenes->options();
+  mesh.branch_of = c.fitted.scenes.get();
+  mesh.shared_rests = true;
+  mesh.simulation.rest_change_m = 1e-5;
+  mesh.simulation.rest_speed_m_s = 5e-4;
+  return fit::Objective(c.observed, mesh, parameters, start);
+}
+
 OneFit fit_together(const FabricCase& c, const std::vector<size_t>& trials, Index searched, const std::string& name, const IdentificationOptions& options,
                     const KeptFits& kept) {
   return kept.get(name, identity_of(c, trials, searched, c.start, options), [&] {
     const auto begin = std::chrono::steady_clock::now();
-    std::vector<fit::Parameter> some(c.parameters.begin(), c.parameters.begin() + searched);
-    // What is not searched stays at the start.
-    for (size_t k = some.size(); k < c.parameters.size(); ++k) {
-      const fit::Parameter held = c.parameters[k];
-      const double value = fit::to_value(held, c.start(static_cast<Index>(k)));
-      const auto inner = some.front().apply;
-      some.front().apply = [inner, held, value](fit::Prediction& p, double x) {
-        held.apply(p, value);
-        inner(p, x);
-      };
-    }
-    fit::Objective scenes = *c.fitted.scenes;
+    std::vector<Index> rows(static_cast<size_t>(searched));
+    std::iota(rows.begin(), rows.end(), Index{0});
+    const std::vector<fit::Parameter> some = fit::only(c.parameters, rows, c.start);  // what is not searched stays at the start
+    fit::Objective scenes = scenes_for_squares(c, some, c.start.head(searched));
     fit::LeastSquaresOptions squares;
     squares.trials = trials;
     squares.max_iterations = options.iterations;
-    squares.progress = options.progress;
-    const fit::LeastSquaresResult found = fit::minimise(scenes, some, c.start.head(searched), squares);
+    squares.least_decrease = 2e-3;  // the error of folds does not fall by what comes after
+    squares.progress = fit::part_of(options.progress, 0, 0.4, "beginnings");
+    const fit::Start near = fit::fit_beginnings(scenes, c.fitted.scenes->options().columns, some, c.start.head(searched), squares, {0.25, 0.5});
+    squares.progress = fit::part_of(options.progress, 0.4, 1, "all frames");
+    const fit::Rivals found = fit::minimise_and_return(scenes, some, near.coordinates, squares);
     OneFit out;
     out.set = c.start;
-    out.set.head(searched) = found.coordinates;
-    out.sd = found.covariance.diagonal().cwiseMax(0.0).cwiseSqrt();
-    out.evaluations = found.evaluations;
+    out.set.head(searched) = found.best.coordinates;
+    const VectorXd variance = found.best.covariance.diagonal().cwiseMax(found.best.covariance_between_trials.diagonal()).cwiseMax(0.0);
+    const VectorXd apart = found.rival ? VectorXd(*found.rival - found.best.coordinates) : VectorXd::Zero(searched);
+    out.sd = (variance + apart.cwiseAbs2()).cwiseSqrt();
+    out.evaluations = near.evaluations + found.best.evaluations;
     out.wall_s = seconds_since(begin);
     return out;
   });

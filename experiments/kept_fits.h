@@ -17,7 +17,7 @@ namespace selvedge::experiments {
 
 struct OneFit {
   Eigen::VectorXd set;           // all coordinates
-  Eigen::VectorXd sd;            // standard deviation of each, of least squares alone
+  Eigen::VectorXd sd;            // standard deviation of each, with what rival valleys leave open; of least squares alone
   double wall_s = 0;             // of the run that finished it
   int evaluations = 0;
   int from_journal = 0;          // of these, known from an earlier run

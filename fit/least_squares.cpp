@@ -47,6 +47,7 @@ class Stack {
   }
 
   int block(size_t k) const { return rows_[k].block; }
+  int trial(size_t k) const { return static_cast<int>(rows_[k].trial); }
   size_t size() const { return rows_.size(); }
 
  private:
@@ -81,20 +82,18 @@ MatrixXd difference_sets(const std::vector<Parameter>& parameters, const VectorX
   return sets;
 }
 
-// Sandwich: information⁻¹ (Σ_blocks g gᵀ) information⁻¹ with g a block's share of the gradient.
-MatrixXd sandwich(const MatrixXd& information, const MatrixXd& jacobian, const VectorXd& weighted, const Stack& stack) {
+// Σ_blocks g gᵀ with g a block's share of the gradient; a block is 0.2 s of a trial, or all of it.
+MatrixXd gradient_squares(const MatrixXd& jacobian, const VectorXd& weighted, const Stack& stack, bool whole_trials) {
   std::map<int, VectorXd> gradient;
   for (size_t k = 0; k < stack.size(); ++k) {
     const auto row = static_cast<Index>(k);
-    auto [at, fresh] = gradient.try_emplace(stack.block(k), VectorXd::Zero(jacobian.cols()));
+    auto [at, fresh] = gradient.try_emplace(whole_trials ? stack.trial(k) : stack.block(k), VectorXd::Zero(jacobian.cols()));
     at->second += weighted(row) * jacobian.row(row).transpose();
   }
-  MatrixXd middle = MatrixXd::Zero(jacobian.cols(), jacobian.cols());
-  for (const auto& [block, g] : gradient) middle += g * g.transpose();
-  const double blocks = static_cast<double>(gradient.size()), p = static_cast<double>(jacobian.cols());
-  middle *= blocks / std::max(1.0, blocks - p);
-  const MatrixXd inverse = information.inverse();
-  return inverse * middle * inverse;
+  MatrixXd sum = MatrixXd::Zero(jacobian.cols(), jacobian.cols());
+  for (const auto& [block, g] : gradient) sum += g * g.transpose();
+  const double blocks = static_cast<double>(gradient.size()), lost = whole_trials ? 1 : static_cast<double>(jacobian.cols());
+  return sum * blocks / std::max(1.0, blocks - lost);
 }
 
 // Where an iteration begins.
@@ -122,7 +121,9 @@ class Minimiser {
     }
     result_.coordinates = at_.x;
     const VectorXd w = cauchy_weights(r_, options_.cauchy * result_.scale);
-    result_.covariance = sandwich(result_.information, jacobian_, w.cwiseProduct(r_), stack_);
+    const MatrixXd inverse = result_.information.inverse();
+    result_.covariance = inverse * gradient_squares(jacobian_, w.cwiseProduct(r_), stack_, false) * inverse;
+    result_.covariance_between_trials = inverse * gradient_squares(jacobian_, w.cwiseProduct(r_), stack_, true) * inverse;
     options_.progress(1, fmt::format("cost {:.4g}", result_.cost));
     return std::move(result_);
   }

@@ -29,6 +29,7 @@ struct LeastSquaresResult {
   double cost = 0;
   Eigen::MatrixXd information;     // JᵀWJ + prior at the end
   Eigen::MatrixXd covariance;      // of coordinates: sandwich over blocks of trial and 0.2 s
+  Eigen::MatrixXd covariance_between_trials;  // the same with whole trials as blocks: how far they pull apart
   Residuals residuals;             // at the end
   double scale = 1;                // robust standard deviation of r / sd at the end
   int evaluations = 0;             // simulations of one parameter set over all trials

@@ -1,5 +1,6 @@
 #include "fit/model.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace selvedge::fit {
@@ -32,6 +33,7 @@ std::vector<Parameter> base_parameters(Drag drag) {
     all.push_back(material("drag_linear", "kg/(m²·s)", 0.3, 1e-3, 20, &M::drag_linear));
     all.push_back(material("drag_tangent", "kg/(m²·s)", 0.05, 1e-3, 5, &M::drag_tangent));
   }
+  for (size_t k = 3; k < all.size(); ++k) all[k].at_rest = false;  // damping and drag
   // What is not fitted is not there: a base without a drag law has no drag of the default material either.
   for (Parameter& p : all) {
     const auto inner = p.apply;
@@ -43,6 +45,21 @@ std::vector<Parameter> base_parameters(Drag drag) {
     };
   }
   return all;
+}
+
+std::vector<Parameter> only(const std::vector<Parameter>& parameters, const std::vector<Eigen::Index>& rows, const Eigen::VectorXd& coordinates) {
+  std::vector<Parameter> some;
+  for (const Eigen::Index row : rows) some.push_back(parameters[static_cast<size_t>(row)]);
+  for (size_t k = 0; k < parameters.size(); ++k) {
+    const auto at = static_cast<Eigen::Index>(k);
+    if (std::find(rows.begin(), rows.end(), at) != rows.end()) continue;
+    const auto held = parameters[k].apply, inner = some.front().apply;
+    some.front().apply = [held, inner, value = to_value(parameters[k], coordinates(at))](Prediction& p, double x) {
+      held(p, value);
+      inner(p, x);
+    };
+  }
+  return some;
 }
 
 double to_value(const Parameter& parameter, double coordinate) {

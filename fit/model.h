@@ -35,12 +35,16 @@ struct Parameter {
   bool logarithmic = true;        // fitted as ln(value); else as value / scale
   double scale = 1;               // a change of the value that matters, for those that are not logarithmic
   std::function<void(Prediction&, double value)> apply;
+  bool at_rest = true;            // false: it acts on motion alone, where the fabric hangs does not depend on it
 };
 
 // The base model: names and units of the exchange format. Mass is taken from the trial.
 // drag "nonlinear" (Bhat et al. 2003), "linear", or "none".
 enum class Drag { nonlinear, linear, none };
 std::vector<Parameter> base_parameters(Drag drag = Drag::nonlinear);
+
+// Those of the rows alone; the others stay at these coordinates.
+std::vector<Parameter> only(const std::vector<Parameter>& parameters, const std::vector<Eigen::Index>& rows, const Eigen::VectorXd& coordinates);
 
 // From the fitted coordinate (ln or plain) to the value and back.
 double to_value(const Parameter& parameter, double coordinate);

@@ -260,13 +260,53 @@ std::vector<Objective::Group> Objective::groups_of(const std::vector<size_t>& tr
   return groups;
 }
 
+std::map<std::pair<size_t, Index>, Eigen::Matrix3Xd> Objective::shared_rests(const std::vector<Parameter>& parameters, const Eigen::MatrixXd& coordinates,
+                                                                             const std::vector<Group>& groups) const {
+  // What acts on motion alone stands at its usual value, so that an equilibrium's bits do not depend on who shares it.
+  Eigen::MatrixXd at_rest = coordinates;
+  for (size_t k = 0; k < parameters.size(); ++k)
+    if (!parameters[k].at_rest) at_rest.row(static_cast<Index>(k)).setConstant(to_coordinate(parameters[k], parameters[k].start));
+  std::map<size_t, std::vector<Index>> different;  // sets, by trial
+  std::map<std::pair<size_t, Index>, Index> like;
+  for (const Group& g : groups)
+    for (Index set = g.first; set < g.first + g.count && !scenes_[g.trial].trial.still; ++set) {
+      std::vector<Index>& known = different[g.trial];
+      const auto same = std::find_if(known.begin(), known.end(), [&](Index other) { return at_rest.col(other) == at_rest.col(set); });
+      like[{g.trial, set}] = same == known.end() ? set : *same;
+      if (same == known.end()) known.push_back(set);
+    }
+  std::vector<std::pair<size_t, std::vector<Index>>> tasks;
+  for (const auto& [trial, sets] : different)
+    for (size_t first = 0; first < sets.size(); first += kLanes)
+      tasks.push_back({trial, {sets.begin() + static_cast<std::ptrdiff_t>(first), sets.begin() + static_cast<std::ptrdiff_t>(std::min(first + kLanes, sets.size()))}});
+  std::vector<std::vector<cloth::Rest>> rests(tasks.size());
+  tbb::parallel_for(size_t{0}, tasks.size(), [&](size_t i) {
+    const auto& [trial, sets] = tasks[i];
+    std::vector<cloth::Experiment> lanes;
+    for (const Index set : sets) lanes.push_back(predictions(parameters, at_rest, trial, set, 1).front().experiment);
+    rests[i] = cloth::relax(sheet_, lanes, options_.simulation);
+  });
+  std::map<std::pair<size_t, Index>, Eigen::Matrix3Xd> found, out;
+  for (size_t i = 0; i < tasks.size(); ++i)
+    for (size_t k = 0; k < tasks[i].second.size(); ++k) found[{tasks[i].first, tasks[i].second[k]}] = rests[i][k].position;
+  for (const auto& [key, set] : like) out[key] = found.at({key.first, set});
+  return out;
+}
+
 void Objective::evaluate_groups(const std::vector<Parameter>& parameters, const Eigen::MatrixXd& coordinates, const std::vector<Group>& groups,
                                 std::vector<Residuals>& out) const {
+  const auto rests = options_.shared_rests ? shared_rests(parameters, coordinates, groups) : std::map<std::pair<size_t, Index>, Eigen::Matrix3Xd>{};
   tbb::parallel_for(size_t{0}, groups.size(), [&](size_t task) {
     const auto [trial, first, count] = groups[task];
     const std::vector<Prediction> predicted = predictions(parameters, coordinates, trial, first, count);
     std::vector<cloth::Experiment> lanes;
-    for (const Prediction& p : predicted) lanes.push_back(p.experiment);
+    for (Index i = 0; i < count; ++i) {
+      lanes.push_back(predicted[static_cast<size_t>(i)].experiment);
+      const auto rest = rests.find({trial, first + i});
+      if (rest == rests.end()) continue;
+      lanes.back().start_shape = rest->second;
+      lanes.back().starts_at_rest = false;
+    }
     std::vector<cloth::Trajectory> runs;
     if (scenes_[trial].trial.still) {
       for (cloth::Rest& rest : cloth::relax(sheet_, lanes, options_.simulation))

@@ -5,6 +5,7 @@
 // the simulation together in SIMD lanes, and trials over the cores; results do not depend on either.
 #pragma once
 
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -36,6 +37,7 @@ struct ObjectiveOptions {
   double model_sd_mm = 0.5;                // what the mesh alone may be off by, added to sensor noise
   cloth::Options simulation;
   std::shared_ptr<Ranks> ranks;            // that share out evaluate() (fit/spread/ranks.h); empty: this process alone
+  bool shared_rests = false;               // sets that differ in parameters of motion alone start from one equilibrium, sought once
   const Objective* branch_of = nullptr;    // equilibria start from this one's, on another mesh, and are not sought
 };
 
@@ -90,6 +92,9 @@ class Objective {
   // Fills in the residuals of the groups' sets; an empty start shape of a set: its simulation blew up.
   void evaluate_groups(const std::vector<Parameter>& parameters, const Eigen::MatrixXd& coordinates, const std::vector<Group>& groups,
                        std::vector<Residuals>& out) const;
+  // Equilibria of the groups' sets, by trial and set; sets alike but for parameters of motion share one.
+  std::map<std::pair<size_t, Eigen::Index>, Eigen::Matrix3Xd> shared_rests(const std::vector<Parameter>& parameters, const Eigen::MatrixXd& coordinates,
+                                                                          const std::vector<Group>& groups) const;
   void evaluate_on_ranks(const std::vector<Parameter>& parameters, const Eigen::MatrixXd& coordinates, const std::vector<Group>& groups,
                          std::vector<Residuals>& out) const;
   // Sets the scene's start_shape; keeps the present one where there is one and none lies clearly nearer.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <set>
 
 #include <fmt/format.h>
 
@@ -43,37 +44,46 @@ double longest_span_s(const std::vector<ObservedTrial>& trials, double until_s) 
   return span;
 }
 
-// Still trials, and the first span_s of the first three that move, or as much of it as shows anything. Enough to start from: still trials are cheap, and three that
+// The first span_s of a trial that moves, or as much of it as shows anything; all of one that rests.
+ObservedTrial beginning_of(ObservedTrial t, double span_s) {
+  if (t.still) return t;
+  const double until_s = std::max(t.experiment.start_s + span_s, first_observed_s(t));
+  std::vector<double>& sample_s = t.experiment.sample_s;
+  // One sample beyond the last observation serves interpolation.
+  const auto end = std::upper_bound(sample_s.begin(), sample_s.end(), until_s);
+  if (end != sample_s.end()) sample_s.erase(end + 1, sample_s.end());
+  if (t.markers) {
+    MarkerTrack& m = *t.markers;
+    const auto all = static_cast<Eigen::Index>(m.time_s.size());
+    m.time_s.erase(std::upper_bound(m.time_s.begin(), m.time_s.end(), until_s), m.time_s.end());
+    const auto kept = static_cast<Eigen::Index>(m.time_s.size());
+    Eigen::Matrix3Xd position(3, kept * static_cast<Eigen::Index>(m.uv.size()));
+    for (Eigen::Index k = 0; k < static_cast<Eigen::Index>(m.uv.size()); ++k) position.middleCols(k * kept, kept) = m.position.middleCols(k * all, kept);
+    m.position = std::move(position);
+  }
+  if (t.stripes) {
+    auto track = std::make_shared<StripeTrack>(*t.stripes);
+    std::erase_if(track->frames, [&](const StripeFrame& f) { return f.time_s > until_s; });
+    t.stripes = track;
+  }
+  return t;
+}
+
+// Still trials and the beginnings of the first three that move. Enough to start from: still trials are cheap, and three that
 // move show every parameter once.
 std::vector<ObservedTrial> beginnings_of(const std::vector<ObservedTrial>& trials, double span_s) {
   std::vector<ObservedTrial> out;
-  for (const size_t i : first_few(trials)) {
-    ObservedTrial t = trials[i];
-    if (!t.still) {
-      const double until_s = std::max(t.experiment.start_s + span_s, first_observed_s(t));
-      std::vector<double>& sample_s = t.experiment.sample_s;
-      // One sample beyond the last observation serves interpolation.
-      const auto end = std::upper_bound(sample_s.begin(), sample_s.end(), until_s);
-      if (end != sample_s.end()) sample_s.erase(end + 1, sample_s.end());
-      if (t.markers) {
-        MarkerTrack& m = *t.markers;
-        const auto all = static_cast<Eigen::Index>(m.time_s.size());
-        m.time_s.erase(std::upper_bound(m.time_s.begin(), m.time_s.end(), until_s), m.time_s.end());
-        const auto kept = static_cast<Eigen::Index>(m.time_s.size());
-        Eigen::Matrix3Xd position(3, kept * static_cast<Eigen::Index>(m.uv.size()));
-        for (Eigen::Index k = 0; k < static_cast<Eigen::Index>(m.uv.size()); ++k)
-          position.middleCols(k * kept, kept) = m.position.middleCols(k * all, kept);
-        m.position = std::move(position);
-      }
-      if (t.stripes) {
-        auto track = std::make_shared<StripeTrack>(*t.stripes);
-        std::erase_if(track->frames, [&](const StripeFrame& f) { return f.time_s > until_s; });
-        t.stripes = track;
-      }
-    }
-    out.push_back(std::move(t));
-  }
+  for (const size_t i : first_few(trials)) out.push_back(beginning_of(trials[i], span_s));
   return out;
+}
+
+// Which parameters a short piece of motion shows; the others would wander off there.
+std::vector<Eigen::Index> shown_soon(const std::vector<Parameter>& parameters) {
+  static const std::set<std::string> names = {"stretch", "shear", "bend", "bend_damping", "drag_normal", "drag_linear"};
+  std::vector<Eigen::Index> rows;
+  for (size_t k = 0; k < parameters.size(); ++k)
+    if (names.count(parameters[k].name)) rows.push_back(static_cast<Eigen::Index>(k));
+  return rows;
 }
 
 }  // namespace
@@ -116,6 +126,53 @@ LeastSquaresResult minimise_on_branches(Objective& objective, const std::vector<
     result = std::move(again);
   }
   return result;
+}
+
+Start fit_beginnings(const Objective& objective, int columns, const std::vector<Parameter>& parameters, const Eigen::VectorXd& start,
+                     const LeastSquaresOptions& options, const std::vector<double>& shares) {
+  std::vector<ObservedTrial> whole;
+  for (const Scene& s : objective.scenes()) whole.push_back(s.trial);
+  const double span_s = longest_span_s(whole, options.fit_until_s);
+  ObjectiveOptions on = objective.options();
+  on.columns = columns;
+  on.branch_of = &objective;
+  const std::vector<Eigen::Index> rows = shown_soon(parameters);
+  const std::vector<Parameter> some_parameters = only(parameters, rows, start);
+  Start out{start, 0};
+  for (size_t i = 0; i < shares.size(); ++i) {
+    std::vector<ObservedTrial> begun;
+    for (const ObservedTrial& t : whole) begun.push_back(beginning_of(t, shares[i] * span_s));
+    Objective part(std::move(begun), on, some_parameters, out.coordinates(rows));
+    LeastSquaresOptions some = options;
+    some.max_iterations = std::min(6, options.max_iterations);
+    const double from = static_cast<double>(i) / static_cast<double>(shares.size());
+    some.progress = part_of(options.progress, from, from + 1.0 / static_cast<double>(shares.size()), fmt::format("first {:.0f} %", 100 * shares[i]));
+    const LeastSquaresResult fitted = minimise(part, some_parameters, out.coordinates(rows), some);
+    out.coordinates(rows) = fitted.coordinates;
+    out.evaluations += fitted.evaluations;
+  }
+  return out;
+}
+
+Rivals minimise_and_return(Objective& objective, const std::vector<Parameter>& parameters, const Eigen::VectorXd& start, const LeastSquaresOptions& options) {
+  constexpr double kClear = 0.05, kUnclear = 0.3;  // moved by this much: what a short piece of motion shows, and the rest
+  constexpr double kAlike = 1.5;                   // costs up to this ratio: a valley that the trials do not rule out
+  LeastSquaresOptions part = options;
+  part.progress = part_of(options.progress, 0, 0.6, "down");
+  LeastSquaresResult first = minimise(objective, parameters, start, part);
+  Eigen::VectorXd moved = Eigen::VectorXd::Constant(first.coordinates.size(), -kUnclear);
+  for (const Eigen::Index row : shown_soon(parameters))
+    if (parameters[static_cast<size_t>(row)].name != "bend_damping") moved(row) = kClear;
+  part.progress = part_of(options.progress, 0.6, 1, "back from elsewhere");
+  LeastSquaresResult second = minimise(objective, parameters, first.coordinates + moved, part);
+  const int evaluations = first.evaluations + second.evaluations;
+  // One scale for both; the pull to either start is left out.
+  const double a = cost_of(objective, first.residuals, options, 1), b = cost_of(objective, second.residuals, options, 1);
+  if (b < a) std::swap(first, second);
+  Rivals out{std::move(first), std::nullopt};
+  out.best.evaluations = evaluations;
+  if (std::max(a, b) < kAlike * std::min(a, b)) out.rival = second.coordinates;
+  return out;
 }
 
 Start find_start(const std::vector<ObservedTrial>& trials, const ObjectiveOptions& on, const std::vector<Parameter>& parameters,

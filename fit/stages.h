@@ -2,6 +2,8 @@
 // of equilibrium that were recorded.
 #pragma once
 
+#include <optional>
+
 #include "capture/trial/trial.h"
 #include "fit/least_squares.h"
 
@@ -31,5 +33,20 @@ struct Start {
 };
 Start find_start(const std::vector<ObservedTrial>& trials, const ObjectiveOptions& on, const std::vector<Parameter>& parameters,
                  const LeastSquaresOptions& options);
+
+// From a start nearer to the end: least squares over the first shares[0] of the motion, then over the first shares[1] from
+// there, and so on: late in a trial a wrong parameter has led the motion so far astray that the error no longer says which
+// way to go. Only what so short a motion shows is fitted. On a mesh of so many columns that takes its branches of equilibrium from the objective's.
+Start fit_beginnings(const Objective& objective, int columns, const std::vector<Parameter>& parameters, const Eigen::VectorXd& start,
+                     const LeastSquaresOptions& options, const std::vector<double>& shares);
+
+// minimise(), and once more from beside its end, damping and drag farther away than the rest. The better of the two, and the
+// other where the trials do not rule it out: what differs between the two is not determined, however steep the valley that
+// each lies in (folds that snap over make the error rugged, and derivatives know of one valley alone).
+struct Rivals {
+  LeastSquaresResult best;  // its evaluations: of both
+  std::optional<Eigen::VectorXd> rival;
+};
+Rivals minimise_and_return(Objective& objective, const std::vector<Parameter>& parameters, const Eigen::VectorXd& start, const LeastSquaresOptions& options);
 
 }  // namespace selvedge::fit

@@ -6,6 +6,7 @@
 #include <filesystem>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "cli/figures.h"
 #include "cli/shared_files.h"
@@ -30,7 +31,8 @@ constexpr double kUnseen = 1e6;         // %, printed for a variability without 
 const experiments::KeptFits kNotKept{{}};
 
 struct FitEffort {
-  int static_evaluations = 100, waving_evaluations = 120, head_to_head_evaluations = 600, repeats = 5;
+  int static_evaluations = 60, waving_evaluations = 120, head_to_head_evaluations = 600, repeats = 5;
+  std::vector<std::string> head_to_head = {"satin", "knit"};  // whose annealing has the paper's evaluations
 };
 
 // Static and waving trials of each fabric in one recording.
@@ -140,7 +142,7 @@ void waving_tables(const FitBench& bench, const FitEffort& effort, const FigureO
   double worst_error = 0, worst_wall = 0;
   DeterminedOnes determined;
   for (const auto& c : bench.cases) {
-    const bool head_to_head = c == bench.cases.back();
+    const bool head_to_head = std::find(effort.head_to_head.begin(), effort.head_to_head.end(), c->fabric.name) != effort.head_to_head.end();
     FabricOutcome f = outcome_of(c, trial::Experiment::waving);
     IdentificationOptions how = annealing_of(head_to_head ? effort.head_to_head_evaluations : effort.waving_evaluations, options.seed);
     f.identified.push_back(experiments::identify(*c, f.fitted, f.searched, how, kNotKept));
@@ -150,13 +152,13 @@ void waving_tables(const FitBench& bench, const FitEffort& effort, const FigureO
     print_result(experiments::parameter_table("Table 3, waving trials, " + c->fabric.name, f, annealed, bench.waving_file.paper));
     print_least_squares(f, squares, annealed, determined);
     worst_error = std::max(worst_error, squares.chosen_error() / annealed.chosen_error());
-    if (head_to_head) worst_wall = squares.wall_s() / annealed.wall_s();
+    if (head_to_head) worst_wall = std::max(worst_wall, squares.wall_s() / annealed.wall_s());
     fabrics.push_back(std::move(f));
     options.progress(0.9, "waving trials of " + c->fabric.name);
   }
   const Relation judged = options.quick ? Relation::shown : Relation::at_most;
   figures.push_back({"waving: E1+E2 of least squares over annealing's, worst fabric", worst_error, 1, "", judged, "required: no higher"});
-  figures.push_back({fmt::format("waving: wall time of least squares over annealing's {} evaluations a trial, {}", effort.head_to_head_evaluations, bench.cases.back()->fabric.name),
+  figures.push_back({fmt::format("waving: wall time of least squares over annealing's {} evaluations a trial, worst of {}", effort.head_to_head_evaluations, fmt::join(effort.head_to_head, ", ")),
                      worst_wall, 0.1, "", judged, "required"});
   figures.push_back({fmt::format("waving: farthest of {} determined parameters (sd below 2 %) from truth", determined.count), determined.worst_off_percent, 5, "%", judged, "required"});
   const double count = static_cast<double>(fabrics.size());
@@ -170,7 +172,7 @@ void waving_tables(const FitBench& bench, const FitEffort& effort, const FigureO
 
 std::vector<Figure> prove_fit(const FigureOptions& options) {
   FitEffort effort;
-  if (options.quick) effort = {12, 10, 12, 2};
+  if (options.quick) effort = {10, 10, 10, 2, {"knit"}};
   const FitBench bench = prepare_bench(options);
   std::vector<Figure> figures;
   static_tables(bench, effort, options, figures);
