@@ -167,6 +167,7 @@ async function walk(browser, url) {
 
   await page.keyboard.press("3");
   await until("the fit's parameters", async () => /Fit of/.test(await text("#summary")));
+  await page.click(`#report-list .entry[data-path="console/report.html"]`);
   const frame = await until("the report", async () => page.frames().find((f) => f.url().endsWith("/run/console/report.html")));
   await until("the report's words", () => frame.evaluate(() => /90 % interval/.test(document.body.textContent)));
   await shot("results");

@@ -2,7 +2,7 @@
 import { get } from "./api.js";
 import { by, element, number, say, short } from "./dom.js";
 
-let listed = "";
+let listed = "", opened = "";
 
 // The value within its 90 % interval, as a bar on a scale from a third to three times the value.
 function interval(p) {
@@ -25,9 +25,14 @@ function diagnosisCard(d) {
     element("p", { class: "sub" }, d.next_experiment?.do ? `next: ${d.next_experiment.do}` : ""));
 }
 
+function mark() {
+  for (const entry of by("report-list").children) entry.setAttribute("aria-selected", String(entry.dataset.path === opened));
+}
+
 export function open(path) {
+  opened = path;
   by("report").src = "/run/" + path;
-  for (const entry of by("report-list").children) entry.setAttribute("aria-selected", String(entry.dataset.path === path));
+  mark();
 }
 
 export async function showResults() {
@@ -39,5 +44,6 @@ export async function showResults() {
   if (!run.reports.length) by("report-list").append(element("p", { class: "empty-list" }, "no report yet"));
   by("summary").replaceChildren(...run.diagnoses.map(diagnosisCard), ...run.fits.map(fitCard));
   if (!run.fits.length && !run.diagnoses.length) by("summary").append(element("p", { class: "empty-list" }, "nothing fitted yet"));
+  mark();
   if (run.reports.length && !by("report").src) open(run.reports.includes("report.html") ? "report.html" : run.reports[0]);
 }
