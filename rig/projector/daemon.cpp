@@ -163,24 +163,42 @@ void serve(Projector& projector, Commands& commands, Showing& showing, rig::Devi
   projector.show({});
 }
 
+void read_dlpc350(rig::Section& keys, ProjectorOptions& device) {
+  device.transport = keys.text("transport", device.transport);
+  if (device.transport != "usb" && !device.transport.starts_with("unix:"))
+    refuse(keys.where() + " transport", "found \"{}\", expected \"usb\" or \"unix:PATH\"", device.transport);
+  device.flash_table = keys.text("flash_table", "");
+  device.exposure_s = keys.number("exposure_s", device.exposure_s, 235e-6, 2, "s");
+}
+
+void read_window(rig::Section& keys, ProjectorConfiguration& result) {
+  WindowOptions& window = result.window;
+  window.screen = keys.text("screen", window.screen);
+  window.monitor = static_cast<int>(keys.integer("monitor", window.monitor, 0, 63, ""));
+  window.gamma = keys.number("gamma", window.gamma, 0.2, 5, "");
+  window.settle_s = keys.number("settle_s", window.settle_s, 0, 2, "s");
+  window.width_px = result.width_px;
+  window.height_px = result.height_px;
+}
+
 }  // namespace
 
 ProjectorConfiguration read_configuration(rig::Section keys) {
   ProjectorConfiguration result;
-  result.backend = keys.choice("backend", result.backend, {"dlpc350"});
-  result.device.transport = keys.text("transport", result.device.transport);
-  if (result.device.transport != "usb" && !result.device.transport.starts_with("unix:"))
-    refuse(keys.where() + " transport", "found \"{}\", expected \"usb\" or \"unix:PATH\"", result.device.transport);
-  result.device.flash_table = keys.text("flash_table", "");
-  result.device.exposure_s = keys.number("exposure_s", result.device.exposure_s, 235e-6, 2, "s");
-  result.device.reply_timeout_s = keys.number("reply_timeout_s", result.device.reply_timeout_s, 0.01, 10, "s");
+  result.backend = keys.choice("backend", result.backend, {"dlpc350", "window"});
   result.width_px = static_cast<int>(keys.integer("width_px", result.width_px, 1, 8192, "px"));
   result.height_px = static_cast<int>(keys.integer("height_px", result.height_px, 1, 8192, "px"));
+  const double timeout_s = keys.number("reply_timeout_s", result.device.reply_timeout_s, 0.01, 10, "s");
+  result.device.reply_timeout_s = result.window.reply_timeout_s = timeout_s;
+  if (result.backend == "window") read_window(keys, result);
+  else read_dlpc350(keys, result.device);
   keys.finish();
   return result;
 }
 
-std::unique_ptr<Projector> open(const ProjectorConfiguration& configuration) { return open_dlpc350(configuration.device); }
+std::unique_ptr<Projector> open(const ProjectorConfiguration& configuration) {
+  return configuration.backend == "window" ? open_window(configuration.window) : open_dlpc350(configuration.device);
+}
 
 void run_daemon(const rig::Configuration& configuration, const std::atomic<bool>& stopping,
                 const std::string& device) {

@@ -16,8 +16,9 @@
 namespace selvedge::projector {
 
 struct ProjectorConfiguration {
-  std::string backend = "dlpc350";
+  std::string backend = "dlpc350";  // or "window"
   ProjectorOptions device;
+  WindowOptions window;
   int width_px = 912;    // columns and rows that pattern coordinates run over
   int height_px = 1140;
 };

@@ -40,4 +40,18 @@ struct ProjectorOptions {
 // TI DLPC350, e.g. the LightCrafter 4500 (backends/dlpc350.cpp).
 std::unique_ptr<Projector> open_dlpc350(const ProjectorOptions& options);
 
+struct WindowOptions {
+  std::string screen;          // X display as ":0"; empty: the environment's DISPLAY
+  int monitor = 0;             // of that screen, counted from 0
+  int width_px = 912;          // what the monitor is set to; anything else is refused
+  int height_px = 1140;
+  double gamma = 1;            // light = drive^gamma; 2.2 for most video projectors
+  double settle_s = 0.05;      // waited after the refresh, for the projector's own electronics
+  double reply_timeout_s = 2;
+};
+
+// Any projector that is a screen: a full-screen window (backends/window.cpp). Shows every pattern at any level; it has no
+// trigger output.
+std::unique_ptr<Projector> open_window(const WindowOptions& options);
+
 }  // namespace selvedge::projector

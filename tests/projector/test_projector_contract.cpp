@@ -25,7 +25,7 @@ Device start_dlpc350() {
   options.transport = "unix:" + path;
   options.reply_timeout_s = 0.5;
   return {.open = [options] { return projector::open_dlpc350(options); },
-          .shown = [server] { return server->pattern_at(rig::host_now_s()); },
+          .shown = [server] { return picture_of(server->pattern_at(rig::host_now_s())); },
           .disconnect = [server] { server->disconnect(); },
           .reject_next = [server] { server->device().reject_next(1); },
           .hang = [server] { server->hang(5); }};
