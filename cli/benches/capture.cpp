@@ -24,6 +24,8 @@
 
 namespace selvedge::cli {
 
+std::vector<Figure> bench_capture_v4l2(const FigureOptions& options);
+
 namespace {
 
 constexpr const char* kAddress = "127.0.5.1";
@@ -148,7 +150,7 @@ std::vector<Figure> bench_capture(const FigureOptions& options) {
   std::vector<Figure> figures;
   int step = 0;
   for (const double loss : {0.0, 0.01}) {
-    options.progress(0.25 * step, fmt::format("daemon at {:.0f} % packet loss", 100 * loss));
+    options.progress(0.2 * step, fmt::format("daemon at {:.0f} % packet loss", 100 * loss));
     // The client's process is made before the camera's threads.
     int ends[2];
     if (::pipe(ends) != 0) throw std::runtime_error("bench capture: no pipe");
@@ -171,13 +173,16 @@ std::vector<Figure> bench_capture(const FigureOptions& options) {
     device.set_faults(faults);
     const Outcome ours = collect(child, ends[0]);
     ::close(ends[0]);
-    options.progress(0.25 * (step + 1), fmt::format("arv-camera-test at {:.0f} % packet loss", 100 * loss));
+    options.progress(0.2 * (step + 1), fmt::format("arv-camera-test at {:.0f} % packet loss", 100 * loss));
     std::optional<Outcome> peer;
     if (has_peer) peer = run_arv_camera_test(seconds);
     add(figures, fmt::format("1280×1024 at 60 Hz, {:.0f} % loss", 100 * loss), ours, peer, reference);
     step += 2;
   }
   camera::FrameRingWriter::remove(camera::ring_name(kBusPort, "camera"));
+  options.progress(0.8, "the daemon and v4l2-ctl on a V4L2 node");
+  const std::vector<Figure> v4l2 = bench_capture_v4l2(options);
+  figures.insert(figures.end(), v4l2.begin(), v4l2.end());
   return figures;
 }
 

@@ -1,0 +1,167 @@
+// `./selvedge bench capture-v4l2`: the camera daemon beside `v4l2-ctl --stream-mmap`, one after the other on the same
+// simulated V4L2 node. Part of `./selvedge bench capture`.
+//
+// The node is umockdev's, whose library must stand between each process and the kernel: this program runs itself again
+// under umockdev-wrapper and reads back what that run measured. The clients are programs of their own, so that their
+// processor time can be told from the camera's; the daemon's frames are read out of its ring here.
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <stdexcept>
+#include <thread>
+
+#include <fmt/format.h>
+
+#include "cli/figures.h"
+#include "files/whole_file.h"
+#include "hardware_sim/v4l2_camera/v4l2_camera.h"
+#include "rig/camera/frame_ring.h"
+#include "rig/clock.h"
+#include "rig/network.h"
+#include "station/child_process.h"
+
+namespace selvedge::cli {
+
+namespace {
+
+constexpr int kV4l2BusPort = 17291;
+constexpr double kV4l2Rate_hz = 60, kDaemonStart_s = 30;
+constexpr int kV4l2Width_px = 1280, kV4l2Height_px = 1024;
+constexpr int kFirstFrames = 30;  // not counted: the client is still starting
+
+struct Streamed {
+  int64_t frames = 0, lost = 0;
+  double seconds = 0, cpu_s = 0;
+};
+
+double cpu_of_children_s() {
+  rusage usage{};
+  ::getrusage(RUSAGE_CHILDREN, &usage);
+  const auto seconds = [](const timeval& t) { return static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec); };
+  return seconds(usage.ru_utime) + seconds(usage.ru_stime);
+}
+
+Streamed stream_by_daemon(int frames, const std::filesystem::path& folder) {
+  const std::filesystem::path rig = folder / "rig.toml";
+  std::ofstream(rig) << fmt::format("[bus]\nport = {}\n[camera]\nbackend = \"v4l2\"\naddress = \"/dev/video0\"\nrate_hz = {}\n", kV4l2BusPort, kV4l2Rate_hz);
+  const std::string ring = camera::ring_name(kV4l2BusPort, "camera");
+  camera::FrameRingWriter::remove(ring);
+  const double before_s = cpu_of_children_s();
+  Streamed out;
+  {
+    const station::ChildProcess daemon("camera daemon", {station::own_program().string(), "daemon", "camera", "--config", rig.string()}, folder / "daemon.log");
+    std::unique_ptr<camera::FrameRingReader> reader;
+    for (const double end_s = rig::host_now_s() + kDaemonStart_s; !reader;) {
+      try {
+        reader = std::make_unique<camera::FrameRingReader>(ring);
+      } catch (const std::runtime_error&) {  // not there yet
+        if (rig::host_now_s() > end_s) throw std::runtime_error("bench capture-v4l2: the daemon delivered nothing; see " + (folder / "daemon.log").string());
+        std::this_thread::sleep_for(std::chrono::milliseconds(5));
+      }
+    }
+    camera::RingFrame frame;
+    int64_t first = 0, last = 0;
+    double start_s = 0;
+    for (int seen = 0; out.frames < frames && reader->next(frame, 5); ++seen) {
+      if (seen < kFirstFrames) continue;
+      if (first == 0) {
+        first = frame.head.frame_number;
+        start_s = rig::host_now_s();
+      }
+      last = frame.head.frame_number;
+      ++out.frames;
+    }
+    out.seconds = rig::host_now_s() - start_s;
+    out.lost = last - first + 1 - out.frames;
+  }
+  out.cpu_s = cpu_of_children_s() - before_s;
+  camera::FrameRingWriter::remove(ring);
+  return out;
+}
+
+// v4l2-ctl says a line a buffer: "cap dqbuf: 1 seq:     37 bytesused: … ts: 1234.567890 …".
+Streamed stream_by_v4l2_ctl(int frames) {
+  const double before_s = cpu_of_children_s();
+  const std::string command =
+      fmt::format("v4l2-ctl -d /dev/video0 --set-parm={:.0f} --stream-mmap --stream-count={} --verbose 2>&1", kV4l2Rate_hz, frames + kFirstFrames);
+  FILE* const pipe = ::popen(command.c_str(), "r");
+  Streamed out;
+  int64_t first = -1, last = -1;
+  int seen = 0;
+  double first_s = 0, last_s = 0;
+  char line[4096];
+  while (std::fgets(line, sizeof line, pipe) != nullptr) {
+    const char *seq = std::strstr(line, "seq:"), *stamp = std::strstr(line, "ts: ");
+    if (seq == nullptr || stamp == nullptr || ++seen <= kFirstFrames) continue;
+    last = std::atoll(seq + 4);
+    last_s = std::atof(stamp + 4);
+    if (first < 0) {
+      first = last;
+      first_s = last_s;
+    }
+    ++out.frames;
+  }
+  ::pclose(pipe);
+  if (out.frames < 2) throw std::runtime_error("bench capture-v4l2: v4l2-ctl delivered nothing");
+  out.lost = last - first + 1 - out.frames;
+  out.seconds = last_s - first_s;
+  out.cpu_s = cpu_of_children_s() - before_s;
+  return out;
+}
+
+std::vector<Figure> compare_on_node(const FigureOptions& options, const std::filesystem::path& folder) {
+  const int frames = options.quick ? 120 : 1200;
+  rig::ensure_local_multicast(kV4l2BusPort);
+  hardware_sim::V4l2CameraOptions camera;
+  camera.width_px = kV4l2Width_px;
+  camera.height_px = kV4l2Height_px;
+  camera.rate_hz = kV4l2Rate_hz;
+  const size_t size = size_t{kV4l2Width_px} * kV4l2Height_px;
+  const hardware_sim::V4l2Camera device(camera, [size, shade = uint8_t{0}](double, uint8_t* pixels) mutable { std::memset(pixels, ++shade, size); });
+  const Streamed ours = stream_by_daemon(frames, folder);
+  const bool has_peer = std::system("command -v v4l2-ctl > /dev/null 2>&1") == 0;
+  const Streamed peer = has_peer ? stream_by_v4l2_ctl(frames) : Streamed{};
+  const std::string reference = has_peer ? "v4l2-ctl --stream-mmap, same node, same run" : "v4l2-ctl (package v4l-utils) is not installed";
+  const auto beside = [&](double value) { return has_peer ? value : std::nan(""); };
+  const auto rate = [](const Streamed& s) { return static_cast<double>(s.frames - 1) / s.seconds; };
+  const auto cpu_ms = [](const Streamed& s) { return 1e3 * s.cpu_s / static_cast<double>(s.frames + kFirstFrames); };
+  const std::string who = "V4L2, 1280×1024 at 60 Hz";
+  return {{who + ": frames", rate(ours), beside(rate(peer)), "1/s", Relation::shown, reference},
+          {who + ": frames lost", static_cast<double>(ours.lost), beside(static_cast<double>(peer.lost)), "", Relation::shown, reference},
+          {who + ": processor time a frame", cpu_ms(ours), beside(cpu_ms(peer)), "ms", Relation::shown, reference}};
+}
+
+std::vector<Figure> figures_in(const std::filesystem::path& json) {
+  std::vector<Figure> out;
+  const nlohmann::json all = files::read_json(json);
+  for (const auto& f : all.at("figures"))
+    out.push_back({f.at("what"), f.at("measured"), f.at("reference").is_number() ? f.at("reference").get<double>() : std::nan(""), f.at("unit"), Relation::shown, f.at("source")});
+  return out;
+}
+
+}  // namespace
+
+std::vector<Figure> bench_capture_v4l2(const FigureOptions& options) {
+  const std::filesystem::path folder = std::filesystem::temp_directory_path() / fmt::format("selvedge-v4l2-{}", ::getpid());
+  std::filesystem::create_directories(folder);
+  std::vector<Figure> figures;
+  if (const char* preloaded = std::getenv("LD_PRELOAD"); preloaded != nullptr && std::strstr(preloaded, "umockdev") != nullptr) {
+    figures = compare_on_node(options, folder);
+  } else {
+    const std::string self = station::own_program(), json = folder / "figures.json", log = folder / "bench.log";
+    const std::string command = fmt::format("umockdev-wrapper '{}' bench capture-v4l2 {}--json '{}' > '{}' 2>&1", self, options.quick ? "--quick " : "", json, log);
+    if (std::system(command.c_str()) != 0) throw std::runtime_error("bench capture-v4l2: no figures under umockdev-wrapper; see " + log);
+    figures = figures_in(json);
+  }
+  std::filesystem::remove_all(folder);
+  return figures;
+}
+
+}  // namespace selvedge::cli
