@@ -155,16 +155,16 @@ Start fit_beginnings(const Objective& objective, int columns, const std::vector<
 }
 
 Rivals minimise_and_return(Objective& objective, const std::vector<Parameter>& parameters, const Eigen::VectorXd& start, const LeastSquaresOptions& options) {
-  constexpr double kClear = 0.05, kDamping = 0.3;  // moved by this much: what a short piece of motion shows, and its damping
+  constexpr double kClear = 0.05, kUnclear = 0.3;  // moved by this much: what a short piece of motion shows, and the rest
   constexpr double kAlike = 1.5;                   // costs up to this ratio: a valley that the trials do not rule out
   LeastSquaresOptions part = options;
   part.progress = part_of(options.progress, 0, 0.6, "down");
   LeastSquaresResult first = minimise(objective, parameters, start, part);
-  Eigen::VectorXd elsewhere = start;  // what hardly shows may have drifted far in a flat valley
+  Eigen::VectorXd moved = Eigen::VectorXd::Constant(first.coordinates.size(), -kUnclear);
   for (const Eigen::Index row : shown_soon(parameters))
-    elsewhere(row) = first.coordinates(row) + (parameters[static_cast<size_t>(row)].name == "bend_damping" ? -kDamping : kClear);
+    if (parameters[static_cast<size_t>(row)].name != "bend_damping") moved(row) = kClear;
   part.progress = part_of(options.progress, 0.6, 1, "back from elsewhere");
-  LeastSquaresResult second = minimise(objective, parameters, elsewhere, part);
+  LeastSquaresResult second = minimise(objective, parameters, first.coordinates + moved, part);
   const int evaluations = first.evaluations + second.evaluations;
   // One scale for both; the pull to either start is left out.
   const double a = cost_of(objective, first.residuals, options, 1), b = cost_of(objective, second.residuals, options, 1);

@@ -40,7 +40,7 @@ Start find_start(const std::vector<ObservedTrial>& trials, const ObjectiveOption
 Start fit_beginnings(const Objective& objective, int columns, const std::vector<Parameter>& parameters, const Eigen::VectorXd& start,
                      const LeastSquaresOptions& options, const std::vector<double>& shares);
 
-// minimise(), and once more from beside its end, what hardly shows put back to the start. The better of the two, and the
+// minimise(), and once more from beside its end, damping and drag farther away than the rest. The better of the two, and the
 // other where the trials do not rule it out: what differs between the two is not determined, however steep the valley that
 // each lies in (folds that snap over make the error rugged, and derivatives know of one valley alone).
 struct Rivals {
