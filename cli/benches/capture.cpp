@@ -11,10 +11,10 @@
 #include <thread>
 
 #include <spdlog/spdlog.h>
-#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include "cli/benches/children_cpu.h"
 #include "cli/figures.h"
 #include "hardware_sim/gige_camera/gige_camera.h"
 #include "rig/camera/daemon.h"
@@ -38,13 +38,6 @@ struct Outcome {
   double seconds = 0;
   double cpu_s = 0;  // user and system time of the client's process
 };
-
-double children_cpu_s() {
-  rusage usage{};
-  ::getrusage(RUSAGE_CHILDREN, &usage);
-  const auto seconds = [](const timeval& t) { return static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec); };
-  return seconds(usage.ru_utime) + seconds(usage.ru_stime);
-}
 
 std::string configuration_text() {
   return fmt::format("[bus]\nport = {}\n[camera]\naddress = \"{}\"\nrate_hz = {}\npacket_size_bytes = 9000\n", kBusPort,

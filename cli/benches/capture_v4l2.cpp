@@ -4,7 +4,6 @@
 // The node is umockdev's, whose library must stand between each process and the kernel: this program runs itself again
 // under umockdev-wrapper and reads back what that run measured. The clients are programs of their own, so that their
 // processor time can be told from the camera's; the daemon's frames are read out of its ring here.
-#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -19,6 +18,7 @@
 
 #include <fmt/format.h>
 
+#include "cli/benches/children_cpu.h"
 #include "cli/figures.h"
 #include "files/whole_file.h"
 #include "hardware_sim/v4l2_camera/v4l2_camera.h"
@@ -41,19 +41,12 @@ struct Streamed {
   double seconds = 0, cpu_s = 0;
 };
 
-double cpu_of_children_s() {
-  rusage usage{};
-  ::getrusage(RUSAGE_CHILDREN, &usage);
-  const auto seconds = [](const timeval& t) { return static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec); };
-  return seconds(usage.ru_utime) + seconds(usage.ru_stime);
-}
-
 Streamed stream_by_daemon(int frames, const std::filesystem::path& folder) {
   const std::filesystem::path rig = folder / "rig.toml";
   std::ofstream(rig) << fmt::format("[bus]\nport = {}\n[camera]\nbackend = \"v4l2\"\naddress = \"/dev/video0\"\nrate_hz = {}\n", kV4l2BusPort, kV4l2Rate_hz);
   const std::string ring = camera::ring_name(kV4l2BusPort, "camera");
   camera::FrameRingWriter::remove(ring);
-  const double before_s = cpu_of_children_s();
+  const double before_s = children_cpu_s();
   Streamed out;
   {
     const station::ChildProcess daemon("camera daemon", {station::own_program().string(), "daemon", "camera", "--config", rig.string()}, folder / "daemon.log");
@@ -81,14 +74,14 @@ Streamed stream_by_daemon(int frames, const std::filesystem::path& folder) {
     out.seconds = rig::host_now_s() - start_s;
     out.lost = last - first + 1 - out.frames;
   }
-  out.cpu_s = cpu_of_children_s() - before_s;
+  out.cpu_s = children_cpu_s() - before_s;
   camera::FrameRingWriter::remove(ring);
   return out;
 }
 
 // v4l2-ctl says a line a buffer: "cap dqbuf: 1 seq:     37 bytesused: … ts: 1234.567890 …".
 Streamed stream_by_v4l2_ctl(int frames) {
-  const double before_s = cpu_of_children_s();
+  const double before_s = children_cpu_s();
   const std::string command =
       fmt::format("v4l2-ctl -d /dev/video0 --set-parm={:.0f} --stream-mmap --stream-count={} --verbose 2>&1", kV4l2Rate_hz, frames + kFirstFrames);
   FILE* const pipe = ::popen(command.c_str(), "r");
@@ -112,7 +105,7 @@ Streamed stream_by_v4l2_ctl(int frames) {
   if (out.frames < 2) throw std::runtime_error("bench capture-v4l2: v4l2-ctl delivered nothing");
   out.lost = last - first + 1 - out.frames;
   out.seconds = last_s - first_s;
-  out.cpu_s = cpu_of_children_s() - before_s;
+  out.cpu_s = children_cpu_s() - before_s;
   return out;
 }
 
