@@ -93,7 +93,7 @@ OneFit fit_together(const FabricCase& c, const std::vector<size_t>& trials, Inde
     squares.max_iterations = options.iterations;
     squares.least_decrease = 2e-3;  // the error of folds does not fall by what comes after
     squares.progress = fit::part_of(options.progress, 0, 0.4, "beginnings");
-    const fit::Start near = fit::fit_beginnings(scenes, c.fitted.scenes->options().columns, some, c.start.head(searched), squares, {0.25, 0.5});
+    const fit::Start near = fit::fit_beginnings(scenes, some, c.start.head(searched), squares, {0.25, 0.5});
     squares.progress = fit::part_of(options.progress, 0.4, 1, "all frames");
     const fit::Rivals found = fit::minimise_and_return(scenes, some, near.coordinates, squares);
     OneFit out;

@@ -128,13 +128,12 @@ LeastSquaresResult minimise_on_branches(Objective& objective, const std::vector<
   return result;
 }
 
-Start fit_beginnings(const Objective& objective, int columns, const std::vector<Parameter>& parameters, const Eigen::VectorXd& start,
+Start fit_beginnings(const Objective& objective, const std::vector<Parameter>& parameters, const Eigen::VectorXd& start,
                      const LeastSquaresOptions& options, const std::vector<double>& shares) {
   std::vector<ObservedTrial> whole;
   for (const Scene& s : objective.scenes()) whole.push_back(s.trial);
   const double span_s = longest_span_s(whole, options.fit_until_s);
   ObjectiveOptions on = objective.options();
-  on.columns = columns;
   on.branch_of = &objective;
   const std::vector<Eigen::Index> rows = shown_soon(parameters);
   const std::vector<Parameter> some_parameters = only(parameters, rows, start);

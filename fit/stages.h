@@ -36,8 +36,8 @@ Start find_start(const std::vector<ObservedTrial>& trials, const ObjectiveOption
 
 // From a start nearer to the end: least squares over the first shares[0] of the motion, then over the first shares[1] from
 // there, and so on: late in a trial a wrong parameter has led the motion so far astray that the error no longer says which
-// way to go. Only what so short a motion shows is fitted. On a mesh of so many columns that takes its branches of equilibrium from the objective's.
-Start fit_beginnings(const Objective& objective, int columns, const std::vector<Parameter>& parameters, const Eigen::VectorXd& start,
+// way to go. Only what so short a motion shows is fitted, from the objective's branches of equilibrium.
+Start fit_beginnings(const Objective& objective, const std::vector<Parameter>& parameters, const Eigen::VectorXd& start,
                      const LeastSquaresOptions& options, const std::vector<double>& shares);
 
 // minimise(), and once more from beside its end, damping and drag farther away than the rest. The better of the two, and the

@@ -12,6 +12,7 @@
 #include "report/read_figures.h"
 #include "report/text_table.h"
 #include "station/comparison.h"
+#include "station/json_text.h"
 
 namespace selvedge::station {
 
@@ -21,8 +22,6 @@ namespace fs = std::filesystem;
 using nlohmann::json;
 using report::ReadFigure;
 using report::short_number;
-
-std::string number_text(const json& value, int digits = 3) { return value.is_number() ? short_number(value.get<double>(), digits) : "–"; }
 
 std::string word_text(const json& value) { return value.is_string() ? value.get<std::string>() : "–"; }
 

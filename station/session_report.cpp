@@ -11,6 +11,7 @@
 #include "files/whole_file.h"
 #include "report/html.h"
 #include "report/text_table.h"
+#include "station/json_text.h"
 #include "station/session_steps.h"
 
 namespace selvedge::station {
@@ -81,15 +82,13 @@ json fabric_summary(const SwatchPlan& swatch, const fs::path& folder, const json
   return out;
 }
 
-std::string shown(const json& value, int digits = 3) { return value.is_number() ? short_number(value.get<double>(), digits) : "–"; }
-
 std::string recorded(const json& fabric) {
   const json& trials = fabric["trials"];
   const auto done = std::count_if(trials.begin(), trials.end(), [](const json& t) { return t["state"] == "done"; });
   return fmt::format("{} of {}", done, trials.size());
 }
 
-std::string held_out(const json& fabric) { return fabric.contains("fit") ? shown(fabric["fit"]["held_out_mm"]) : "–"; }
+std::string held_out(const json& fabric) { return fabric.contains("fit") ? number_text(fabric["fit"]["held_out_mm"]) : "–"; }
 
 std::string answer(const json& fabric) {
   if (!fabric.contains("diagnosis")) return "not diagnosed";
@@ -116,7 +115,7 @@ void add_answers(report::HtmlReport& html, const json& summary) {
     const std::string cause = d.value("cause", "");
     const json shrink = d.contains("shrink") && d["shrink"].contains(cause) ? d["shrink"][cause]["fraction"] : json();
     std::vector<std::string> row = {name, recorded(f), held_out(f),
-                                    d.contains("gap") ? shown(d["gap"]["value_mm"]) : "–", answer(f), d.value("side", "–"),
+                                    d.contains("gap") ? number_text(d["gap"]["value_mm"]) : "–", answer(f), d.value("side", "–"),
                                     shrink.is_number() ? fmt::format("{:.0f} % of the gap", 100 * shrink.get<double>()) : "–"};
     if (simulated) row.push_back(truth_text(f));
     rows.push_back(row);
@@ -176,8 +175,8 @@ void add_parameters(report::HtmlReport& html, const json& summary) {
         continue;
       }
       row[1] = p["unit"];
-      row.push_back(fmt::format("{} ({} … {}){}{}", shown(p["value"]), shown(p["interval"][0]), shown(p["interval"][1]), p["determined"].get<bool>() ? "" : ", hardly determined",
-                                p.contains("truth") ? fmt::format("; simulated {}", shown(p["truth"])) : ""));
+      row.push_back(fmt::format("{} ({} … {}){}{}", number_text(p["value"]), number_text(p["interval"][0]), number_text(p["interval"][1]), p["determined"].get<bool>() ? "" : ", hardly determined",
+                                p.contains("truth") ? fmt::format("; simulated {}", number_text(p["truth"])) : ""));
     }
     rows.push_back(row);
   }
@@ -189,7 +188,7 @@ void add_trials(report::HtmlReport& html, const json& summary) {
   std::vector<std::vector<std::string>> rows;
   for (const auto& [fabric, f] : summary["fabrics"].items())
     for (const auto& [name, t] : f["trials"].items())
-      rows.push_back({fabric, name, t["state"], shown(t.value("frames", json()), 6), shown(t.value("frames_lost", json()), 6),
+      rows.push_back({fabric, name, t["state"], number_text(t.value("frames", json()), 6), number_text(t.value("frames_lost", json()), 6),
                       t.contains("occluded_share") ? fmt::format("{:.1f} %", 100 * t["occluded_share"].get<double>()) : "–",
                       t.contains("started_at_rest") ? (t["started_at_rest"].get<bool>() ? "yes" : "no") : "–", std::to_string(t["kept_aside"].size()), t.value("why", "")});
   html.table({"fabric", "trial", "state", "frames", "lost", "corner hidden", "began at rest", "attempts kept aside", "last failure"}, rows);
@@ -200,7 +199,7 @@ void add_steps(report::HtmlReport& html, const json& summary) {
   std::vector<std::vector<std::string>> rows;
   for (const json& s : summary["steps_in_order"]) {
     const json& step = summary["steps"][s.get<std::string>()];
-    rows.push_back({s, step["state"], std::to_string(step["attempts"].get<int>()), shown(step["seconds"], 4), step.value("why", "")});
+    rows.push_back({s, step["state"], std::to_string(step["attempts"].get<int>()), number_text(step["seconds"], 4), step.value("why", "")});
   }
   html.table({"step", "state", "attempts", "s", "last failure"}, rows);
 }

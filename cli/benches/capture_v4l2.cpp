@@ -74,6 +74,7 @@ Streamed stream_by_daemon(int frames, const std::filesystem::path& folder) {
     out.seconds = rig::host_now_s() - start_s;
     out.lost = last - first + 1 - out.frames;
   }
+  if (out.frames < 2) throw std::runtime_error("bench capture-v4l2: the daemon delivered nothing; see " + (folder / "daemon.log").string());
   out.cpu_s = children_cpu_s() - before_s;
   camera::FrameRingWriter::remove(ring);
   return out;

@@ -25,7 +25,6 @@ using experiments::FabricOutcome;
 using experiments::Identification;
 using experiments::IdentificationOptions;
 
-const std::filesystem::path kExperiments = shared_folder() / "examples" / "experiments";
 constexpr double kDeterminedSd = 0.02;  // of the logarithm: a parameter counts as determined below it
 constexpr double kUnseen = 1e6;         // %, printed for a variability without end
 const experiments::KeptFits kNotKept{{}};
@@ -59,7 +58,8 @@ IdentificationOptions annealing_of(int evaluations, unsigned seed) {
 }
 
 FitBench prepare_bench(const FigureOptions& options) {
-  FitBench bench{experiments::read_experiment(kExperiments / "static.toml"), experiments::read_experiment(kExperiments / "waving.toml"), {}};
+  const std::filesystem::path files = shared_folder() / "examples" / "experiments";
+  FitBench bench{experiments::read_experiment(files / "static.toml"), experiments::read_experiment(files / "waving.toml"), {}};
   experiments::TrialProtocol protocol = bench.waving_file.protocol;
   protocol.trials.insert(protocol.trials.begin(), bench.static_file.protocol.trials.begin(), bench.static_file.protocol.trials.end());
   experiments::FitPlan plan;

@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# run.sh BUILD: the V4L2 back-end on the kernel's vivid driver, in a virtual machine (./selvedge test --kernel).
+# run.sh BUILD: the V4L2 back-end on the kernel's vivid driver, in a virtual machine (./selvedge test --kernel, which installs
+# what this needs: qemu-system-x86, busybox-static, kmod).
 #
 # Debian's own kernel is unpacked below BUILD/kernel, not installed. The machine boots from memory: a shell, the modules that
 # vivid needs, the test program and its libraries. Exit status: the tests', or 1 where the machine did not get to them.
@@ -10,20 +11,6 @@ program=$build/bin/test_camera_kernel
 limit_s=${SELVEDGE_KERNEL_LIMIT:-900}
 
 say() { printf '%s\n' "$*" >&2; }
-
-packages=(qemu-system-x86 busybox-static kmod)
-missing=()
-for package in "${packages[@]}"; do dpkg-query -W -f='${Status}' "$package" 2>/dev/null | grep -q 'ok installed' || missing+=("$package"); done
-if [ ${#missing[@]} -gt 0 ]; then
-  if [ "$(id -u)" -ne 0 ]; then
-    say "selvedge: the kernel stage needs packages that are missing. Run:"
-    say "    sudo apt-get install --no-install-recommends -y ${missing[*]}"
-    exit 2
-  fi
-  say "selvedge: installing ${missing[*]}"
-  DEBIAN_FRONTEND=noninteractive apt-get -qq update >&2
-  DEBIAN_FRONTEND=noninteractive apt-get -qq install --no-install-recommends -y "${missing[@]}" >&2
-fi
 
 mkdir -p "$work"
 kernel=$(apt-cache depends linux-image-amd64 | sed -n 's/.*Depends: \(linux-image-[0-9][^ ]*\)$/\1/p' | head -1)

@@ -3,7 +3,6 @@
 // That program draws the pattern and presents it twice, the second time waiting for the screen's refresh, then waits
 // settle_s: what the projector's own electronics add to that is the lab's to measure. A program that is silent for
 // reply_timeout_s is killed, and a silent or dead X server is thereby a lost device, not the end of the daemon.
-#include <fcntl.h>
 #include <signal.h>
 #include <sys/prctl.h>
 #include <sys/socket.h>
@@ -67,7 +66,7 @@ class WindowProjector final : public Projector {
     link_ = wire::Socket(ends[0]);
     wire::Socket theirs(ends[1]);
     if (!options_.screen.empty()) screen_ = "DISPLAY=" + options_.screen;
-    const std::string words[] = {program, options_.screen, std::to_string(options_.monitor), std::to_string(options_.width_px), std::to_string(options_.height_px),
+    const std::string words[] = {program, std::to_string(options_.monitor), std::to_string(options_.width_px), std::to_string(options_.height_px),
                                  fmt::format("{}", options_.gamma), fmt::format("{}", options_.settle_s)};
     std::vector<char*> arguments, environment;
     for (const std::string& word : words) arguments.push_back(const_cast<char*>(word.c_str()));

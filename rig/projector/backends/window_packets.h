@@ -19,7 +19,7 @@ enum class Outcome : std::int32_t { done, refused, fault, lost };
 
 struct Answer {
   Outcome outcome = Outcome::done;
-  char text[508] = {};  // the window's description, or what is wrong; ends with a zero
+  char text[508] = {};  // the first one: the window's description; or what is wrong; ends with a zero
 };
 
 static_assert(std::is_trivially_copyable_v<Request> && std::is_trivially_copyable_v<Answer>);

@@ -1,6 +1,6 @@
 // selvedge_projector_window: shows on a screen what the window back-end (rig/projector/backends/window.cpp) tells it.
 //
-//   selvedge_projector_window SCREEN MONITOR WIDTH_PX HEIGHT_PX GAMMA SETTLE_S
+//   selvedge_projector_window MONITOR WIDTH_PX HEIGHT_PX GAMMA SETTLE_S
 //
 // One borderless full-screen window of SDL's under X11, one pattern pixel a screen pixel, no scaling. Standard input is a
 // socket of packets (window_packets.h): a request a packet, an answer a packet. A process of its own because Xlib waits for a
@@ -13,7 +13,6 @@
 #include <cstdio>
 #include <cstdlib>
 #include <memory>
-#include <span>
 #include <string>
 #include <thread>
 
@@ -105,8 +104,8 @@ class Shown {
       if (closed) throw wire::Disconnected("it was closed");
       if (event.type == SDL_DISPLAYEVENT && event.display.event == SDL_DISPLAYEVENT_DISCONNECTED)
         throw wire::Disconnected("a monitor was unplugged");
-      if (event.type == SDL_WINDOWEVENT && event.window.event == SDL_WINDOWEVENT_EXPOSED) present();
     }
+    present();  // what was covered shows again, and a server that hangs is noticed: events alone wait for nobody
     if ((SDL_GetWindowFlags(window_.get()) & (SDL_WINDOW_MINIMIZED | SDL_WINDOW_HIDDEN)) != 0) throw ProjectorFault("it is hidden");
   }
 
@@ -150,21 +149,20 @@ window::Answer answer_to(Shown& shown, const window::Request& request) {
   try {
     if (request.show) shown.show(request.pattern);
     else shown.check();
-    return window::answer(window::Outcome::done, shown.description());
+    return window::answer(window::Outcome::done, "");
   } catch (const ProjectorFault& error) {
     return window::answer(window::Outcome::fault, error.what());
   }
 }
 
-// The options of the command line, which the back-end wrote.
+// The options of the command line, which the back-end wrote; the screen is the environment's DISPLAY.
 WindowOptions options_of(char** words) {
   WindowOptions o;
-  o.screen = words[0];
-  o.monitor = std::atoi(words[1]);
-  o.width_px = std::atoi(words[2]);
-  o.height_px = std::atoi(words[3]);
-  o.gamma = std::atof(words[4]);
-  o.settle_s = std::atof(words[5]);
+  o.monitor = std::atoi(words[0]);
+  o.width_px = std::atoi(words[1]);
+  o.height_px = std::atoi(words[2]);
+  o.gamma = std::atof(words[3]);
+  o.settle_s = std::atof(words[4]);
   return o;
 }
 
@@ -197,7 +195,7 @@ void serve(const WindowOptions& options, const wire::Socket& peer) {
 }  // namespace selvedge::projector
 
 int main(int count, char** words) {
-  if (count != 7) {
+  if (count != 6) {
     std::fputs("selvedge_projector_window is started by the projector's daemon: selvedge daemon projector\n", stderr);
     return 2;
   }
