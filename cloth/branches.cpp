@@ -9,6 +9,7 @@
 #include <Eigen/Geometry>
 
 #include "cloth/energy.h"
+#include "cloth/surface_point.h"
 
 namespace selvedge::cloth {
 
@@ -121,10 +122,7 @@ SeenBranch branch_seen(const Sheet& sheet, const std::vector<Branch>& branches, 
     for (size_t k = 0; k < uv.size(); ++k) {
       const Eigen::Vector3d at = seen.col(static_cast<Eigen::Index>(k));
       if (!at.allFinite()) continue;
-      const geometry::MaterialPoint p = geometry::locate(sheet.mesh, uv[k]);
-      Eigen::Vector3d gap = -at;
-      for (int c = 0; c < 3; ++c) gap += p.weights(c) * branches[b].position.col(p.vertices[static_cast<size_t>(c)]);
-      sum += gap.squaredNorm();
+      sum += (position_of(surface_point(sheet, uv[k]), branches[b].position) - at).squaredNorm();
       ++count;
     }
     const double distance = count ? std::sqrt(sum / count) : std::numeric_limits<double>::infinity();

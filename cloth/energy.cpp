@@ -36,6 +36,17 @@ Seconds seconds_of(const kernel::BendStencils& b, size_t vertex, const Eigen::Ma
   return d;
 }
 
+// What arcs add to the u, shear and v strains at a vertex.
+Eigen::Vector3d longer_at(const kernel::SheetData& s, size_t vertex, const Eigen::Matrix3Xd& x) {
+  if (s.arcs.empty()) return Eigen::Vector3d::Zero();
+  const Seconds d = seconds_of(s.bend, vertex, x);
+  const double product[] = {d.uu.dot(d.uu), d.uu.dot(d.uv), d.uu.dot(d.vv), d.uv.dot(d.uv), d.uv.dot(d.vv), d.vv.dot(d.vv)};
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  const kernel::ArcWeights& a = s.arcs[vertex];
+  for (size_t k = 0; k < 6; ++k) sum += product[k] * Eigen::Vector3d(a.u[k], a.shear[k], a.v[k]);
+  return sum;
+}
+
 double stretch_energy(double stiffness, double stiffening, double strain) {
   return stiffness * (0.5 * strain * strain + stiffening / 3 * std::abs(strain * strain * strain));
 }
@@ -57,7 +68,9 @@ Energy energy_of(const Sheet& sheet, const Material& m, const Eigen::Vector3d& g
   const double ku = m.stretch * std::exp(m.stretch_anisotropy), kv = m.stretch * std::exp(-m.stretch_anisotropy);
   for (const kernel::Triangle& t : s.triangles) {
     const Columns w = columns_of(t, position);
-    const double strain_u = w.u.norm() - 1, strain_v = w.v.norm() - 1, skew = w.u.dot(w.v);
+    Eigen::Vector3d longer = Eigen::Vector3d::Zero();
+    for (const int corner : t.vertex) longer += longer_at(s, static_cast<size_t>(corner), position) / 3;
+    const double strain_u = w.u.norm() - 1 + longer(0), strain_v = w.v.norm() - 1 + longer(2), skew = w.u.dot(w.v) + longer(1);
     e.stretch += t.membrane_area * (stretch_energy(ku, m.stretch_stiffening, strain_u) +
                            stretch_energy(kv, m.stretch_stiffening, strain_v) +
                            m.coupling * std::sqrt(ku * kv) * strain_u * strain_v);

@@ -14,6 +14,7 @@
 #include "cloth/implicit_euler.h"
 #include "cloth/runge_kutta.h"
 #include "cloth/step_plan.h"
+#include "cloth/surface_point.h"
 
 namespace selvedge::cloth {
 
@@ -282,10 +283,7 @@ Eigen::Matrix3Xd bent_through(const Sheet& sheet, const Eigen::Matrix3Xd& shape,
     const Eigen::RowVector3d affine(1, p.x() / scale, p.y() / scale);
     system.block<1, 3>(i, n) = affine;
     system.block<3, 1>(n, i) = affine.transpose();
-    const geometry::MaterialPoint at = geometry::locate(sheet.mesh, p);
-    Eigen::Vector3d now = Eigen::Vector3d::Zero();
-    for (int k = 0; k < 3; ++k) now += at.weights(k) * shape.col(at.vertices[static_cast<size_t>(k)]);
-    right.row(i) = (position.col(i) - now).transpose();
+    right.row(i) = (position.col(i) - position_of(surface_point(sheet, p), shape)).transpose();
   }
   const Eigen::MatrixX3d weights = system.partialPivLu().solve(right);
   Eigen::Matrix3Xd moved = shape;

@@ -182,6 +182,8 @@ Spectrum spectrum_of(const Sheet& sheet, const Material& m) {
   const double spacing = std::sqrt(s.width_m * s.height_m / static_cast<double>(s.vertex_count));
   const double weight_n = 9.81 * m.density * s.width_m * s.height_m;
   out.tension = std::clamp(0.05 + weight_n / (spacing * std::min(ku, kv)), 0.1, 1.0);
+  // Arcs stiffen the shortest sideways wave under tension by 16/12 of its 4.
+  if (!s.arcs.empty()) out.tension *= 4.0 / 3;
   return out;
 }
 

@@ -60,15 +60,10 @@ double shown_at(const Prediction& p, double t) {
   return t - p.seeing.delay_s - p.seeing.drift * (t - p.experiment.start_s);
 }
 
-Eigen::Vector3d point_on(const Eigen::Matrix3Xd& position, const geometry::MaterialPoint& p) {
-  return p.weights(0) * position.col(p.vertices[0]) + p.weights(1) * position.col(p.vertices[1]) +
-         p.weights(2) * position.col(p.vertices[2]);
-}
-
 // A shape on one mesh, interpolated to the vertices of another.
-Eigen::Matrix3Xd on_mesh(const geometry::TriangleMesh& to, const geometry::TriangleMesh& from, const Eigen::Matrix3Xd& shape) {
+Eigen::Matrix3Xd on_mesh(const geometry::TriangleMesh& to, const cloth::Sheet& from, const Eigen::Matrix3Xd& shape) {
   Eigen::Matrix3Xd out(3, static_cast<Index>(to.rest_uv.size()));
-  for (size_t i = 0; i < to.rest_uv.size(); ++i) out.col(static_cast<Index>(i)) = point_on(shape, geometry::locate(from, to.rest_uv[i]));
+  for (size_t i = 0; i < to.rest_uv.size(); ++i) out.col(static_cast<Index>(i)) = position_of(cloth::surface_point(from, to.rest_uv[i]), shape);
   return out;
 }
 
@@ -102,14 +97,14 @@ Objective::Objective(std::vector<ObservedTrial> trials, const ObjectiveOptions& 
   const int rows = std::max(3, static_cast<int>(std::lround((options.columns - 1) * height / width)) + 1);
   sheet_ = cloth::make_sheet(geometry::make_grid_mesh(width, height, options.columns, rows));
   for (ObservedTrial& trial : trials) {
-    std::vector<geometry::MaterialPoint> points;
+    std::vector<cloth::SurfacePoint> points;
     if (trial.markers)
-      for (const Eigen::Vector2d& uv : trial.markers->uv) points.push_back(geometry::locate(sheet_.mesh, uv));
+      for (const Eigen::Vector2d& uv : trial.markers->uv) points.push_back(cloth::surface_point(sheet_, uv));
     marker_points_.push_back(std::move(points));
     scenes_.push_back({std::move(trial), {}});
   }
   if (options.branch_of) {
-    for (size_t i = 0; i < scenes_.size(); ++i) scenes_[i].start_shape = on_mesh(sheet_.mesh, options.branch_of->sheet().mesh, options.branch_of->scenes()[i].start_shape);
+    for (size_t i = 0; i < scenes_.size(); ++i) scenes_[i].start_shape = on_mesh(sheet_.mesh, options.branch_of->sheet(), options.branch_of->scenes()[i].start_shape);
     options_.branch_of = nullptr;
     return;
   }
@@ -217,13 +212,13 @@ Eigen::VectorXd Objective::residual_of(size_t index, const ObservedTrial& trial,
   const cloth::Experiment& e = prediction.experiment;
   Index at = 0;
   if (trial.markers) {
-    const std::vector<geometry::MaterialPoint>& points = marker_points_[index];
+    const std::vector<cloth::SurfacePoint>& points = marker_points_[index];
     const MarkerTrack& m = *trial.markers;
     for (size_t k = 0; k < m.uv.size(); ++k)
       for (size_t j = 0; j < m.time_s.size(); ++j) {
         const Between b = between(e.sample_s, shown_at(prediction, m.time_s[j]));
         const Eigen::Vector3d x = catmull_rom(b, trajectory.samples.size(), [&](size_t i) -> Eigen::Vector3d {
-          return point_on(trajectory.samples[i], points[k]);
+          return position_of(points[k], trajectory.samples[i]);
         });
         r.segment<3>(at) = 1e3 * (x - m.position.col(static_cast<Index>(k * m.time_s.size() + j)));
         at += 3;

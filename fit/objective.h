@@ -12,6 +12,7 @@
 #include <utility>
 #include <vector>
 
+#include "cloth/surface_point.h"
 #include "fit/model.h"
 #include "fit/observed_trial.h"
 
@@ -107,7 +108,7 @@ class Objective {
   cloth::Sheet sheet_;
   ObjectiveOptions options_;
   std::vector<Scene> scenes_;
-  std::vector<std::vector<geometry::MaterialPoint>> marker_points_;  // a trial, a marker
+  std::vector<std::vector<cloth::SurfacePoint>> marker_points_;  // a trial, a marker
   std::vector<Eigen::VectorXd> mesh_correction_;
 };
 

@@ -71,7 +71,10 @@ double apart_mm(const cloth::Trajectory& a, const cloth::Trajectory& b) {
   return 1e3 * std::sqrt(sum / static_cast<double>(a.samples.size()));
 }
 
-cloth::Sheet bench_sheet(int n) { return cloth::make_sheet(geometry::make_grid_mesh(0.3, 0.3, n, n)); }
+// Straight sides, as the peers' are.
+cloth::Sheet bench_sheet(int n, cloth::Sides sides = cloth::Sides::straight) {
+  return cloth::make_sheet(geometry::make_grid_mesh(0.3, 0.3, n, n), sides);
+}
 
 constexpr double kEqualError_mm = 0.5;
 
@@ -176,6 +179,13 @@ std::vector<Figure> bench_cloth(const FigureOptions& options) {
   out.push_back({"knit: exponent of the cost in the number of vertices",
                  std::log(fine_s / coarse_s) / (2 * std::log(static_cast<double>(large) / small)), 1.5, "", Relation::shown,
                  "1 for the vertices, 0.5 for the step"});
+  // What the fits simulate: half the columns, sides that are arcs (docs/decisions/0010 has how near each comes to 65x65).
+  for (const int n : {small, 2 * small - 1}) {
+    const cloth::Sheet arcs = bench_sheet(n, cloth::Sides::arcs), straight = bench_sheet(n);
+    out.push_back({fmt::format("knit, {0}x{0}: leapfrog with arcs", n), timed(cpu_s, arcs, {swatch(arcs, kFabrics[0])}, {}, options.quick ? 1 : 3).seconds,
+                   timed(cpu_s, straight, {swatch(straight, kFabrics[0])}, {}, options.quick ? 1 : 3).seconds, "s per simulated s", Relation::shown,
+                   "straight sides, same run"});
+  }
   options.progress(1, "done");
   return out;
 }

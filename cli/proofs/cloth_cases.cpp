@@ -6,6 +6,7 @@
 
 #include "cloth/energy.h"
 #include "cloth/step_plan.h"
+#include "cloth/surface_point.h"
 
 namespace selvedge::cli {
 
@@ -83,10 +84,7 @@ double catenary_depth(double length, double gap) {
 double bessel_j0(double x) { return std::cyl_bessel_j(0.0, x); }
 
 Eigen::Vector3d at_point(const Sheet& sheet, const Eigen::Matrix3Xd& x, const Eigen::Vector2d& uv) {
-  const geometry::MaterialPoint p = geometry::locate(sheet.mesh, uv);
-  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-  for (int k = 0; k < 3; ++k) sum += p.weights(k) * x.col(p.vertices[static_cast<size_t>(k)]);
-  return sum;
+  return position_of(cloth::surface_point(sheet, uv), x);
 }
 
 // A hung sheet without losses, let go from where it hangs when tilted by 20 degrees.
@@ -290,14 +288,9 @@ double distance_m(const Waving& a, const Waving& b) {
   double sum = 0;
   const geometry::TriangleMesh points = geometry::make_grid_mesh(kSwatch_m, kSwatch_m, 17, 17);
   for (const Eigen::Vector2d& uv : points.rest_uv) {
-    const geometry::MaterialPoint p = geometry::locate(a.sheet.mesh, uv), q = geometry::locate(b.sheet.mesh, uv);
-    for (size_t k = 0; k < a.motion.samples.size(); ++k) {
-      Eigen::Vector3d gap = Eigen::Vector3d::Zero();
-      for (int c = 0; c < 3; ++c)
-        gap += p.weights(c) * a.motion.samples[k].col(p.vertices[static_cast<size_t>(c)]) -
-               q.weights(c) * b.motion.samples[k].col(q.vertices[static_cast<size_t>(c)]);
-      sum += gap.squaredNorm();
-    }
+    const cloth::SurfacePoint p = cloth::surface_point(a.sheet, uv), q = cloth::surface_point(b.sheet, uv);
+    for (size_t k = 0; k < a.motion.samples.size(); ++k)
+      sum += (position_of(p, a.motion.samples[k]) - position_of(q, b.motion.samples[k])).squaredNorm();
   }
   return std::sqrt(sum / static_cast<double>(points.rest_uv.size() * a.motion.samples.size()));
 }

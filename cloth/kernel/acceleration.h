@@ -3,9 +3,10 @@
 // V: vertex vector, Vec3<Lanes4> for lanes of runs or Quad for a single run.
 #pragma once
 
+#include <algorithm>
 #include <vector>
 
-#include "cloth/kernel/bending.h"
+#include "cloth/kernel/arc_length.h"
 #include "cloth/kernel/membrane_and_drag.h"
 
 namespace selvedge::cloth::kernel {
@@ -29,7 +30,8 @@ template <class V>
 struct Workspace {
   explicit Workspace(const SheetData& sheet)
       : packed(sheet), x(count(sheet)), v(count(sheet)), acceleration(count(sheet)), normal(count(sheet)),
-        scratch(count(sheet)), membrane(sheet.triangles.size()), bend(count(sheet)) {}
+        scratch(count(sheet)), membrane(sheet.triangles.size()), bend(count(sheet)), shape(count(sheet)), moment(count(sheet)),
+        longer(sheet.arcs.size()), stress(sheet.arcs.size()) {}
 
   void keep_frames() { frames.resize(membrane.size()); }
 
@@ -40,6 +42,8 @@ struct Workspace {
   std::vector<MembraneMemory<Lanes4>> membrane;
   std::vector<typename KeptFrame<V>::Type> frames;  // of the last accelerations; empty where no stages of damping follow
   std::vector<BendMemory<ScalarOf<V>>> bend;
+  std::vector<SecondDerivatives<V>> shape, moment;
+  std::vector<V> longer, stress;  // of arcs; empty where the sheet measures none
 };
 
 // Unit normals at the vertices: triangles' area normals summed.
@@ -72,15 +76,32 @@ void accelerations(const SheetData& sheet, const Materials<V>& m, Workspace<V>& 
   const size_t n = w.x.size();
   V* a = w.acceleration.data();
   if (p.uses_normals) vertex_normals(sheet, w.x.data(), w.normal.data());
+  const bool takes_moments = p.measures_arcs || p.uses_general_bending;
+  if (takes_moments)
+    for (size_t i = 0; i < n; ++i) w.shape[i] = second_derivatives(sheet.bend, i, w.x.data());
+  Arcs<V> arcs;
+  if (p.measures_arcs) {
+    measure_arcs(sheet, w.shape.data(), w.longer.data());
+    std::fill(w.stress.begin(), w.stress.end(), V{});
+    arcs = {w.longer.data(), w.stress.data()};
+  }
   if (p.uses_general_bending) {
-    for (size_t i = 0; i < n; ++i) a[i] = V{};
-    general_bending(sheet, p, w.x.data(), w.v.data(), w.normal.data(), w.bend.data(), step_s, a);
+    std::fill(a, a + n, V{});
+    general_moments(sheet, p, w.shape.data(), w.v.data(), w.normal.data(), w.bend.data(), step_s, w.moment.data());
+  } else if (p.measures_arcs) {
+    for (size_t i = 0; i < n; ++i) {
+      w.scratch[i] = p.bend_damping * w.v[i];
+      w.moment[i] = {p.bend_uv * w.shape[i].uu, p.bend_uv * w.shape[i].uv, p.bend_uv * w.shape[i].vv};
+    }
+    uniform_bending(sheet, w.scratch.data(), a);
   } else {
     for (size_t i = 0; i < n; ++i) w.scratch[i] = add_scaled(p.bend_uv, w.x[i], p.bend_damping * w.v[i]);
     uniform_bending(sheet, w.scratch.data(), a);
   }
   membrane_and_drag(sheet, w.packed, m.triangle, w.x.data(), w.v.data(), w.membrane.data(), step_s,
-                    w.frames.empty() ? nullptr : w.frames.data(), a);
+                    w.frames.empty() ? nullptr : w.frames.data(), arcs, a);
+  if (p.measures_arcs) add_arc_moments(sheet, w.shape.data(), w.stress.data(), w.moment.data());
+  for (size_t i = 0; takes_moments && i < n; ++i) add_moments(sheet, i, w.moment[i], a);
   for (size_t i = 0; i < n; ++i) a[i] = add_scaled(p.inverse_mass[i], a[i], p.gravity);
   if (p.uses_added_mass) carry_air(sheet, p, w.normal.data(), a);
 }

@@ -82,21 +82,24 @@ inline void add_moments(const SheetData& sheet, size_t vertex, const SecondDeriv
   }
 }
 
-// Adds to force. normal: N unit normals, read only where p.uses_normals.
+// Moments at all vertices where bending is more than one rigidity. all: their second derivatives. normal: N unit normals,
+// read only where p.uses_normals.
 template <class V>
-void general_bending(const SheetData& sheet, const LaneMaterial<ScalarOf<V>>& p, const V* x, const V* v, const V* normal,
-                     BendMemory<ScalarOf<V>>* memory, double step_s, V* force) {
+void general_moments(const SheetData& sheet, const LaneMaterial<ScalarOf<V>>& p, const SecondDerivatives<V>* all, const V* v,
+                     const V* normal, BendMemory<ScalarOf<V>>* memory, double step_s, SecondDerivatives<V>* moments) {
   using R = ScalarOf<V>;
   for (size_t i = 0; i < static_cast<size_t>(sheet.vertex_count); ++i) {
-    const SecondDerivatives<V> shape = second_derivatives(sheet.bend, i, x), rate = second_derivatives(sheet.bend, i, v);
+    const SecondDerivatives<V>& shape = all[i];
+    const SecondDerivatives<V> rate = second_derivatives(sheet.bend, i, v);
     R stiff = p.bend_factor[i];
     if (p.uses_bend_stiffening) {
       const R squared = dot(shape.uu, shape.uu) + 2.0 * dot(shape.uv, shape.uv) + dot(shape.vv, shape.vv);
       stiff *= larger(1.0 + p.bend_stiffening * squared, broadcast<R>(0.05));
     }
-    SecondDerivatives<V> moment{(p.bend_uu * stiff) * shape.uu + p.bend_damping * rate.uu,
-                                (p.bend_uv * stiff) * shape.uv + p.bend_damping * rate.uv,
-                                (p.bend_vv * stiff) * shape.vv + p.bend_damping * rate.vv};
+    SecondDerivatives<V>& moment = moments[i];
+    moment = {(p.bend_uu * stiff) * shape.uu + p.bend_damping * rate.uu,
+              (p.bend_uv * stiff) * shape.uv + p.bend_damping * rate.uv,
+              (p.bend_vv * stiff) * shape.vv + p.bend_damping * rate.vv};
     if (p.uses_normals) {
       const V& n = normal[i];
       moment.uu -= (p.bend_uu * p.rest_u) * n;
@@ -112,7 +115,6 @@ void general_bending(const SheetData& sheet, const LaneMaterial<ScalarOf<V>>& p,
         moment.vv += k.vv * n;
       }
     }
-    add_moments(sheet, i, moment, force);
   }
 }
 

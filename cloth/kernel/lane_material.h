@@ -40,6 +40,7 @@ struct LaneMaterial {
   bool uses_stretch_extras = false;  // stiffening or coupling
   bool uses_general_bending = false;
   bool uses_added_mass = false;
+  bool measures_arcs = false;      // the sheet does, and no clamp holds it
   bool uses_bend_stiffening = false;
   std::vector<R> mass;             // N, kg
   std::vector<R> inverse_mass;     // N, 1/kg
@@ -107,8 +108,11 @@ LaneMaterial<R> unpack(const SheetData& sheet, const Material* materials, const 
     const int from = i < count ? i : count - 1;
     fill_lane(out, sheet, materials[from], surroundings[from], i);
   }
+  out.measures_arcs = !sheet.arcs.empty();
   for (const HeldVertex& h : held) {
     if (h.bend_share == 1) continue;
+    // The rows of a clamp lie flat, whatever the stencils beside it say of their curvature.
+    out.measures_arcs = false;
     out.uses_general_bending = true;
     out.bend_factor[static_cast<size_t>(h.vertex)] *= broadcast<R>(h.bend_share);
   }

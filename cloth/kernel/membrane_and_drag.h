@@ -63,31 +63,47 @@ inline void scatter(const PackedTriangles::Four& t, const CornerForces<Lanes4>& 
   }
 }
 
+// Of each vertex: what is added to the strains around it, and the sum of the stresses, which are added to (arc_length.h).
+template <class V>
+struct Arcs {
+  const V* longer = nullptr;
+  V* stress = nullptr;
+};
+
 // Each adds to force. memory: one a triangle, or one a pack of four. step_s: of the memory; 0 leaves it.
-// frames: likewise, filled for membrane_damping where not null.
+// frames: likewise, filled for membrane_damping where not null. arcs: where the sheet measures them.
 inline void membrane_and_drag(const SheetData& sheet, const PackedTriangles&, const LaneMaterial<Lanes4>& p,
                               const Vec3<Lanes4>* x, const Vec3<Lanes4>* v, MembraneMemory<Lanes4>* memory,
-                              double step_s, DampingShares<Lanes4>* frames, Vec3<Lanes4>* force) {
+                              double step_s, DampingShares<Lanes4>* frames, const Arcs<Vec3<Lanes4>>& arcs, Vec3<Lanes4>* force) {
   for (size_t i = 0; i < sheet.triangles.size(); ++i) {
     const Triangle& t = sheet.triangles[i];
     const int a = t.vertex[0], b = t.vertex[1], c = t.vertex[2];
-    const auto f = triangle_forces(flat(t), sides(x[a], x[b], x[c]), sides(v[a], v[b], v[c]), v[a] + v[b] + v[c], p,
-                                   memory + i, step_s, frames ? frames + i : nullptr);
+    Vec3<Lanes4> longer, stress;
+    if (arcs.longer) longer = scaled(1.0 / 3.0, arcs.longer[a] + arcs.longer[b] + arcs.longer[c]);
+    const auto f = triangle_forces(flat(t), sides(x[a], x[b], x[c]), sides(v[a], v[b], v[c]), v[a] + v[b] + v[c], p, memory + i,
+                                   step_s, frames ? frames + i : nullptr, arcs.longer ? &longer : nullptr, arcs.longer ? &stress : nullptr);
     force[a] += f.zero;
     force[b] += f.one;
     force[c] += f.two;
+    if (arcs.longer)
+      for (const int corner : t.vertex) arcs.stress[corner] += stress;
   }
 }
 
 inline void membrane_and_drag(const SheetData&, const PackedTriangles& packed, const LaneMaterial<Lanes4>& p,
                               const Quad* x, const Quad* v, MembraneMemory<Lanes4>* memory, double step_s,
-                              Frame<Lanes4>* frames, Quad* force) {
+                              Frame<Lanes4>* frames, const Arcs<Quad>& arcs, Quad* force) {
   for (size_t i = 0; i < packed.fours.size(); ++i) {
     const PackedTriangles::Four& t = packed.fours[i];
     const Vec3<Lanes4> v0 = gather(t.vertex[0], v), v1 = gather(t.vertex[1], v), v2 = gather(t.vertex[2], v);
     const auto x_sides = sides(gather(t.vertex[0], x), gather(t.vertex[1], x), gather(t.vertex[2], x));
-    scatter(t, triangle_forces(t.flat, x_sides, sides(v0, v1, v2), v0 + v1 + v2, p, memory + i, step_s, frames ? frames + i : nullptr),
+    Vec3<Lanes4> longer, stress;
+    if (arcs.longer)
+      longer = scaled(1.0 / 3.0, gather(t.vertex[0], arcs.longer) + gather(t.vertex[1], arcs.longer) + gather(t.vertex[2], arcs.longer));
+    scatter(t, triangle_forces(t.flat, x_sides, sides(v0, v1, v2), v0 + v1 + v2, p, memory + i, step_s, frames ? frames + i : nullptr,
+                               arcs.longer ? &longer : nullptr, arcs.longer ? &stress : nullptr),
             force);
+    if (arcs.longer) scatter(t, {stress, stress, stress}, arcs.stress);
   }
 }
 

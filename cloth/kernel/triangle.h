@@ -98,11 +98,12 @@ inline void remember(MembraneMemory<R>& k, const LaneMaterial<R>& p, double step
   k.crept_shear += share * (strain.z - k.crept_shear);
 }
 
-// memory: read and advanced by step_s only where p.uses_membrane_memory. frame: filled where not null.
+// memory: read and advanced by step_s only where p.uses_membrane_memory. frame: filled where not null. longer: added to
+// the strains, where not null; stress: filled with a third of the area times the stresses that do not damp, likewise.
 template <class G, class R, class Kept>
 [[gnu::always_inline]] inline CornerForces<R> triangle_forces(const FlatTriangle<G>& t, const Sides<R>& x, const Sides<R>& v,
                                        const Vec3<R>& velocity_sum, const LaneMaterial<R>& p, MembraneMemory<R>* memory,
-                                       double step_s, Kept* frame) {
+                                       double step_s, Kept* frame, const Vec3<R>* longer, Vec3<R>* stress) {
   const Vec3<R> w_u = along_u(t, x), w_v = along_v(t, x), rate_u = along_u(t, v), rate_v = along_v(t, v);
   const Vec3<R> normal = cross(w_u, w_v);
   const R length_u = norm(w_u), length_v = norm(w_v), normal2 = dot(normal, normal);
@@ -110,22 +111,24 @@ template <class G, class R, class Kept>
   const R both = length_u * length_v, shared = 1.0 / fused(both, normal2, broadcast<R>(1e-300));
   const R inverse_u = shared * length_v * normal2, inverse_v = shared * length_u * normal2, inverse_normal2 = shared * both;
   // u, v and shear parts of strain and its rate.
-  const Vec3<R> strain{length_u - 1.0, length_v - 1.0, dot(w_u, w_v)};
+  Vec3<R> strain{length_u - 1.0, length_v - 1.0, dot(w_u, w_v)};
+  if (longer) strain += {longer->x, longer->z, longer->y};
   const Vec3<R> rate{dot(w_u, rate_u) * inverse_u, dot(w_v, rate_v) * inverse_v, dot(w_u, rate_v) + dot(w_v, rate_u)};
   R sigma_u = p.stretch_u * strain.x, sigma_v = p.stretch_v * strain.y, tau = p.shear * strain.z;
   if (p.uses_stretch_extras) {
     sigma_u = sigma_u * (1.0 + p.stiffening * absolute(strain.x)) + p.coupling * strain.y;
     sigma_v = sigma_v * (1.0 + p.stiffening * absolute(strain.y)) + p.coupling * strain.x;
   }
-  sigma_u = fused(p.stretch_damping, rate.x, sigma_u);
-  sigma_v = fused(p.stretch_damping, rate.y, sigma_v);
-  tau = fused(p.shear_damping, rate.z, tau);
   if (p.uses_membrane_memory) {
     remember(*memory, p, step_s, strain, rate);
     sigma_u += memory->friction_u + p.creep * p.stretch_u * (strain.x - memory->crept_u);
     sigma_v += memory->friction_v + p.creep * p.stretch_v * (strain.y - memory->crept_v);
     tau += memory->friction_shear + p.creep * p.shear * (strain.z - memory->crept_shear);
   }
+  if (stress) *stress = scaled(1.0 / 3.0 * t.area, Vec3<R>{sigma_u, tau, sigma_v});
+  sigma_u = fused(p.stretch_damping, rate.x, sigma_u);
+  sigma_v = fused(p.stretch_damping, rate.y, sigma_v);
+  tau = fused(p.shear_damping, rate.z, tau);
   if (frame) {
     const R damping = t.area * p.stretch_damping;
     keep(w_u, w_v, DampingShares<R>{damping * inverse_u * inverse_u, damping * inverse_v * inverse_v}, *frame);

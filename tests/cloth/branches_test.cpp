@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "cli/proofs/cloth_cases.h"
+#include "cloth/surface_point.h"
 
 namespace selvedge::cloth {
 namespace {
@@ -65,9 +66,7 @@ TEST(Branches, TheOneSeenIsTaken) {
   for (size_t b = 0; b < 2; ++b) {
     Eigen::Matrix3Xd seen(3, 4);
     for (Eigen::Index k = 0; k < 4; ++k) {
-      const geometry::MaterialPoint p = geometry::locate(drape().sheet.mesh, uv[static_cast<size_t>(k)]);
-      seen.col(k).setConstant(1e-3);
-      for (int c = 0; c < 3; ++c) seen.col(k) += p.weights(c) * drape().branches[b].position.col(p.vertices[static_cast<size_t>(c)]);
+      seen.col(k) = position_of(surface_point(drape().sheet, uv[static_cast<size_t>(k)]), drape().branches[b].position) + Eigen::Vector3d::Constant(1e-3);
     }
     seen.col(3).setConstant(std::numeric_limits<double>::quiet_NaN());
     const SeenBranch taken = branch_seen(drape().sheet, drape().branches, uv, seen);
