@@ -13,6 +13,7 @@
 #include "cloth/held_motion.h"
 #include "cloth/implicit_euler.h"
 #include "cloth/runge_kutta.h"
+#include "cloth/settle.h"
 #include "cloth/step_plan.h"
 #include "cloth/surface_point.h"
 
@@ -157,8 +158,41 @@ double shortest_step_s(const std::vector<Spectrum>& spectra) {
 std::vector<Rest> relax_all(const Sheet& sheet, const std::vector<Experiment>& lanes, const std::vector<Spectrum>& spectra,
                             const Options& options) {
   std::vector<Rest> rests(lanes.size());
-  const auto groups = grouped(lanes, std::vector<kernel::DampingStages>(lanes.size()));
-  tbb::parallel_for(size_t{0}, groups.size(), [&](size_t g) { relax_group(sheet, lanes, spectra, groups[g], options, rests); });
+  std::vector<char> open(lanes.size(), 1);  // not yet at rest
+  const auto settle_open = [&] {
+    tbb::parallel_for(size_t{0}, lanes.size(), [&](size_t i) {
+      if (!open[i]) return;
+      Settled settled = settle(sheet, lanes[i], rests[i].position, options.rest_change_m);
+      open[i] = !settled.at_rest;
+      if (settled.at_rest) rests[i] = {std::move(settled.position), true};
+    });
+  };
+  const auto relax_open = [&](const Options& how) {
+    std::vector<size_t> left;
+    std::vector<Experiment> moving;
+    std::vector<Spectrum> theirs;
+    for (size_t i = 0; i < lanes.size(); ++i)
+      if (open[i]) {
+        left.push_back(i);
+        moving.push_back(lanes[i]);
+        moving.back().start_shape = rests[i].position;
+        theirs.push_back(spectra[i]);
+      }
+    std::vector<Rest> found(left.size());
+    const auto groups = grouped(moving, std::vector<kernel::DampingStages>(moving.size()));
+    tbb::parallel_for(size_t{0}, groups.size(), [&](size_t g) { relax_group(sheet, moving, theirs, groups[g], how, found); });
+    for (size_t k = 0; k < left.size(); ++k) rests[left[k]] = std::move(found[k]);
+  };
+  for (size_t i = 0; i < lanes.size(); ++i) rests[i].position = lanes[i].start_shape;
+  // Starts that are near settle at once. Others are brought nearer by motion first, and by motion alone where that
+  // does not do either.
+  settle_open();
+  Options nearer = options;
+  nearer.rest_change_m = std::max(options.rest_change_m, 1e-3);
+  nearer.rest_speed_m_s = std::max(options.rest_speed_m_s, 0.05);
+  relax_open(nearer);
+  settle_open();
+  relax_open(options);
   return rests;
 }
 
