@@ -36,14 +36,16 @@ Seconds seconds_of(const kernel::BendStencils& b, size_t vertex, const Eigen::Ma
   return d;
 }
 
-// What arcs add to the u, shear and v strains at a vertex.
-Eigen::Vector3d longer_at(const kernel::SheetData& s, size_t vertex, const Eigen::Matrix3Xd& x) {
-  if (s.arcs.empty()) return Eigen::Vector3d::Zero();
-  const Seconds d = seconds_of(s.bend, vertex, x);
-  const double product[] = {d.uu.dot(d.uu), d.uu.dot(d.uv), d.uu.dot(d.vv), d.uv.dot(d.uv), d.uv.dot(d.vv), d.vv.dot(d.vv)};
+// What arcs add to the u, shear and v strains of a triangle.
+Eigen::Vector3d longer_by(const kernel::SheetData& s, size_t triangle, const Eigen::Matrix3Xd& x) {
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-  const kernel::ArcWeights& a = s.arcs[vertex];
-  for (size_t k = 0; k < 6; ++k) sum += product[k] * Eigen::Vector3d(a.u[k], a.shear[k], a.v[k]);
+  if (s.arcs.empty()) return sum;
+  const kernel::ArcWeights<double>& a = s.arcs[triangle];
+  for (const int corner : s.triangles[triangle].vertex) {
+    const Seconds d = seconds_of(s.bend, static_cast<size_t>(corner), x);
+    const double product[] = {d.uu.dot(d.uu), d.uu.dot(d.uv), d.uu.dot(d.vv), d.uv.dot(d.uv), d.uv.dot(d.vv), d.vv.dot(d.vv)};
+    for (size_t k = 0; k < 6; ++k) sum += product[k] / 3 * Eigen::Vector3d(a.u[k], a.shear[k], a.v[k]);
+  }
   return sum;
 }
 
@@ -66,10 +68,10 @@ Energy energy_of(const Sheet& sheet, const Material& m, const Eigen::Vector3d& g
   e.kinetic = 0.5 * velocity.colwise().squaredNorm() * mass;
   e.gravity = -gravity_m_s2.dot(position * mass);
   const double ku = m.stretch * std::exp(m.stretch_anisotropy), kv = m.stretch * std::exp(-m.stretch_anisotropy);
-  for (const kernel::Triangle& t : s.triangles) {
+  for (size_t i = 0; i < s.triangles.size(); ++i) {
+    const kernel::Triangle& t = s.triangles[i];
     const Columns w = columns_of(t, position);
-    Eigen::Vector3d longer = Eigen::Vector3d::Zero();
-    for (const int corner : t.vertex) longer += longer_at(s, static_cast<size_t>(corner), position) / 3;
+    const Eigen::Vector3d longer = longer_by(s, i, position);
     const double strain_u = w.u.norm() - 1 + longer(0), strain_v = w.v.norm() - 1 + longer(2), skew = w.u.dot(w.v) + longer(1);
     e.stretch += t.membrane_area * (stretch_energy(ku, m.stretch_stiffening, strain_u) +
                            stretch_energy(kv, m.stretch_stiffening, strain_v) +

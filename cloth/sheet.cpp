@@ -118,10 +118,10 @@ void give_held_corners_the_grips_size(const geometry::TriangleMesh& mesh, kernel
   }
 }
 
-// A triangle's part of the metric by which arcs exceed chords, as weights of the products of second derivatives.
-kernel::ArcWeights arc_weights(const geometry::TriangleMesh& mesh, const std::array<int, 3>& corners) {
-  Eigen::Matrix3d metric_of_sides;                 // squares of the sides = this · (δ_uu, δ_uv, δ_vv)
-  Eigen::Matrix<double, 3, 6> square_of_sides;     // |c|²/12 of the sides = this · products
+// The metric by which arcs exceed chords, as weights of the products of second derivatives.
+kernel::ArcWeights<double> arc_weights(const geometry::TriangleMesh& mesh, const std::array<int, 3>& corners) {
+  Eigen::Matrix3d metric_of_sides;               // squares of the sides = this · (δ_uu, δ_uv, δ_vv)
+  Eigen::Matrix<double, 3, 6> square_of_sides;   // |c|²/12 of the sides = this · products
   for (int k = 0; k < 3; ++k) {
     const auto at = [&](int corner) { return mesh.rest_uv[static_cast<size_t>(corners[static_cast<size_t>(corner % 3)])]; };
     const Eigen::Vector2d d = at(k + 2) - at(k + 1);
@@ -130,7 +130,7 @@ kernel::ArcWeights arc_weights(const geometry::TriangleMesh& mesh, const std::ar
     square_of_sides.row(k) << uu * uu, 4 * uu * uv, 2 * uu * vv, 4 * uv * uv, 4 * uv * vv, vv * vv;
   }
   const Eigen::Matrix<double, 3, 6> metric = metric_of_sides.inverse() * square_of_sides / 12;
-  kernel::ArcWeights out{};
+  kernel::ArcWeights<double> out{};
   for (int k = 0; k < 6; ++k) {
     out.u[k] = 0.5 * metric(0, k);
     out.shear[k] = metric(1, k);
@@ -139,38 +139,13 @@ kernel::ArcWeights arc_weights(const geometry::TriangleMesh& mesh, const std::ar
   return out;
 }
 
-// At each vertex the mean over the triangles around it, by area.
-std::vector<kernel::ArcWeights> arcs_of(const geometry::TriangleMesh& mesh, const kernel::SheetData& s) {
-  std::vector<kernel::ArcWeights> out(static_cast<size_t>(s.vertex_count));
-  std::vector<double> area(out.size(), 0);
-  for (size_t t = 0; t < mesh.triangles.size(); ++t) {
-    const kernel::ArcWeights here = arc_weights(mesh, mesh.triangles[t]);
-    const double weight = s.triangles[t].corner_area[0] + s.triangles[t].corner_area[1] + s.triangles[t].corner_area[2];
-    for (const int corner : mesh.triangles[t]) {
-      kernel::ArcWeights& sum = out[static_cast<size_t>(corner)];
-      area[static_cast<size_t>(corner)] += weight;
-      for (int k = 0; k < 6; ++k) {
-        sum.u[k] += weight * here.u[k];
-        sum.shear[k] += weight * here.shear[k];
-        sum.v[k] += weight * here.v[k];
-      }
-    }
-  }
-  for (size_t i = 0; i < out.size(); ++i)
-    for (int k = 0; k < 6; ++k) {
-      out[i].u[k] /= area[i];
-      out[i].shear[k] /= area[i];
-      out[i].v[k] /= area[i];
-    }
-  return out;
-}
-
 }  // namespace
 
 Sheet make_sheet(const geometry::TriangleMesh& mesh, Sides sides) {
   Sheet sheet = make_bordered_sheet(mesh, static_cast<int>(mesh.rest_uv.size()));
   give_held_corners_the_grips_size(mesh, sheet.data);
-  if (sides == Sides::arcs) sheet.data.arcs = arcs_of(mesh, sheet.data);
+  if (sides == Sides::arcs)
+    for (const auto& corners : mesh.triangles) sheet.data.arcs.push_back(arc_weights(mesh, corners));
   return sheet;
 }
 

@@ -31,7 +31,7 @@ struct Workspace {
   explicit Workspace(const SheetData& sheet)
       : packed(sheet), x(count(sheet)), v(count(sheet)), acceleration(count(sheet)), normal(count(sheet)),
         scratch(count(sheet)), membrane(sheet.triangles.size()), bend(count(sheet)), shape(count(sheet)), moment(count(sheet)),
-        longer(sheet.arcs.size()), stress(sheet.arcs.size()) {}
+        products(sheet.arcs.empty() ? 0 : count(sheet)), pulls(products.size()) {}
 
   void keep_frames() { frames.resize(membrane.size()); }
 
@@ -43,7 +43,7 @@ struct Workspace {
   std::vector<typename KeptFrame<V>::Type> frames;  // of the last accelerations; empty where no stages of damping follow
   std::vector<BendMemory<ScalarOf<V>>> bend;
   std::vector<SecondDerivatives<V>> shape, moment;
-  std::vector<V> longer, stress;  // of arcs; empty where the sheet measures none
+  std::vector<SixOf<V>> products, pulls;  // of arcs; empty where the sheet measures none
 };
 
 // Unit normals at the vertices: triangles' area normals summed.
@@ -81,9 +81,9 @@ void accelerations(const SheetData& sheet, const Materials<V>& m, Workspace<V>& 
     for (size_t i = 0; i < n; ++i) w.shape[i] = second_derivatives(sheet.bend, i, w.x.data());
   Arcs<V> arcs;
   if (p.measures_arcs) {
-    measure_arcs(sheet, w.shape.data(), w.longer.data());
-    std::fill(w.stress.begin(), w.stress.end(), V{});
-    arcs = {w.longer.data(), w.stress.data()};
+    measure_arcs(n, w.shape.data(), w.products.data());
+    std::fill(w.pulls.begin(), w.pulls.end(), SixOf<V>{});
+    arcs = {w.products.data(), w.pulls.data()};
   }
   if (p.uses_general_bending) {
     std::fill(a, a + n, V{});
@@ -100,7 +100,7 @@ void accelerations(const SheetData& sheet, const Materials<V>& m, Workspace<V>& 
   }
   membrane_and_drag(sheet, w.packed, m.triangle, w.x.data(), w.v.data(), w.membrane.data(), step_s,
                     w.frames.empty() ? nullptr : w.frames.data(), arcs, a);
-  if (p.measures_arcs) add_arc_moments(sheet, w.shape.data(), w.stress.data(), w.moment.data());
+  if (p.measures_arcs) add_arc_moments(sheet, w.shape.data(), w.pulls.data(), w.moment.data());
   for (size_t i = 0; takes_moments && i < n; ++i) add_moments(sheet, i, w.moment[i], a);
   for (size_t i = 0; i < n; ++i) a[i] = add_scaled(p.inverse_mass[i], a[i], p.gravity);
   if (p.uses_added_mass) carry_air(sheet, p, w.normal.data(), a);

@@ -1,8 +1,8 @@
 // Sides of triangles are chords: of fabric that is bent along a side, more lies between its ends than their distance.
 //
 // A side d (flat, m) of a curve with second derivative c = x'' along it, taken once over the side (c = d·H·d, m), has
-// |Δx|² = l² − |c|²/12 + O(l⁶) where the fabric between is l long. The metric that makes the three sides of a triangle
-// longer by |c|²/12 each is added to the triangle's strains, with H at its corners:
+// |Δx|² = l² − |c|²/12 + O(l⁶) where the fabric between is l long. The metric that adds |c|²/12 to the squares of a
+// triangle's three sides is added to its strains, with H the mean over its corners:
 //   ε_u += ½ δ_uu,  s += δ_uv,  ε_v += ½ δ_vv.
 // Without it a sheet of spacing h under tension T bends as if its rigidity were T h²/12 less: a third at
 // 25 mm for a soft swatch under its own weight (docs/decisions/0010). δ is quadratic in the positions
@@ -13,50 +13,57 @@
 
 namespace selvedge::cloth::kernel {
 
-// Three numbers a vertex, one each for u, shear and v.
+// Six numbers a vertex: the products of its second derivatives, or what pulls at them.
+template <class V>
+struct SixOf {
+  V first, second;  // uu·uu, uu·uv, uu·vv; uv·uv, uv·vv, vv·vv
+};
 template <class R>
-inline Vec3<R> three(const R& u, const R& shear, const R& v, const Vec3<R>*) {
-  return {u, shear, v};
+inline Vec3<R> three(const R& a, const R& b, const R& c, const Vec3<R>*) {
+  return {a, b, c};
 }
-inline Quad three(double u, double shear, double v, const Quad*) { return {Lanes4{u, shear, v, 0}}; }
+inline Quad three(double a, double b, double c, const Quad*) { return {Lanes4{a, b, c, 0}}; }
 inline Vec3<Lanes4> parts(const Vec3<Lanes4>& v) { return v; }
 inline Vec3<double> parts(const Quad& v) { return {v.q[0], v.q[1], v.q[2]}; }
 
-template <class R>
-inline R weighted(const double (&weight)[6], const R (&product)[6]) {
-  R sum = weight[0] * product[0];
-  for (int k = 1; k < 6; ++k) sum = fused(broadcast<R>(weight[k]), product[k], sum);
-  return sum;
-}
-
-// Fills longer[vertex] with what is added to the strains, from the shapes.
 template <class V>
-void measure_arcs(const SheetData& sheet, const SecondDerivatives<V>* shape, V* longer) {
-  using R = ScalarOf<V>;
-  for (size_t i = 0; i < sheet.arcs.size(); ++i) {
+void measure_arcs(size_t count, const SecondDerivatives<V>* shape, SixOf<V>* products) {
+  constexpr const V* kind = nullptr;
+  for (size_t i = 0; i < count; ++i) {
     const SecondDerivatives<V>& d = shape[i];
-    const R product[6] = {dot(d.uu, d.uu), dot(d.uu, d.uv), dot(d.uu, d.vv), dot(d.uv, d.uv), dot(d.uv, d.vv), dot(d.vv, d.vv)};
-    const ArcWeights& a = sheet.arcs[i];
-    longer[i] = three(weighted(a.u, product), weighted(a.shear, product), weighted(a.v, product), static_cast<const V*>(nullptr));
+    products[i] = {three(dot(d.uu, d.uu), dot(d.uu, d.uv), dot(d.uu, d.vv), kind), three(dot(d.uv, d.uv), dot(d.uv, d.vv), dot(d.vv, d.vv), kind)};
   }
 }
 
-// Adds to moment (as add_moments takes them) what the stresses of the triangles around each vertex, N·m, do to its shape.
+// Adds to moment (as add_moments takes them) what the stresses of the triangles around each vertex do to its shape.
 template <class V>
-void add_arc_moments(const SheetData& sheet, const SecondDerivatives<V>* shape, const V* stress, SecondDerivatives<V>* moment) {
-  using R = ScalarOf<V>;
-  for (size_t i = 0; i < sheet.arcs.size(); ++i) {
-    const ArcWeights& a = sheet.arcs[i];
-    const auto s = parts(stress[i]);
-    R load[6];
+void add_arc_moments(const SheetData& sheet, const SecondDerivatives<V>* shape, const SixOf<V>* pulls, SecondDerivatives<V>* moment) {
+  for (size_t i = 0; i < static_cast<size_t>(sheet.vertex_count); ++i) {
     const double per_area = 1 / sheet.vertex_area[i];
-    for (int k = 0; k < 6; ++k) load[k] = per_area * fused(broadcast<R>(a.v[k]), s.z, fused(broadcast<R>(a.shear[k]), s.y, a.u[k] * s.x));
+    const auto low = parts(scaled(per_area, pulls[i].first)), high = parts(scaled(per_area, pulls[i].second));
     const SecondDerivatives<V>& d = shape[i];
     SecondDerivatives<V>& m = moment[i];
-    m.uu = add_scaled(2.0 * load[0], d.uu, add_scaled(load[1], d.uv, add_scaled(load[2], d.vv, m.uu)));
-    m.uv = add_scaled(0.5 * load[1], d.uu, add_scaled(load[3], d.uv, add_scaled(0.5 * load[4], d.vv, m.uv)));
-    m.vv = add_scaled(load[2], d.uu, add_scaled(load[4], d.uv, add_scaled(2.0 * load[5], d.vv, m.vv)));
+    m.uu = add_scaled(2.0 * low.x, d.uu, add_scaled(low.y, d.uv, add_scaled(low.z, d.vv, m.uu)));
+    m.uv = add_scaled(0.5 * low.y, d.uu, add_scaled(high.x, d.uv, add_scaled(0.5 * high.y, d.vv, m.uv)));
+    m.vv = add_scaled(low.z, d.uu, add_scaled(high.y, d.uv, add_scaled(2.0 * high.z, d.vv, m.vv)));
   }
+}
+
+// What a triangle's arcs add to its u, shear and v strains; products: means over its corners.
+template <class G, class R>
+inline Vec3<R> longer_by(const ArcWeights<G>& w, const SixOf<Vec3<R>>& products) {
+  const auto sum = [&](const G(&weight)[6]) {
+    const Vec3<R> first{weight[0] * products.first.x, weight[1] * products.first.y, weight[2] * products.first.z};
+    return first.x + first.y + first.z + weight[3] * products.second.x + weight[4] * products.second.y + weight[5] * products.second.z;
+  };
+  return {sum(w.u), sum(w.shear), sum(w.v)};
+}
+
+// The stresses' pull at the products of each corner; stress: u, shear, v, times a third of the area.
+template <class G, class R>
+inline SixOf<Vec3<R>> pulls_of(const ArcWeights<G>& w, const Vec3<R>& stress) {
+  const auto pull = [&](int k) { return w.u[k] * stress.x + w.shear[k] * stress.y + w.v[k] * stress.z; };
+  return {{pull(0), pull(1), pull(2)}, {pull(3), pull(4), pull(5)}};
 }
 
 }  // namespace selvedge::cloth::kernel

@@ -3,6 +3,7 @@
 
 #include <vector>
 
+#include "cloth/kernel/arc_length.h"
 #include "cloth/kernel/triangle.h"
 
 namespace selvedge::cloth::kernel {
@@ -12,6 +13,7 @@ struct PackedTriangles {
   struct Four {
     FlatTriangle<Lanes4> flat;
     int vertex[3][4];
+    ArcWeights<Lanes4> arcs;  // where the sheet has them
     int count;  // fewer than four at the end; the rest repeat the last
   };
   std::vector<Four> fours;
@@ -31,6 +33,13 @@ struct PackedTriangles {
         four.flat.v1[i] = t.gradient_v[1];
         four.flat.v2[i] = t.gradient_v[2];
         four.flat.area[i] = t.membrane_area;
+        if (sheet.arcs.empty()) continue;
+        const ArcWeights<double>& arcs = sheet.arcs[first + static_cast<size_t>(i < four.count ? i : four.count - 1)];
+        for (int k = 0; k < 6; ++k) {
+          four.arcs.u[k][i] = arcs.u[k];
+          four.arcs.shear[k][i] = arcs.shear[k];
+          four.arcs.v[k][i] = arcs.v[k];
+        }
       }
       fours.push_back(four);
     }
@@ -51,6 +60,23 @@ inline Vec3<Lanes4> gather(const int (&vertex)[4], const Quad* y) {
   return lanes_of_quads(y[vertex[0]], y[vertex[1]], y[vertex[2]], y[vertex[3]]);
 }
 
+inline SixOf<Vec3<Lanes4>> gather(const int (&vertex)[4], const SixOf<Quad>* y) {
+  const SixOf<Quad>&a = y[vertex[0]], &b = y[vertex[1]], &c = y[vertex[2]], &d = y[vertex[3]];
+  return {lanes_of_quads(a.first, b.first, c.first, d.first), lanes_of_quads(a.second, b.second, c.second, d.second)};
+}
+
+// The same to each corner.
+inline void scatter(const PackedTriangles::Four& t, const SixOf<Vec3<Lanes4>>& pull, SixOf<Quad>* to) {
+  Quad first[4], second[4];
+  quads_of_lanes(pull.first, first);
+  quads_of_lanes(pull.second, second);
+  for (const auto& corner : t.vertex)
+    for (int i = 0; i < t.count; ++i) {
+      to[corner[i]].first += first[i];
+      to[corner[i]].second += second[i];
+    }
+}
+
 inline void scatter(const PackedTriangles::Four& t, const CornerForces<Lanes4>& f, Quad* force) {
   Quad zero[4], one[4], two[4];
   quads_of_lanes(f.zero, zero);
@@ -63,11 +89,11 @@ inline void scatter(const PackedTriangles::Four& t, const CornerForces<Lanes4>& 
   }
 }
 
-// Of each vertex: what is added to the strains around it, and the sum of the stresses, which are added to (arc_length.h).
+// Of each vertex: the products of its second derivatives, and what pulls at them, which is added to (arc_length.h).
 template <class V>
 struct Arcs {
-  const V* longer = nullptr;
-  V* stress = nullptr;
+  const SixOf<V>* products = nullptr;
+  SixOf<V>* pulls = nullptr;
 };
 
 // Each adds to force. memory: one a triangle, or one a pack of four. step_s: of the memory; 0 leaves it.
@@ -79,14 +105,22 @@ inline void membrane_and_drag(const SheetData& sheet, const PackedTriangles&, co
     const Triangle& t = sheet.triangles[i];
     const int a = t.vertex[0], b = t.vertex[1], c = t.vertex[2];
     Vec3<Lanes4> longer, stress;
-    if (arcs.longer) longer = scaled(1.0 / 3.0, arcs.longer[a] + arcs.longer[b] + arcs.longer[c]);
+    if (arcs.products) {
+      const SixOf<Vec3<Lanes4>>&p0 = arcs.products[a], &p1 = arcs.products[b], &p2 = arcs.products[c];
+      longer = scaled(1.0 / 3.0, longer_by(sheet.arcs[i], SixOf<Vec3<Lanes4>>{p0.first + p1.first + p2.first, p0.second + p1.second + p2.second}));
+    }
     const auto f = triangle_forces(flat(t), sides(x[a], x[b], x[c]), sides(v[a], v[b], v[c]), v[a] + v[b] + v[c], p, memory + i,
-                                   step_s, frames ? frames + i : nullptr, arcs.longer ? &longer : nullptr, arcs.longer ? &stress : nullptr);
+                                   step_s, frames ? frames + i : nullptr, arcs.products ? &longer : nullptr, arcs.products ? &stress : nullptr);
     force[a] += f.zero;
     force[b] += f.one;
     force[c] += f.two;
-    if (arcs.longer)
-      for (const int corner : t.vertex) arcs.stress[corner] += stress;
+    if (arcs.products) {
+      const SixOf<Vec3<Lanes4>> pull = pulls_of(sheet.arcs[i], stress);
+      for (const int corner : t.vertex) {
+        arcs.pulls[corner].first += pull.first;
+        arcs.pulls[corner].second += pull.second;
+      }
+    }
   }
 }
 
@@ -98,12 +132,19 @@ inline void membrane_and_drag(const SheetData&, const PackedTriangles& packed, c
     const Vec3<Lanes4> v0 = gather(t.vertex[0], v), v1 = gather(t.vertex[1], v), v2 = gather(t.vertex[2], v);
     const auto x_sides = sides(gather(t.vertex[0], x), gather(t.vertex[1], x), gather(t.vertex[2], x));
     Vec3<Lanes4> longer, stress;
-    if (arcs.longer)
-      longer = scaled(1.0 / 3.0, gather(t.vertex[0], arcs.longer) + gather(t.vertex[1], arcs.longer) + gather(t.vertex[2], arcs.longer));
+    if (arcs.products) {
+      SixOf<Vec3<Lanes4>> sum = gather(t.vertex[0], arcs.products);
+      for (const int k : {1, 2}) {
+        const SixOf<Vec3<Lanes4>> more = gather(t.vertex[k], arcs.products);
+        sum.first += more.first;
+        sum.second += more.second;
+      }
+      longer = scaled(1.0 / 3.0, longer_by(t.arcs, sum));
+    }
     scatter(t, triangle_forces(t.flat, x_sides, sides(v0, v1, v2), v0 + v1 + v2, p, memory + i, step_s, frames ? frames + i : nullptr,
-                               arcs.longer ? &longer : nullptr, arcs.longer ? &stress : nullptr),
+                               arcs.products ? &longer : nullptr, arcs.products ? &stress : nullptr),
             force);
-    if (arcs.longer) scatter(t, {stress, stress, stress}, arcs.stress);
+    if (arcs.products) scatter(t, pulls_of(t.arcs, stress), arcs.pulls);
   }
 }
 

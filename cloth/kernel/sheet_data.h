@@ -25,10 +25,11 @@ struct BendStencils {
   std::vector<double> uu, uv, vv;  // 1/m²
 };
 
-// What is added to the strains at a vertex because fabric bends between the ends of a side (arc_length.h):
-// Σ weight · product, m², over uu·uu, uu·uv, uu·vv, uv·uv, uv·vv, vv·vv of the second derivatives.
+// What is added to the strains of a triangle because fabric bends between the ends of a side (arc_length.h):
+// Σ weight · product, m², over uu·uu, uu·uv, uu·vv, uv·uv, uv·vv, vv·vv of the second derivatives. G: double, or one a lane.
+template <class G>
 struct ArcWeights {
-  double u[6], shear[6], v[6];
+  G u[6], shear[6], v[6];
 };
 
 // Bending of unit rigidity: energy ½ Σ x_i·Q_ij x_j; symmetric, compressed rows.
@@ -61,7 +62,7 @@ struct SheetData {
   std::vector<Triangle> triangles;
   BendStencils bend;
   BendMatrix bend_matrix;
-  std::vector<ArcWeights> arcs;  // N, or none: sides of triangles are as long as the fabric along them
+  std::vector<ArcWeights<double>> arcs;  // one a triangle, or none: sides of triangles are as long as the fabric along them
   double width_m = 0, height_m = 0;
 };
 
