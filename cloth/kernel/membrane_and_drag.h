@@ -70,8 +70,8 @@ inline void scatter(const PackedTriangles::Four& t, const SixOf<Vec3<Lanes4>>& p
   Quad first[4], second[4];
   quads_of_lanes(pull.first, first);
   quads_of_lanes(pull.second, second);
-  for (const auto& corner : t.vertex)
-    for (int i = 0; i < t.count; ++i) {
+  for (int i = 0; i < t.count; ++i)
+    for (const auto& corner : t.vertex) {
       to[corner[i]].first += first[i];
       to[corner[i]].second += second[i];
     }
