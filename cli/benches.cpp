@@ -4,6 +4,7 @@ namespace selvedge::cli {
 
 std::vector<Figure> bench_capture(const FigureOptions& options);
 std::vector<Figure> bench_capture_v4l2(const FigureOptions& options);
+std::vector<Figure> bench_recorder(const FigureOptions& options);
 std::vector<Figure> bench_cloth(const FigureOptions& options);
 std::vector<Figure> bench_contact(const FigureOptions& options);
 std::vector<Figure> bench_diagnose(const FigureOptions& options);
@@ -21,6 +22,7 @@ const std::vector<FigureSet>& benches() {
       {"fit", "a waving trial of 50 frames, nine parameters, from the coarse grid to the end", bench_fit},
       {"format", "reading and writing trials: CSV, PNG", bench_format},
       {"metric", "angle maps and pictures of 640x480 frames", bench_metric},
+      {"recorder", "ten minutes of 1280x1024 pictures at 60 Hz from the camera to this disk", bench_recorder},
   };
   return list;
 }

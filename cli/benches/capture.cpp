@@ -1,21 +1,30 @@
 // `./selvedge bench capture`: the camera daemon with a reader of its frame ring, beside Aravis's own
 // arv-camera-test, one after the other on the same simulated GigE Vision camera.
+// `./selvedge bench recorder`: the daemon and the recorder behind it, for ten minutes, onto this disk.
 //
 // Each client runs in a process of its own, so that its processor time can be told from the camera's.
+#include <algorithm>
 #include <atomic>
 #include <chrono>
+#include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <filesystem>
+#include <functional>
+#include <random>
 #include <stdexcept>
 #include <thread>
 
 #include <spdlog/spdlog.h>
+#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include "capture/recorder.h"
 #include "cli/benches/children_cpu.h"
 #include "cli/figures.h"
+#include "files/whole_file.h"
 #include "hardware_sim/gige_camera/gige_camera.h"
 #include "rig/camera/daemon.h"
 #include "rig/camera/frame_ring.h"
@@ -31,6 +40,7 @@ namespace {
 constexpr const char* kAddress = "127.0.5.1";
 constexpr int kBusPort = 17290;
 constexpr double kRate_hz = 60;
+constexpr int kWidth_px = 1280, kHeight_px = 1024;
 constexpr double kLongestStart_s = 30;
 
 struct Outcome {
@@ -44,8 +54,8 @@ std::string configuration_text() {
                      kAddress, kRate_hz);
 }
 
-// In the child: the daemon on a thread, the reader here.
-Outcome read_frames(double seconds) {
+// In the child: the daemon on a thread, the reader here. keep: each frame, in order.
+Outcome read_frames(double seconds, const std::function<void(const camera::RingFrame&)>& keep = {}) {
   spdlog::set_level(spdlog::level::warn);
   std::atomic<bool> stopping{false};
   std::thread daemon([&] { camera::run_daemon(rig::Configuration::parse(configuration_text(), "bench"), stopping); });
@@ -68,6 +78,7 @@ Outcome read_frames(double seconds) {
       start_s = rig::host_now_s();
     }
     last = frame.head.frame_number;
+    if (keep) keep(frame);
     ++result.frames;
     result.seconds = rig::host_now_s() - start_s;
     if (result.seconds > seconds) break;
@@ -78,20 +89,48 @@ Outcome read_frames(double seconds) {
   return result;
 }
 
-Outcome run_ours(double seconds, int pipe_end) {
-  const Outcome result = read_frames(seconds);
-  if (::write(pipe_end, &result, sizeof result) != sizeof result) ::_exit(1);
-  ::_exit(0);
+template <class Result>
+[[noreturn]] void tell(const Result& result, int pipe_end) {
+  ::_exit(::write(pipe_end, &result, sizeof result) == sizeof result ? 0 : 1);
+}
+
+struct Recording : Outcome {
+  capture::FrameCounts written;
+  size_t gaps = 0;      // in the numbers, as trial.json names them
+  double most_mb = 0;   // of memory, the whole process
+};
+
+Recording record_frames(double seconds, const std::filesystem::path& folder) {
+  trial::Trial header;
+  header.name = folder.filename().string();
+  header.fabric = {"bench", 0.3, 0.3, 0.0144, true};
+  header.camera.emplace();
+  header.camera->width_px = kWidth_px;
+  header.camera->height_px = kHeight_px;
+  header.frame_rate_hz = kRate_hz;
+  capture::Recorder recorder(header, folder);
+  Recording result;
+  static_cast<Outcome&>(result) = read_frames(seconds, [&](const camera::RingFrame& f) {
+    recorder.add_frame(static_cast<int>(f.head.frame_number), static_cast<double>(f.head.frame_number) / kRate_hz, f.pixels.data(), kWidth_px, kHeight_px);
+  });
+  recorder.finish();
+  result.written = recorder.recorded().frames;
+  result.gaps = files::read_json(folder / "trial.json").at("frames").at("gaps").size();
+  rusage used{};
+  ::getrusage(RUSAGE_SELF, &used);
+  result.most_mb = static_cast<double>(used.ru_maxrss) / 1024;
+  return result;
 }
 
 // Waits for the child's outcome.
-Outcome collect(pid_t child, int pipe_end) {
+template <class Result = Outcome>
+Result collect(pid_t child, int pipe_end) {
   const double before_s = children_cpu_s();
-  Outcome result;
+  Result result;
   const bool told = ::read(pipe_end, &result, sizeof result) == sizeof result;
   int status = 0;
   ::waitpid(child, &status, 0);
-  if (!told || status != 0 || result.frames == 0) throw std::runtime_error("bench capture: the daemon delivered nothing");
+  if (!told || status != 0 || result.frames == 0) throw std::runtime_error("the daemon delivered nothing");
   result.cpu_s = children_cpu_s() - before_s;
   return result;
 }
@@ -131,7 +170,82 @@ void add(std::vector<Figure>& figures, const std::string& who, const Outcome& ou
                      Relation::shown, reference});
 }
 
+// Runs the client in a child of this process, which holds the camera meanwhile. paint: fills a picture.
+template <class Result>
+Result beside_camera(const std::function<Result()>& client, double loss, unsigned seed, const std::function<void(uint8_t*)>& paint) {
+  // The client's process is made before the camera's threads.
+  int ends[2];
+  if (::pipe(ends) != 0) throw std::runtime_error("bench capture: no pipe");
+  const pid_t child = ::fork();
+  if (child == 0) tell(client(), ends[1]);
+  ::close(ends[1]);
+
+  sim::GigeCameraOptions camera;
+  camera.address = kAddress;
+  camera.width_px = kWidth_px;
+  camera.height_px = kHeight_px;
+  camera.seed = seed;
+  sim::GigeCamera device(camera, [&](double, uint8_t* pixels) {
+    paint(pixels);
+    return true;
+  });
+  sim::GigeCameraFaults faults;
+  faults.stream_loss = loss;
+  device.set_faults(faults);
+  const Result result = collect<Result>(child, ends[0]);
+  ::close(ends[0]);
+  return result;
+}
+
+// Stripes with a sensor's noise of two grey levels, which is what makes a picture large on disk.
+std::vector<std::vector<uint8_t>> noisy_stripes(unsigned seed) {
+  std::mt19937 generator(seed);
+  std::normal_distribution<double> noise(0, 2);
+  std::vector<std::vector<uint8_t>> pictures(4, std::vector<uint8_t>(size_t{kWidth_px} * kHeight_px));
+  for (size_t p = 0; p < pictures.size(); ++p)
+    for (int y = 0; y < kHeight_px; ++y)
+      for (int x = 0; x < kWidth_px; ++x) {
+        const double grey = 128 + 90 * std::sin(0.25 * y + 0.02 * x + static_cast<double>(p)) + noise(generator);
+        pictures[p][static_cast<size_t>(y) * kWidth_px + static_cast<size_t>(x)] = static_cast<uint8_t>(std::clamp(grey, 0.0, 255.0));
+      }
+  return pictures;
+}
+
 }  // namespace
+
+std::vector<Figure> bench_recorder(const FigureOptions& options) {
+  const double seconds = options.quick ? 3 : 600;
+  rig::ensure_local_multicast(kBusPort);
+  const std::filesystem::path folder = std::filesystem::temp_directory_path() / fmt::format("selvedge-bench-recorder-{}", ::getpid());
+  const std::vector<std::vector<uint8_t>> pictures = noisy_stripes(options.seed);
+  size_t shown = 0;
+  options.progress(0, fmt::format("{:.0f} s of pictures", seconds));
+  Recording r;
+  try {
+    r = beside_camera<Recording>([&] { return record_frames(seconds, folder); }, 0, options.seed, [&](uint8_t* pixels) {
+      std::memcpy(pixels, pictures[shown++ % pictures.size()].data(), pictures[0].size());
+    });
+  } catch (...) {
+    std::filesystem::remove_all(folder);
+    throw;
+  }
+  std::filesystem::remove_all(folder);
+  camera::FrameRingWriter::remove(camera::ring_name(kBusPort, "camera"));
+  const double count = static_cast<double>(r.frames), acknowledged = static_cast<double>(r.written.acknowledged);
+  const std::string what = fmt::format("1280×1024 at 60 Hz for {:.0f} s: ", seconds);
+  std::vector<Figure> out;
+  out.push_back({what + "frames acknowledged", acknowledged / r.seconds, kRate_hz, "1/s", Relation::shown, "the camera's rate"});
+  out.push_back({what + "frames lost between camera and ring", static_cast<double>(r.lost), 0, "", Relation::shown, "none"});
+  out.push_back({what + "frames refused by the recorder", static_cast<double>(r.written.refused), 0, "", Relation::shown, "none"});
+  out.push_back({what + "gaps named in the trial", static_cast<double>(r.gaps), 0, "", Relation::shown, "none"});
+  out.push_back({what + "frames stored without compression, to keep up", static_cast<double>(r.written.stored), count, "", Relation::shown, "all frames"});
+  out.push_back({what + "most memory of pictures that wait", static_cast<double>(r.written.most_queued_bytes) / 1048576.0, 256, "MiB", Relation::shown, "the queue's bound"});
+  out.push_back({what + "most memory of daemon and recorder", r.most_mb, 512, "MiB", Relation::shown, "the queue, the ring and room to spare"});
+  out.push_back({what + "on disk, a frame", static_cast<double>(r.written.bytes_on_disk) / acknowledged / 1048576.0, 1.25, "MiB", Relation::shown, "its pixels"});
+  out.push_back({what + "processor time a frame, daemon and recorder", 1e3 * r.cpu_s / count, 1e3 / kRate_hz, "ms", Relation::shown, "one core's"});
+  options.progress(1, "done");
+  return out;
+}
 
 std::vector<Figure> bench_capture(const FigureOptions& options) {
   const int seconds = options.quick ? 3 : 20;
@@ -144,28 +258,9 @@ std::vector<Figure> bench_capture(const FigureOptions& options) {
   int step = 0;
   for (const double loss : {0.0, 0.01}) {
     options.progress(0.2 * step, fmt::format("daemon at {:.0f} % packet loss", 100 * loss));
-    // The client's process is made before the camera's threads.
-    int ends[2];
-    if (::pipe(ends) != 0) throw std::runtime_error("bench capture: no pipe");
-    const pid_t child = ::fork();
-    if (child == 0) run_ours(seconds, ends[1]);
-    ::close(ends[1]);
-
-    sim::GigeCameraOptions camera;
-    camera.address = kAddress;
-    camera.width_px = 1280;
-    camera.height_px = 1024;
-    camera.seed = options.seed;
-    const size_t size = 1280 * 1024;
-    sim::GigeCamera device(camera, [size, shade = uint8_t{0}](double, uint8_t* pixels) mutable {
-      std::memset(pixels, ++shade, size);
-      return true;
+    const Outcome ours = beside_camera<Outcome>([&] { return read_frames(seconds); }, loss, options.seed, [shade = uint8_t{0}](uint8_t* pixels) mutable {
+      std::memset(pixels, ++shade, size_t{kWidth_px} * kHeight_px);
     });
-    sim::GigeCameraFaults faults;
-    faults.stream_loss = loss;
-    device.set_faults(faults);
-    const Outcome ours = collect(child, ends[0]);
-    ::close(ends[0]);
     options.progress(0.2 * (step + 1), fmt::format("arv-camera-test at {:.0f} % packet loss", 100 * loss));
     std::optional<Outcome> peer;
     if (has_peer) peer = run_arv_camera_test(seconds);
