@@ -110,7 +110,7 @@ void add_meshes(const FigureOptions& options, std::vector<Figure>& out) {
   const double d_coarse = 1e3 * distance_m(coarse, middle), d_fine = 1e3 * distance_m(middle, fine);
   const auto name = [](int m) { return fmt::format("{0}x{0}", m); };
   const Relation judged = options.quick ? Relation::shown : Relation::at_most;
-  out.push_back({fmt::format("waving, {} frames, {} against {}", frames, name(2 * n - 1), name(4 * n - 3)), d_fine, 1, "mm rms", judged,
+  out.push_back({fmt::format("waving, sides as arcs, {} frames, {} against {}", frames, name(2 * n - 1), name(4 * n - 3)), d_fine, 1, "mm rms", judged,
                  "branch matched"});
   out.push_back({fmt::format("waving, {} against {}", name(n), name(2 * n - 1)), d_coarse, 3, "mm rms", judged, "branch matched"});
   out.push_back({fmt::format("waving, irregular mesh of {0} density against {0}", name(2 * n - 1)),

@@ -274,7 +274,7 @@ Experiment waving_experiment(double amplitude_m, int frames) {
 }
 
 Waving wave(const geometry::TriangleMesh& mesh, int frames, const Waving* branch) {
-  Waving w{cloth::make_sheet(mesh), {}};
+  Waving w{cloth::make_sheet(mesh, cloth::Sides::arcs), {}};
   Experiment e = waving_experiment(0.1, frames);
   e.start_shape = cloth::hung_shape(w.sheet, e, 1);
   if (branch)

@@ -17,7 +17,7 @@ namespace {
 using cloth::Material;
 
 struct Crumpled {
-  cloth::Sheet sheet = cloth::make_sheet(geometry::make_irregular_mesh(0.3, 0.2, 8, 6, 0.4, 3));
+  cloth::Sheet sheet = cloth::make_sheet(geometry::make_irregular_mesh(0.3, 0.2, 8, 6, 0.4, 3), cloth::Sides::arcs);
   Eigen::Matrix3Xd x, v;
 
   Crumpled() : x(3, sheet.data.vertex_count), v(x) {

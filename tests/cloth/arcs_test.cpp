@@ -32,7 +32,7 @@ TEST(Arcs, ARolledSheetIsHardlyStretchedWhicheverWayItIsRolled) {
   for (const double angle : {0.0, 0.4, 0.7854, 1.5708}) {
     const geometry::TriangleMesh mesh = swatch(17);
     const Eigen::Matrix3Xd x = rolled(mesh, 0.06, angle);
-    const double straight = membrane_energy(make_sheet(mesh, Sides::straight), x), arcs = membrane_energy(make_sheet(mesh), x);
+    const double straight = membrane_energy(make_sheet(mesh, Sides::straight), x), arcs = membrane_energy(make_sheet(mesh, Sides::arcs), x);
     EXPECT_LT(arcs, 0.02 * straight) << angle;
   }
 }
@@ -49,7 +49,7 @@ Experiment hung(const Sheet& sheet) {
 
 // With equal parameters a sheet of 13 columns hangs nearer to one of 33 with arcs than with straight sides.
 TEST(Arcs, ACoarseSheetHangsAsAFineOne) {
-  const Sheet fine = make_sheet(swatch(33));
+  const Sheet fine = make_sheet(swatch(33), Sides::arcs);
   const Eigen::Matrix3Xd reference = relax(fine, {hung(fine)})[0].position;
   const auto apart_mm = [&](Sides sides) {
     const Sheet coarse = make_sheet(swatch(13), sides);
@@ -76,7 +76,7 @@ TEST(SurfacePoint, IsExactWherePositionIsAQuadratic) {
 }
 
 TEST(Settle, ComesToTheSameRestAsMotion) {
-  const Sheet sheet = make_sheet(swatch(11));
+  const Sheet sheet = make_sheet(swatch(11), Sides::arcs);
   const Experiment e = hung(sheet);
   const Eigen::Matrix3Xd before = relax(sheet, {e})[0].position;
   Experiment stiffer = e;
@@ -94,7 +94,7 @@ TEST(Settle, ComesToTheSameRestAsMotion) {
 }
 
 TEST(Settle, LeavesAFarStartToOthers) {
-  const Sheet sheet = make_sheet(swatch(11));
+  const Sheet sheet = make_sheet(swatch(11), Sides::arcs);
   Experiment e = hung(sheet);
   e.start_shape.row(2) *= -1;  // hung upwards
   EXPECT_FALSE(settle(sheet, e, e.start_shape, 1e-6).at_rest);

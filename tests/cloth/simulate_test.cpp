@@ -14,7 +14,7 @@ Experiment waving(const Sheet& sheet, int frames) {
   return e;
 }
 
-Sheet grid(int n) { return make_sheet(geometry::make_grid_mesh(0.3, 0.3, n, n)); }
+Sheet grid(int n) { return make_sheet(geometry::make_grid_mesh(0.3, 0.3, n, n), Sides::arcs); }
 
 TEST(Lanes, GiveTheBitsOfSingleRuns) {
   const Sheet sheet = grid(9);
