@@ -63,9 +63,7 @@ Eigen::Matrix3Xd turned_over(const Sheet& sheet, const Eigen::Matrix3Xd& x) {
   Eigen::Matrix3Xd out(3, x.cols());
   for (Eigen::Index i = 0; i < x.cols(); ++i) {
     const Eigen::Vector2d& uv = sheet.mesh.rest_uv[static_cast<size_t>(i)];
-    const geometry::MaterialPoint p = geometry::locate(sheet.mesh, {sheet.mesh.width_m - uv.x(), uv.y()});
-    out.col(i).setZero();
-    for (int c = 0; c < 3; ++c) out.col(i) += p.weights(c) * x.col(p.vertices[static_cast<size_t>(c)]);
+    out.col(i) = position_of(surface_point(sheet, {sheet.mesh.width_m - uv.x(), uv.y()}), x);
   }
   return out;
 }
@@ -115,6 +113,8 @@ std::vector<Branch> find_branches(const Sheet& sheet, const Experiment& experime
 
 SeenBranch branch_seen(const Sheet& sheet, const std::vector<Branch>& branches, const std::vector<Eigen::Vector2d>& uv,
                        const Eigen::Matrix3Xd& seen) {
+  std::vector<SurfacePoint> points;
+  for (const Eigen::Vector2d& at : uv) points.push_back(surface_point(sheet, at));
   SeenBranch best{0, std::numeric_limits<double>::infinity()};
   for (size_t b = 0; b < branches.size(); ++b) {
     double sum = 0;
@@ -122,7 +122,7 @@ SeenBranch branch_seen(const Sheet& sheet, const std::vector<Branch>& branches, 
     for (size_t k = 0; k < uv.size(); ++k) {
       const Eigen::Vector3d at = seen.col(static_cast<Eigen::Index>(k));
       if (!at.allFinite()) continue;
-      sum += (position_of(surface_point(sheet, uv[k]), branches[b].position) - at).squaredNorm();
+      sum += (position_of(points[k], branches[b].position) - at).squaredNorm();
       ++count;
     }
     const double distance = count ? std::sqrt(sum / count) : std::numeric_limits<double>::infinity();

@@ -1,6 +1,7 @@
 #include "cloth/energy.h"
 
 #include <cmath>
+#include <vector>
 
 #include "cloth/kernel/vertex_parts.h"
 
@@ -36,13 +37,13 @@ Seconds seconds_of(const kernel::BendStencils& b, size_t vertex, const Eigen::Ma
   return d;
 }
 
-// What arcs add to the u, shear and v strains of a triangle.
-Eigen::Vector3d longer_by(const kernel::SheetData& s, size_t triangle, const Eigen::Matrix3Xd& x) {
+// What arcs add to the u, shear and v strains of a triangle. shape: of all vertices.
+Eigen::Vector3d longer_by(const kernel::SheetData& s, size_t triangle, const std::vector<Seconds>& shape) {
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   if (s.arcs.empty()) return sum;
   const kernel::ArcWeights<double>& a = s.arcs[triangle];
   for (const int corner : s.triangles[triangle].vertex) {
-    const Seconds d = seconds_of(s.bend, static_cast<size_t>(corner), x);
+    const Seconds& d = shape[static_cast<size_t>(corner)];
     const double product[] = {d.uu.dot(d.uu), d.uu.dot(d.uv), d.uu.dot(d.vv), d.uv.dot(d.uv), d.uv.dot(d.vv), d.vv.dot(d.vv)};
     for (size_t k = 0; k < 6; ++k) sum += product[k] / 3 * Eigen::Vector3d(a.u[k], a.shear[k], a.v[k]);
   }
@@ -68,10 +69,12 @@ Energy energy_of(const Sheet& sheet, const Material& m, const Eigen::Vector3d& g
   e.kinetic = 0.5 * velocity.colwise().squaredNorm() * mass;
   e.gravity = -gravity_m_s2.dot(position * mass);
   const double ku = m.stretch * std::exp(m.stretch_anisotropy), kv = m.stretch * std::exp(-m.stretch_anisotropy);
+  std::vector<Seconds> shape;
+  for (size_t i = 0; i < s.vertex_area.size(); ++i) shape.push_back(seconds_of(s.bend, i, position));
   for (size_t i = 0; i < s.triangles.size(); ++i) {
     const kernel::Triangle& t = s.triangles[i];
     const Columns w = columns_of(t, position);
-    const Eigen::Vector3d longer = longer_by(s, i, position);
+    const Eigen::Vector3d longer = longer_by(s, i, shape);
     const double strain_u = w.u.norm() - 1 + longer(0), strain_v = w.v.norm() - 1 + longer(2), skew = w.u.dot(w.v) + longer(1);
     e.stretch += t.membrane_area * (stretch_energy(ku, m.stretch_stiffening, strain_u) +
                            stretch_energy(kv, m.stretch_stiffening, strain_v) +
@@ -79,7 +82,7 @@ Energy energy_of(const Sheet& sheet, const Material& m, const Eigen::Vector3d& g
     e.shear += t.membrane_area * 0.5 * m.shear * skew * skew;
   }
   for (size_t i = 0; i < s.vertex_area.size(); ++i) {
-    const Seconds d = seconds_of(s.bend, i, position);
+    const Seconds& d = shape[i];
     const double squared = d.uu.squaredNorm() + 2 * d.uv.squaredNorm() + d.vv.squaredNorm();
     const double b = m.bend_anisotropy;
     const double weighted = std::exp(b) * d.uu.squaredNorm() + 2 * d.uv.squaredNorm() + std::exp(-b) * d.vv.squaredNorm();

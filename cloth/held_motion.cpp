@@ -12,7 +12,14 @@ kernel::Surroundings surroundings_of(const Experiment& e) {
 }
 
 HeldMotion::HeldMotion(const Sheet& sheet, const Experiment& experiment)
-    : path_(experiment.path), vertices_(held_vertices(sheet, experiment.path.hold)) {}
+    : path_(experiment.path), vertices_(held_vertices(sheet, experiment.path.hold)), vertex_count_(sheet.data.vertex_count) {}
+
+std::vector<char> HeldMotion::is_held() const {
+  std::vector<char> held(3 * static_cast<size_t>(vertex_count_), 0);
+  for (const kernel::HeldVertex& h : vertices_)
+    for (int a = 0; a < 3; ++a) held[static_cast<size_t>(3 * h.vertex + a)] = 1;
+  return held;
+}
 
 void HeldMotion::place(double time_s, Eigen::Ref<Eigen::Matrix3Xd> position) const {
   const Eigen::Matrix<double, 3, 2> at = path_.at(time_s);

@@ -14,6 +14,9 @@ class HeldMotion {
 
   const std::vector<kernel::HeldVertex>& vertices() const { return vertices_; }
 
+  // Of the 3N numbers of all positions, one where it is held.
+  std::vector<char> is_held() const;
+
   // Set the held columns; all others stay. m, m/s.
   void place(double time_s, Eigen::Ref<Eigen::Matrix3Xd> position) const;
   void move(double time_s, Eigen::Ref<Eigen::Matrix3Xd> velocity) const;
@@ -21,6 +24,7 @@ class HeldMotion {
  private:
   const HeldPath& path_;
   std::vector<kernel::HeldVertex> vertices_;
+  int vertex_count_;
 };
 
 }  // namespace selvedge::cloth

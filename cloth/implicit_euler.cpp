@@ -22,10 +22,7 @@ void prescribe(const std::vector<char>& is_held, const Eigen::VectorXd& change, 
   for (Eigen::Index i = 0; i < right.size(); ++i)
     if (is_held[static_cast<size_t>(i)]) known(i) = change(i);
   right -= matrix * known;
-  for (int c = 0; c < matrix.outerSize(); ++c)
-    for (Sparse::InnerIterator at(matrix, c); at; ++at)
-      if (is_held[static_cast<size_t>(at.row())] || is_held[static_cast<size_t>(at.col())])
-        at.valueRef() = at.row() == at.col() ? 1 : 0;
+  hold_still(is_held, matrix);
   for (Eigen::Index i = 0; i < right.size(); ++i)
     if (is_held[static_cast<size_t>(i)]) right(i) = change(i);
 }
@@ -37,10 +34,7 @@ void run_implicit_euler(const Sheet& sheet, const Experiment& experiment, double
   const HeldMotion held(sheet, experiment);
   kernel::ForceField field(sheet.data, m, surroundings_of(experiment), held.vertices());
   const Eigen::VectorXd mass = vertex_masses(sheet, m);
-  const Eigen::Index size = 3 * sheet.data.vertex_count;
-  std::vector<char> is_held(static_cast<size_t>(size), 0);
-  for (const kernel::HeldVertex& h : held.vertices())
-    for (int a = 0; a < 3; ++a) is_held[static_cast<size_t>(3 * h.vertex + a)] = 1;
+  const std::vector<char> is_held = held.is_held();
   const FilteredStep contact(sheet, experiment, held.vertices());
   Eigen::SimplicialLLT<Sparse> solver;
   bool analysed = false;

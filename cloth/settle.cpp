@@ -30,23 +30,22 @@ double longest(const VectorXd& step) { return std::sqrt(step.reshaped(3, step.si
 class Forces {
  public:
   Forces(const Sheet& sheet, const Experiment& e, const Material& still, const HeldMotion& held)
-      : field_(sheet.data, still, surroundings_of(e), held.vertices()), mass_(vertex_masses(sheet, still)), free_(3 * mass_.size()),
-        zero_(VectorXd::Zero(3 * mass_.size())) {
-    free_.setOnes();
-    for (const kernel::HeldVertex& h : held.vertices()) free_.segment<3>(3 * h.vertex).setZero();
-  }
+      : field_(sheet.data, still, surroundings_of(e), held.vertices()), mass_(vertex_masses(sheet, still)), is_held_(held.is_held()),
+        zero_(VectorXd::Zero(3 * mass_.size())) {}
   VectorXd at(const VectorXd& x) {
     VectorXd f(x.size());
     field_.accelerations(x.data(), zero_.data(), kernel::kBroughtFromFlat, f.data());
-    for (Index i = 0; i < f.size(); ++i) f(i) *= mass_(i / 3) * free_(i);
+    for (Index i = 0; i < f.size(); ++i) f(i) = is_held_[static_cast<size_t>(i)] ? 0 : mass_(i / 3) * f(i);
     return f;
   }
   const VectorXd& mass() const { return mass_; }
-  const VectorXd& free() const { return free_; }
+  const std::vector<char>& is_held() const { return is_held_; }
 
  private:
   kernel::ForceField field_;
-  VectorXd mass_, free_, zero_;
+  VectorXd mass_;
+  std::vector<char> is_held_;
+  VectorXd zero_;
 };
 
 // The inverse of the stiffness at a shape, held vertices kept.
@@ -54,9 +53,7 @@ class FirstGuess {
  public:
   FirstGuess(const Sheet& sheet, const Material& m, const Forces& forces, const VectorXd& x) {
     StiffnessMatrix k = stiffness_matrix(sheet, m, kInertia_per_s2 * forces.mass(), x.reshaped(3, x.size() / 3), {1, 0}, true);
-    for (int c = 0; c < k.outerSize(); ++c)
-      for (StiffnessMatrix::InnerIterator at(k, c); at; ++at)
-        if (forces.free()(at.row()) == 0 || forces.free()(at.col()) == 0) at.valueRef() = at.row() == at.col() ? 1 : 0;
+    hold_still(forces.is_held(), k);
     solver_.compute(k);
   }
   bool ok() const { return solver_.info() == Eigen::Success; }

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <numeric>
 #include <stdexcept>
 #include <tuple>
 
@@ -45,11 +46,17 @@ kernel::RunInput input_of(const Sheet& sheet, const std::vector<const Experiment
   return in;
 }
 
-// Lanes that may share a SIMD group without changing each other's bits, in groups of at most kMaxLanes.
-std::vector<std::vector<size_t>> grouped(const std::vector<Experiment>& lanes,
+std::vector<size_t> every_one_of(const std::vector<Experiment>& lanes) {
+  std::vector<size_t> all(lanes.size());
+  std::iota(all.begin(), all.end(), size_t{0});
+  return all;
+}
+
+// Those of `which` that may share a SIMD group without changing each other's bits, in groups of at most kMaxLanes.
+std::vector<std::vector<size_t>> grouped(const std::vector<Experiment>& lanes, const std::vector<size_t>& which,
                                          const std::vector<kernel::DampingStages>& stages) {
   std::map<std::tuple<bool, int, double>, std::vector<size_t>> alike;
-  for (size_t i = 0; i < lanes.size(); ++i)
+  for (const size_t i : which)
     alike[{bends_uniformly(lanes[i].material), stages[i].count, stages[i].gain[0]}].push_back(i);
   std::vector<std::vector<size_t>> groups;
   for (const auto& [key, members] : alike)
@@ -82,16 +89,15 @@ Experiment made_to_relax(const Experiment& lane, const Spectrum& s) {
   return e;
 }
 
+// From where `out` has each member.
 void relax_group(const Sheet& sheet, const std::vector<Experiment>& lanes, const std::vector<Spectrum>& spectra,
                  const std::vector<size_t>& members, const Options& options, std::vector<Rest>& out) {
   std::vector<Experiment> free;
   std::vector<const Experiment*> group;
   std::vector<const Eigen::Matrix3Xd*> start;
   for (const size_t i : members) free.push_back(made_to_relax(lanes[i], spectra[i]));
-  for (const Experiment& e : free) {
-    group.push_back(&e);
-    start.push_back(&e.start_shape);
-  }
+  for (const Experiment& e : free) group.push_back(&e);
+  for (const size_t i : members) start.push_back(&out[i].position);
   kernel::RunInput in = input_of(sheet, group, start);
   for (const Experiment& e : free) {
     const Eigen::Matrix<double, 3, 2> corners = e.path.at(e.start_s);
@@ -158,32 +164,21 @@ double shortest_step_s(const std::vector<Spectrum>& spectra) {
 std::vector<Rest> relax_all(const Sheet& sheet, const std::vector<Experiment>& lanes, const std::vector<Spectrum>& spectra,
                             const Options& options) {
   std::vector<Rest> rests(lanes.size());
-  std::vector<char> open(lanes.size(), 1);  // not yet at rest
+  for (size_t i = 0; i < lanes.size(); ++i) rests[i].position = lanes[i].start_shape;
+  std::vector<size_t> open = every_one_of(lanes);  // not yet at rest
   const auto settle_open = [&] {
-    tbb::parallel_for(size_t{0}, lanes.size(), [&](size_t i) {
-      if (!open[i]) return;
-      Settled settled = settle(sheet, lanes[i], rests[i].position, options.rest_change_m);
-      open[i] = !settled.at_rest;
-      if (settled.at_rest) rests[i] = {std::move(settled.position), true};
+    tbb::parallel_for(size_t{0}, open.size(), [&](size_t k) {
+      Rest& rest = rests[open[k]];
+      Settled settled = settle(sheet, lanes[open[k]], rest.position, options.rest_change_m);
+      rest.at_rest = settled.at_rest;
+      if (settled.at_rest) rest.position = std::move(settled.position);
     });
+    std::erase_if(open, [&](size_t i) { return rests[i].at_rest; });
   };
   const auto relax_open = [&](const Options& how) {
-    std::vector<size_t> left;
-    std::vector<Experiment> moving;
-    std::vector<Spectrum> theirs;
-    for (size_t i = 0; i < lanes.size(); ++i)
-      if (open[i]) {
-        left.push_back(i);
-        moving.push_back(lanes[i]);
-        moving.back().start_shape = rests[i].position;
-        theirs.push_back(spectra[i]);
-      }
-    std::vector<Rest> found(left.size());
-    const auto groups = grouped(moving, std::vector<kernel::DampingStages>(moving.size()));
-    tbb::parallel_for(size_t{0}, groups.size(), [&](size_t g) { relax_group(sheet, moving, theirs, groups[g], how, found); });
-    for (size_t k = 0; k < left.size(); ++k) rests[left[k]] = std::move(found[k]);
+    const auto groups = grouped(lanes, open, std::vector<kernel::DampingStages>(lanes.size()));
+    tbb::parallel_for(size_t{0}, groups.size(), [&](size_t g) { relax_group(sheet, lanes, spectra, groups[g], how, rests); });
   };
-  for (size_t i = 0; i < lanes.size(); ++i) rests[i].position = lanes[i].start_shape;
   // Starts that are near settle at once. Others are brought nearer by motion first, and by motion alone where that
   // does not do either.
   settle_open();
@@ -201,7 +196,7 @@ void run_leapfrog(const Sheet& sheet, const std::vector<Experiment>& lanes, cons
                   std::vector<Trajectory>& out) {
   std::vector<kernel::DampingStages> stages;
   for (const Spectrum& s : spectra) stages.push_back(stages_for(s, step_s));
-  const auto groups = grouped(lanes, stages);
+  const auto groups = grouped(lanes, every_one_of(lanes), stages);
   tbb::parallel_for(size_t{0}, groups.size(),
                     [&](size_t g) { run_group(sheet, lanes, groups[g], step_s, stages[groups[g][0]], out); });
   for (size_t i = 0; i < lanes.size(); ++i)

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <vector>
 
 #include <Eigen/Geometry>
 
@@ -61,6 +60,12 @@ StiffnessMatrix stiffness_matrix(const Sheet& sheet, const Material& m, const Ei
   Sparse matrix(3 * s.vertex_count, 3 * s.vertex_count);
   matrix.setFromTriplets(entries.begin(), entries.end());
   return matrix;
+}
+
+void hold_still(const std::vector<char>& is_held, StiffnessMatrix& matrix) {
+  for (int c = 0; c < matrix.outerSize(); ++c)
+    for (StiffnessMatrix::InnerIterator at(matrix, c); at; ++at)
+      if (is_held[static_cast<size_t>(at.row())] || is_held[static_cast<size_t>(at.col())]) at.valueRef() = at.row() == at.col() ? 1 : 0;
 }
 
 }  // namespace selvedge::cloth

@@ -1,6 +1,8 @@
 // Stiffness and damping of a whole sheet as one sparse matrix.
 #pragma once
 
+#include <vector>
+
 #include <Eigen/Core>
 #include <Eigen/SparseCore>
 
@@ -20,5 +22,8 @@ struct Shares {
 // tension stiffens sideways, compression is left out, so that the matrix is positive semidefinite.
 StiffnessMatrix stiffness_matrix(const Sheet& sheet, const Material& material, const Eigen::VectorXd& mass, const Eigen::Matrix3Xd& x,
                                  const Shares& share, bool with_mass);
+
+// Replaces the rows and columns of held numbers by those of the identity.
+void hold_still(const std::vector<char>& is_held, StiffnessMatrix& matrix);
 
 }  // namespace selvedge::cloth

@@ -12,9 +12,11 @@
 #include <cstring>
 #include <filesystem>
 #include <functional>
+#include <memory>
 #include <random>
 #include <stdexcept>
 #include <thread>
+#include <type_traits>
 
 #include <spdlog/spdlog.h>
 #include <sys/resource.h>
@@ -24,6 +26,7 @@
 #include "capture/recorder.h"
 #include "cli/benches/children_cpu.h"
 #include "cli/figures.h"
+#include "files/bad_input.h"
 #include "files/whole_file.h"
 #include "hardware_sim/gige_camera/gige_camera.h"
 #include "rig/camera/daemon.h"
@@ -89,9 +92,29 @@ Outcome read_frames(double seconds, const std::function<void(const camera::RingF
   return result;
 }
 
+// A client in a child of this process, which is to be made before the camera's threads.
+struct Client {
+  pid_t process = 0;
+  int answer = -1;  // its end of the pipe
+};
+
 template <class Result>
-[[noreturn]] void tell(const Result& result, int pipe_end) {
-  ::_exit(::write(pipe_end, &result, sizeof result) == sizeof result ? 0 : 1);
+Client start(const std::function<Result()>& client) {
+  static_assert(std::is_trivially_copyable_v<Result>);
+  int ends[2];
+  if (::pipe(ends) != 0) throw std::runtime_error("bench: no pipe");
+  const pid_t child = ::fork();
+  if (child == 0) {
+    try {
+      const Result result = client();
+      ::_exit(::write(ends[1], &result, sizeof result) == sizeof result ? 0 : 1);
+    } catch (const std::exception& error) {
+      std::fprintf(stderr, "%s\n", error.what());
+      ::_exit(1);
+    }
+  }
+  ::close(ends[1]);
+  return {child, ends[0]};
 }
 
 struct Recording : Outcome {
@@ -122,14 +145,15 @@ Recording record_frames(double seconds, const std::filesystem::path& folder) {
   return result;
 }
 
-// Waits for the child's outcome.
-template <class Result = Outcome>
-Result collect(pid_t child, int pipe_end) {
+// Waits for the client's outcome.
+template <class Result>
+Result collect(const Client& client) {
   const double before_s = children_cpu_s();
   Result result;
-  const bool told = ::read(pipe_end, &result, sizeof result) == sizeof result;
+  const bool told = ::read(client.answer, &result, sizeof result) == sizeof result;
+  ::close(client.answer);
   int status = 0;
-  ::waitpid(child, &status, 0);
+  ::waitpid(client.process, &status, 0);
   if (!told || status != 0 || result.frames == 0) throw std::runtime_error("the daemon delivered nothing");
   result.cpu_s = children_cpu_s() - before_s;
   return result;
@@ -170,31 +194,21 @@ void add(std::vector<Figure>& figures, const std::string& who, const Outcome& ou
                      Relation::shown, reference});
 }
 
-// Runs the client in a child of this process, which holds the camera meanwhile. paint: fills a picture.
-template <class Result>
-Result beside_camera(const std::function<Result()>& client, double loss, unsigned seed, const std::function<void(uint8_t*)>& paint) {
-  // The client's process is made before the camera's threads.
-  int ends[2];
-  if (::pipe(ends) != 0) throw std::runtime_error("bench capture: no pipe");
-  const pid_t child = ::fork();
-  if (child == 0) tell(client(), ends[1]);
-  ::close(ends[1]);
-
-  sim::GigeCameraOptions camera;
-  camera.address = kAddress;
-  camera.width_px = kWidth_px;
-  camera.height_px = kHeight_px;
-  camera.seed = seed;
-  sim::GigeCamera device(camera, [&](double, uint8_t* pixels) {
+// paint: fills a picture.
+std::unique_ptr<sim::GigeCamera> camera_of(double loss, unsigned seed, std::function<void(uint8_t*)> paint) {
+  sim::GigeCameraOptions options;
+  options.address = kAddress;
+  options.width_px = kWidth_px;
+  options.height_px = kHeight_px;
+  options.seed = seed;
+  auto camera = std::make_unique<sim::GigeCamera>(options, [paint = std::move(paint)](double, uint8_t* pixels) {
     paint(pixels);
     return true;
   });
   sim::GigeCameraFaults faults;
   faults.stream_loss = loss;
-  device.set_faults(faults);
-  const Result result = collect<Result>(child, ends[0]);
-  ::close(ends[0]);
-  return result;
+  camera->set_faults(faults);
+  return camera;
 }
 
 // Stripes with a sensor's noise of two grey levels, which is what makes a picture large on disk.
@@ -217,14 +231,20 @@ std::vector<Figure> bench_recorder(const FigureOptions& options) {
   const double seconds = options.quick ? 3 : 600;
   rig::ensure_local_multicast(kBusPort);
   const std::filesystem::path folder = std::filesystem::temp_directory_path() / fmt::format("selvedge-bench-recorder-{}", ::getpid());
+  const double wanted_gib = seconds * kRate_hz * kWidth_px * kHeight_px / (1 << 30);  // where nothing is compressed
+  const double free_gib = static_cast<double>(std::filesystem::space(folder.parent_path()).available) / (1 << 30);
+  if (free_gib < wanted_gib)
+    refuse(folder.parent_path().string(), "found {:.1f} GiB free, expected {:.1f} for {:.0f} s of pictures; TMPDIR names another folder", free_gib, wanted_gib, seconds);
   const std::vector<std::vector<uint8_t>> pictures = noisy_stripes(options.seed);
   size_t shown = 0;
   options.progress(0, fmt::format("{:.0f} s of pictures", seconds));
   Recording r;
   try {
-    r = beside_camera<Recording>([&] { return record_frames(seconds, folder); }, 0, options.seed, [&](uint8_t* pixels) {
+    const Client client = start<Recording>([&] { return record_frames(seconds, folder); });
+    const auto device = camera_of(0, options.seed, [&](uint8_t* pixels) {
       std::memcpy(pixels, pictures[shown++ % pictures.size()].data(), pictures[0].size());
     });
+    r = collect<Recording>(client);
   } catch (...) {
     std::filesystem::remove_all(folder);
     throw;
@@ -258,9 +278,11 @@ std::vector<Figure> bench_capture(const FigureOptions& options) {
   int step = 0;
   for (const double loss : {0.0, 0.01}) {
     options.progress(0.2 * step, fmt::format("daemon at {:.0f} % packet loss", 100 * loss));
-    const Outcome ours = beside_camera<Outcome>([&] { return read_frames(seconds); }, loss, options.seed, [shade = uint8_t{0}](uint8_t* pixels) mutable {
+    const Client client = start<Outcome>([&] { return read_frames(seconds); });
+    const auto device = camera_of(loss, options.seed, [shade = uint8_t{0}](uint8_t* pixels) mutable {
       std::memset(pixels, ++shade, size_t{kWidth_px} * kHeight_px);
     });
+    const Outcome ours = collect<Outcome>(client);
     options.progress(0.2 * (step + 1), fmt::format("arv-camera-test at {:.0f} % packet loss", 100 * loss));
     std::optional<Outcome> peer;
     if (has_peer) peer = run_arv_camera_test(seconds);

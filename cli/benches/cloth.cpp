@@ -179,7 +179,7 @@ std::vector<Figure> bench_cloth(const FigureOptions& options) {
   out.push_back({"knit: exponent of the cost in the number of vertices",
                  std::log(fine_s / coarse_s) / (2 * std::log(static_cast<double>(large) / small)), 1.5, "", Relation::shown,
                  "1 for the vertices, 0.5 for the step"});
-  // What the fits simulate: half the columns, sides that are arcs (docs/decisions/0010 has how near each comes to 65x65).
+  // What arcs cost; docs/decisions/0010 has how near each comes to 65x65.
   for (const int n : {small, 2 * small - 1}) {
     const cloth::Sheet arcs = bench_sheet(n, cloth::Sides::arcs), straight = bench_sheet(n);
     out.push_back({fmt::format("knit, {0}x{0}: leapfrog with arcs", n), timed(cpu_s, arcs, {swatch(arcs, kFabrics[0])}, {}, options.quick ? 1 : 3).seconds,

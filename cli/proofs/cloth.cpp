@@ -112,10 +112,10 @@ void add_meshes(const FigureOptions& options, std::vector<Figure>& out) {
   const Relation judged = options.quick ? Relation::shown : Relation::at_most;
   out.push_back({fmt::format("waving, sides as arcs, {} frames, {} against {}", frames, name(2 * n - 1), name(4 * n - 3)), d_fine, 1, "mm rms", judged,
                  "branch matched"});
-  out.push_back({fmt::format("waving, {} against {}", name(n), name(2 * n - 1)), d_coarse, 3, "mm rms", judged, "branch matched"});
-  out.push_back({fmt::format("waving, irregular mesh of {0} density against {0}", name(2 * n - 1)),
+  out.push_back({fmt::format("waving, sides as arcs, {} against {}", name(n), name(2 * n - 1)), d_coarse, 3, "mm rms", judged, "branch matched"});
+  out.push_back({fmt::format("waving, sides as arcs, irregular mesh of {0} density against {0}", name(2 * n - 1)),
                  1e3 * distance_m(irregular, middle), 3, "mm rms", judged, "branch matched"});
-  out.push_back({"waving: order of convergence", order_of(d_coarse, d_fine), 1, "", Relation::shown, "three meshes"});
+  out.push_back({"waving, sides as arcs: order of convergence", order_of(d_coarse, d_fine), 1, "", Relation::shown, "three meshes"});
 }
 
 }  // namespace

@@ -1,4 +1,5 @@
-// The fabric's forces against the energies that they come from, and what they conserve, on a crumpled irregular mesh.
+// The fabric's forces against the energies that they come from, and what they conserve, on a crumpled irregular mesh:
+// the worse of one with straight sides and one with arcs.
 #pragma once
 
 #include "cloth/material.h"

@@ -14,10 +14,12 @@ Experiment waving(const Sheet& sheet, int frames) {
   return e;
 }
 
-Sheet grid(int n) { return make_sheet(geometry::make_grid_mesh(0.3, 0.3, n, n), Sides::arcs); }
+Sheet grid(int n, Sides sides = Sides::straight) { return make_sheet(geometry::make_grid_mesh(0.3, 0.3, n, n), sides); }
 
-TEST(Lanes, GiveTheBitsOfSingleRuns) {
-  const Sheet sheet = grid(9);
+class Lanes : public testing::TestWithParam<Sides> {};
+
+TEST_P(Lanes, GiveTheBitsOfSingleRuns) {
+  const Sheet sheet = grid(9, GetParam());
   std::vector<Experiment> lanes(7, waving(sheet, 6));
   for (size_t i = 0; i < lanes.size(); ++i) lanes[i].material.stretch *= 1 + 0.07 * static_cast<double>(i);
   lanes[1].material.bend_friction = 1e-4;  // another way of bending than its neighbours'
@@ -35,6 +37,8 @@ TEST(Lanes, GiveTheBitsOfSingleRuns) {
     EXPECT_EQ(alone.samples.back(), together[i].samples.back()) << "lane " << i;
   }
 }
+
+INSTANTIATE_TEST_SUITE_P(Sides, Lanes, testing::Values(Sides::straight, Sides::arcs));
 
 TEST(Leapfrog, AgreesWithRungeKutta) {
   const Sheet sheet = grid(9);
