@@ -267,27 +267,41 @@ std::vector<Figure> bench_recorder(const FigureOptions& options) {
   return out;
 }
 
+// The round with the median rate, with the frames that all rounds lost: a virtual machine's timers make the simulated
+// camera itself miss a frame now and then, in some rounds more than in others.
+Outcome median_of(std::vector<Outcome> rounds) {
+  std::sort(rounds.begin(), rounds.end(), [](const Outcome& a, const Outcome& b) {
+    return static_cast<double>(a.frames) / a.seconds < static_cast<double>(b.frames) / b.seconds;
+  });
+  Outcome median = rounds[rounds.size() / 2];
+  median.lost = 0;
+  for (const Outcome& round : rounds) median.lost += round.lost;
+  return median;
+}
+
 std::vector<Figure> bench_capture(const FigureOptions& options) {
-  const int seconds = options.quick ? 3 : 20;
+  const int seconds = options.quick ? 3 : 8, rounds = options.quick ? 1 : 3;
   rig::ensure_local_multicast(kBusPort);
   const bool has_peer = std::system("command -v arv-camera-test-0.8 >/dev/null 2>&1") == 0;
   const std::string reference =
       has_peer ? "arv-camera-test-0.8, same camera, same run" : "arv-camera-test-0.8 (package aravis-tools) is not installed";
 
   std::vector<Figure> figures;
-  int step = 0;
+  double done = 0;
   for (const double loss : {0.0, 0.01}) {
-    options.progress(0.2 * step, fmt::format("daemon at {:.0f} % packet loss", 100 * loss));
-    const Client client = start<Outcome>([&] { return read_frames(seconds); });
-    const auto device = camera_of(loss, options.seed, [shade = uint8_t{0}](uint8_t* pixels) mutable {
-      std::memset(pixels, ++shade, size_t{kWidth_px} * kHeight_px);
-    });
-    const Outcome ours = collect<Outcome>(client);
-    options.progress(0.2 * (step + 1), fmt::format("arv-camera-test at {:.0f} % packet loss", 100 * loss));
-    std::optional<Outcome> peer;
-    if (has_peer) peer = run_arv_camera_test(seconds);
-    add(figures, fmt::format("1280×1024 at 60 Hz, {:.0f} % loss", 100 * loss), ours, peer, reference);
-    step += 2;
+    std::vector<Outcome> ours, peers;
+    for (int round = 0; round < rounds; ++round, done += 0.4 / rounds) {
+      options.progress(done, fmt::format("daemon at {:.0f} % packet loss, round {} of {}", 100 * loss, round + 1, rounds));
+      const Client client = start<Outcome>([&] { return read_frames(seconds); });
+      const auto device = camera_of(loss, options.seed, [shade = uint8_t{0}](uint8_t* pixels) mutable {
+        std::memset(pixels, ++shade, size_t{kWidth_px} * kHeight_px);
+      });
+      ours.push_back(collect<Outcome>(client));
+      options.progress(done + 0.2 / rounds, fmt::format("arv-camera-test at {:.0f} % packet loss, round {} of {}", 100 * loss, round + 1, rounds));
+      if (has_peer) peers.push_back(run_arv_camera_test(seconds));
+    }
+    add(figures, fmt::format("1280×1024 at 60 Hz, {:.0f} % loss", 100 * loss), median_of(ours),
+        has_peer ? std::optional(median_of(peers)) : std::nullopt, reference);
   }
   camera::FrameRingWriter::remove(camera::ring_name(kBusPort, "camera"));
   options.progress(0.8, "the daemon and v4l2-ctl on a V4L2 node");
