@@ -60,12 +60,12 @@ struct Entry {
   uint32_t value;
 };
 
-std::string enumeration(const char* name, uint32_t address, std::initializer_list<Entry> entries) {
+std::string enumeration(const char* name, uint32_t address, std::initializer_list<Entry> entries, const char* access = "RW") {
   std::string result = fmt::format("<Enumeration Name=\"{}\" NameSpace=\"Standard\">", name);
   for (const Entry& entry : entries)
     result += fmt::format("<EnumEntry Name=\"{}\"><Value>{}</Value></EnumEntry>", entry.name, entry.value);
   result += fmt::format("<pValue>{}Register</pValue></Enumeration>\n", name);
-  return result + integer_register(fmt::format("{}Register", name).c_str(), address, 4, "RW");
+  return result + integer_register(fmt::format("{}Register", name).c_str(), address, 4, access);
 }
 
 std::string category(const char* name, std::initializer_list<const char*> features) {
@@ -76,7 +76,7 @@ std::string category(const char* name, std::initializer_list<const char*> featur
 
 }  // namespace
 
-std::string genicam_description() {
+std::string genicam_description(bool has_ptp) {
   std::string xml =
       "<?xml version=\"1.0\" encoding=\"utf-8\"?>\n"
       "<RegisterDescription ModelName=\"SimulatedGigE\" VendorName=\"Selvedge\" StandardNameSpace=\"GEV\" "
@@ -92,6 +92,7 @@ std::string genicam_description() {
                   {"AcquisitionMode", "AcquisitionStart", "AcquisitionStop", "AcquisitionFrameRateEnable",
                    "AcquisitionFrameRate", "TriggerSelector", "TriggerMode", "TriggerSource", "TriggerActivation",
                    "TriggerSoftware", "ExposureTime", "Gain"});
+  if (has_ptp) xml += category("PtpControl", {"PtpEnable", "PtpDataSetLatch", "PtpStatus", "PtpOffsetFromMaster"});
   xml += category("TransportLayerControl",
                   {"PayloadSize", "TLParamsLocked", "GevSCPSPacketSize", "GevSCPSFireTestPacket", "GevSCPD",
                    "GevSCPHostPort", "GevSCDA", "GevHeartbeatTimeout", "GevTimestampTickFrequency",
@@ -137,6 +138,15 @@ std::string genicam_description() {
   xml += command("GevTimestampControlLatch", reg::kTimestampControl, 2) +
          command("GevTimestampControlReset", reg::kTimestampControl, 1);
   xml += integer("GevTimestampValue", reg::kTimestampLatched, "RO", "", 8);
+  if (has_ptp) {
+    const auto entry = [](const char* name, PtpState state) { return Entry{name, static_cast<uint32_t>(state)}; };
+    xml += boolean("PtpEnable", reg::kPtpEnable) + command("PtpDataSetLatch", reg::kPtpLatch, 1);
+    xml += enumeration("PtpStatus", reg::kPtpStatus,
+                       {{"Initializing", 1}, {"Faulty", 2}, entry("Disabled", PtpState::disabled), entry("Listening", PtpState::listening),
+                        {"PreMaster", 5}, {"Master", 6}, {"Passive", 7}, {"Uncalibrated", 8}, entry("Slave", PtpState::slave)},
+                       "RO");
+    xml += integer("PtpOffsetFromMaster", reg::kPtpOffset_ns, "RO", "<Unit>ns</Unit>", 8);
+  }
   return xml + "<Port Name=\"Device\" NameSpace=\"Standard\"></Port>\n</RegisterDescription>\n";
 }
 

@@ -123,11 +123,17 @@ struct GigeCamera::State {
   GigeCameraFaults faults;
   GigeCameraCounts counts;
   double clock_start_host_s, clock_base_s;  // device_s = clock_base_s + (host_s − start)·(1 + drift)
+  std::optional<double> ptp_since_host_s;   // switched on then
 
   std::thread control_thread, exposure_thread;
 
+  bool follows_master(double host_s) const {
+    return ptp_since_host_s && options.ptp_master_offset_s && host_s >= *ptp_since_host_s + options.ptp_settle_s;
+  }
+
   int64_t ticks(double host_s) const {
     const std::lock_guard lock(mutex);
+    if (follows_master(host_s)) return std::llround((host_s + *options.ptp_master_offset_s) * 1e9);
     return std::llround((clock_base_s + (host_s - clock_start_host_s) * (1 + options.clock_drift_ppm * 1e-6)) * 1e9);
   }
 };
@@ -308,6 +314,24 @@ void GigeCamera::State::act(Effect effect) {
       const std::lock_guard lock(mutex);
       clock_start_host_s = host_now_s();
       clock_base_s = 0;
+      break;
+    }
+    case Effect::ptp_switch: {
+      // Switched off, the clock goes on by itself from where it is.
+      const double now_s = host_now_s(), device_s = 1e-9 * static_cast<double>(ticks(now_s));
+      const std::lock_guard lock(mutex);
+      if (follows_master(now_s)) {
+        clock_start_host_s = now_s;
+        clock_base_s = device_s;
+      }
+      ptp_since_host_s = registers.word(reg::kPtpEnable) ? std::optional(now_s) : std::nullopt;
+      break;
+    }
+    case Effect::ptp_latch: {
+      const std::lock_guard lock(mutex);
+      const PtpState state = !ptp_since_host_s ? PtpState::disabled : follows_master(host_now_s()) ? PtpState::slave : PtpState::listening;
+      registers.set_word(reg::kPtpStatus, static_cast<uint32_t>(state));
+      registers.set_long(reg::kPtpOffset_ns, 0);
       break;
     }
     case Effect::test_packet:

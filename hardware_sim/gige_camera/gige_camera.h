@@ -5,6 +5,7 @@
 // It exposes freely at its frame rate, on a software trigger, or on an edge of Line0. Pixels come from a
 // callback that is told the middle of the exposure. The time stamp is the start of exposure on the camera's
 // own clock: device_s = host_s + clock_offset_s + clock_drift_ppm·1e-6·(host_s − host_s at start).
+// Under PTP (IEEE 1588; SFNC 2.3 names) it takes the clock of the network's master, where there is one.
 // Faults are injected on request: lost packets, stalls, a pulled cable, clock steps.
 //
 // Source: GigE Vision 1.2 as Aravis 0.8 speaks it. A frame is Mono8; ids are 16-bit, never 0.
@@ -13,6 +14,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 
 namespace selvedge::sim {
@@ -26,6 +28,9 @@ struct GigeCameraOptions {
   double readout_s = 0.001;           // between exposure and first packet
   double clock_offset_s = 0;          // device minus host at start
   double clock_drift_ppm = 0;         // positive: the device clock is fast
+  bool has_ptp = true;                // false: an older camera, without these features
+  std::optional<double> ptp_master_offset_s;  // the master's clock minus the host's; without: no master on the network
+  double ptp_settle_s = 0.5;          // from being switched on until it follows the master
   double link_bits_per_s = 1e9;
   double temperature_degc = 41.5;
   std::string serial = "SIM-0001";

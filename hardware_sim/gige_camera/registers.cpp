@@ -42,6 +42,8 @@ constexpr Writable kWritable[] = {
     {0x1003c, 0, 0},            // TriggerSelector: frame start
     {0x10040, 0, 1},            // AcquisitionFrameRateEnable
     {0x10068, 0, 1},            // TLParamsLocked
+    {reg::kPtpEnable, 0, 1},
+    {reg::kPtpLatch, 1, 1},
 };
 struct WritableReal {
   uint32_t address;
@@ -62,7 +64,8 @@ double real_of(const uint8_t* bytes) {
 Registers::Registers(const GigeCameraOptions& options, uint32_t ip_address)
     : bytes_(kMemoryBytes, 0),
       width_px_(static_cast<uint32_t>(options.width_px)),
-      height_px_(static_cast<uint32_t>(options.height_px)) {
+      height_px_(static_cast<uint32_t>(options.height_px)),
+      has_ptp_(options.has_ptp) {
   put(0x0000, 0x00010002);  // GigE Vision 1.2
   put(0x0004, 0x80000001);  // big-endian, UTF-8
   put(0x0008, 0x00000200);  // MAC address, locally administered
@@ -76,7 +79,7 @@ Registers::Registers(const GigeCameraOptions& options, uint32_t ip_address)
   set_text(0x0088, 32, "1.0");
   set_text(0x00a8, 48, "simulated device on a loopback address");
   set_text(0x00d8, 16, options.serial);
-  const std::string xml = genicam_description();
+  const std::string xml = genicam_description(options.has_ptp);
   set_text(kXmlAddress, kMemoryBytes - kXmlAddress, xml);
   set_text(reg::kXmlUrl, 512, fmt::format("Local:selvedge.xml;{:X};{:X}", kXmlAddress, xml.size()));
   put(0x0600, 1);           // network interfaces
@@ -93,6 +96,7 @@ Registers::Registers(const GigeCameraOptions& options, uint32_t ip_address)
   put(0x10018, kMono8);
   put(0x1001c, width_px_ * height_px_);  // PayloadSize
   put(0x10040, 1);
+  put(reg::kPtpStatus, static_cast<uint32_t>(PtpState::disabled));
   put(reg::kTriggerSource, 1);
   set_real(reg::kFrameRate_hz, options.rate_hz);
   set_real(reg::kExposure_us, options.exposure_s * 1e6);
@@ -113,6 +117,7 @@ GvcpError Registers::check(uint32_t address, const uint8_t* bytes, size_t count)
   if (count == 4 && (address == 0x10008 || address == 0x1000c))
     return word_of(bytes) == (address == 0x10008 ? width_px_ : height_px_) ? GvcpError::none
                                                                            : GvcpError::invalid_parameter;
+  if (!has_ptp_ && (address == reg::kPtpEnable || address == reg::kPtpLatch)) return GvcpError::invalid_address;
   for (const auto& entry : kWritable) {
     if (count != 4 || entry.address != address) continue;
     const uint32_t value = word_of(bytes);
@@ -142,6 +147,11 @@ GvcpError Registers::write(uint32_t address, const uint8_t* bytes, size_t count,
     case reg::kAcquisitionStart: effect = Effect::start; break;
     case reg::kAcquisitionStop: effect = Effect::stop; break;
     case reg::kTriggerSoftware: effect = Effect::software_trigger; break;
+    case reg::kPtpLatch: effect = Effect::ptp_latch; break;
+    case reg::kPtpEnable:
+      if (get(address) != value) effect = Effect::ptp_switch;
+      put(address, value);
+      break;
     case reg::kPacketSize:
       // Bounds of a jumbo frame on loopback; the flags stay as written except for the command bit.
       put(address, (value & 0x60000000) | std::clamp<uint32_t>(value & 0xffff, 576, 16384));

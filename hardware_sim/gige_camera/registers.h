@@ -47,9 +47,15 @@ inline constexpr uint32_t kTriggerSoftware = 0x10038;
 inline constexpr uint32_t kFrameRate_hz = 0x10048;      // float64
 inline constexpr uint32_t kExposure_us = 0x10050;       // float64
 inline constexpr uint32_t kTemperature_degc = 0x10060;  // float64
+inline constexpr uint32_t kPtpEnable = 0x10070;
+inline constexpr uint32_t kPtpStatus = 0x10074;         // PtpState
+inline constexpr uint32_t kPtpLatch = 0x10078;          // takes status and offset over
+inline constexpr uint32_t kPtpOffset_ns = 0x10080;      // int64, of the camera from the master
 }  // namespace reg
 
-enum class Effect { nothing, latch, reset_clock, test_packet, start, stop, software_trigger };
+enum class PtpState : uint32_t { disabled = 3, listening = 4, slave = 9 };  // IEEE 1588-2008, table 8
+
+enum class Effect { nothing, latch, reset_clock, ptp_switch, ptp_latch, test_packet, start, stop, software_trigger };
 
 class Registers {
  public:
@@ -74,9 +80,10 @@ class Registers {
   mutable std::mutex mutex_;
   std::vector<uint8_t> bytes_;
   uint32_t width_px_, height_px_;
+  bool has_ptp_;
 };
 
 // The GenICam description of the features above.
-std::string genicam_description();
+std::string genicam_description(bool has_ptp);
 
 }  // namespace selvedge::sim

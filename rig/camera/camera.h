@@ -27,11 +27,11 @@ struct CameraConfiguration {
   int buffers = 32;                  // frames that may wait in the back-end
   double minimum_delay_s = 0;        // of arrival behind the end of exposure: read-out and transfer
   double minimum_delay_sd_s = 0.002; // how well that is known; matters where the device's clock cannot be read
+  bool ptp = false;                  // the device's clock follows the network's master (IEEE 1588)
   int ring_frames = 64;              // frames in the shared-memory ring
   double preview_rate_hz = 5;        // 0: none
   int preview_width_px = 160;
   double lost_after_s = 2;           // without an answer (or a frame when running free) the device counts as lost
-
 };
 
 // Throws BadInput naming the key; refuses unknown ones.

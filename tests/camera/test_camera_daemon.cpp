@@ -119,6 +119,47 @@ TEST(CameraDaemon, SpeaksOnTheBus) {
   EXPECT_EQ(bus.count("CAMERA_STAMP").lost, 0);
 }
 
+TEST(CameraDaemon, FollowsTheMasterOfItsNetwork) {
+  sim::GigeCameraOptions options = skewed_clock();
+  options.ptp_master_offset_s = 37.25;
+  Bench bench(12, options, "rate_hz = 50\nptp = true\n");
+  bench.start();
+  const auto reader = bench.reader();
+  ASSERT_TRUE(reader);
+  RingFrame frame;
+  double error_s = 1;
+  for (int i = 0; i < 100; ++i) {
+    ASSERT_TRUE(reader->next(frame, 20));
+    const double start_s = painted_time_s(frame.pixels) - 0.5 * frame.head.exposure_s;
+    // No frame, not even the first, bears a tick from before the step to the master's clock.
+    EXPECT_NEAR(1e-9 * static_cast<double>(frame.head.device_ticks) - start_s, 37.25, 1e-5);
+    error_s = static_cast<double>(frame.head.utime) * 1e-6 - painted_time_s(frame.pixels);
+  }
+  EXPECT_LE(std::abs(error_s), 2e-3);
+}
+
+TEST(CameraDaemon, CountsACameraAsLostThatFollowsNoMaster) {
+  Bench bench(13, {}, "rate_hz = 50\nptp = true\n");
+  rig::Bus bus(bench.bus());
+  device_status_t status{};
+  bus.subscribe<device_status_t>("CAMERA_STATUS", [&](const device_status_t& message) { status = message; });
+  bench.start();
+  ASSERT_TRUE(wait(bus, [&] { return status.state == device_status_t::LOST; }));
+  EXPECT_THAT(status.message, ::testing::HasSubstr("ptp: Listening, expected Slave"));
+}
+
+TEST(CameraDaemon, RefusesToFollowAMasterWithoutTheFeature) {
+  sim::GigeCameraOptions options;
+  options.has_ptp = false;
+  Bench bench(14, options, "rate_hz = 50\nptp = true\n");
+  try {
+    run_daemon(rig::Configuration::parse(bench.text, "bench.toml"), bench.stopping);
+    FAIL() << "not refused";
+  } catch (const BadInput& error) {
+    EXPECT_THAT(error.what(), ::testing::HasSubstr("ptp: found a device without IEEE 1588"));
+  }
+}
+
 TEST(CameraDaemon, TakesAFrameForEachTriggerAlone) {
   Bench bench(4, {}, "trigger = \"software\"\n");
   rig::Bus bus(bench.bus());

@@ -56,6 +56,8 @@ TEST(GigeCamera, ArvToolReadsAndWritesFeatures) {
                           HasSubstr("Simulated GigE camera"), HasSubstr("TriggerSource = Line0")));
   EXPECT_GT(number_after(text, "GevTimestampValue"), 0) << text;
   EXPECT_THAT(output("arv-tool-0.8 -a 127.0.4.1 control Width=100"), HasSubstr("invalid-parameter"));
+  EXPECT_THAT(output("arv-tool-0.8 -a 127.0.4.1 control PtpEnable=true PtpEnable PtpDataSetLatch PtpStatus PtpOffsetFromMaster"),
+              AllOf(HasSubstr("PtpEnable = true"), HasSubstr("PtpStatus = Listening"), HasSubstr("PtpOffsetFromMaster = 0")));
 }
 
 TEST(GigeCamera, ArvCameraTestStreamsFromIt) {

@@ -7,7 +7,11 @@
 #include <arv.h>
 
 #include <atomic>
+#include <chrono>
 #include <cmath>
+#include <thread>
+
+#include <spdlog/spdlog.h>
 
 #include "files/bad_input.h"
 #include "rig/camera/camera.h"
@@ -67,6 +71,17 @@ struct ClockFeatures {
 };
 constexpr ClockFeatures kClockFeatures[] = {{"TimestampLatch", "TimestampLatchValue"},
                                             {"GevTimestampControlLatch", "GevTimestampValue"}};
+
+// The same for IEEE 1588.
+struct PtpFeatures {
+  const char* enable;
+  const char* latch;
+  const char* status;
+};
+constexpr PtpFeatures kPtpFeatures[] = {{"PtpEnable", "PtpDataSetLatch", "PtpStatus"},
+                                        {"GevIEEE1588", "GevIEEE1588DataSetLatch", "GevIEEE1588Status"}};
+constexpr const char* kFollows = "Slave";  // IEEE 1588's name of a clock that follows
+constexpr double kPtpWait_s = 2;
 
 class AravisCamera final : public Camera {
  public:
@@ -173,6 +188,11 @@ class AravisCamera final : public Camera {
     reading.ticks = clock_ticks_per_s_ == 1e9
                         ? value
                         : std::llround(static_cast<long double>(value) * 1e9L / clock_ticks_per_s_);
+    if (ptp_) {
+      const std::string status = ptp_status();
+      if ((status == kFollows) != follows_) spdlog::warn("{}: ptp status {}", where_, status);
+      follows_ = status == kFollows;
+    }
     return true;
   }
 
@@ -230,10 +250,37 @@ class AravisCamera final : public Camera {
     has_temperature_ = has("DeviceTemperature");
     for (const ClockFeatures& features : kClockFeatures)
       if (!clock_ && has(features.latch) && has(features.value)) clock_ = &features;
+    if (configuration_.ptp) follow_ptp();
     if (has("GevTimestampTickFrequency")) {
       const int64_t rate = arv_camera_get_integer(camera_.get(), "GevTimestampTickFrequency", nullptr);
       if (rate > 0) clock_ticks_per_s_ = static_cast<double>(rate);
     }
+  }
+
+  // From now on the device's clock is that of the network's master, and steps no more once it follows. A device that
+  // does not follow yet counts as lost until it does: its clock may still step.
+  void follow_ptp() {
+    for (const PtpFeatures& features : kPtpFeatures)
+      if (!ptp_ && has(features.enable) && has(features.status)) ptp_ = &features;
+    if (!ptp_) refuse(where_ + " ptp", "found a device without IEEE 1588, expected {} and {}", kPtpFeatures[0].enable, kPtpFeatures[0].status);
+    Error error;
+    arv_camera_set_boolean(camera_.get(), ptp_->enable, TRUE, error.out());
+    error.check(where_ + " ptp");
+    const double until_s = rig::host_now_s() + kPtpWait_s;
+    std::string status;
+    while ((status = ptp_status()) != kFollows) {
+      if (rig::host_now_s() > until_s) throw CameraLost(where_ + " ptp: " + status + ", expected " + kFollows + ": is there a master on its network?");
+      std::this_thread::sleep_for(std::chrono::milliseconds(50));
+    }
+  }
+
+  std::string ptp_status() {
+    Error error;
+    if (has(ptp_->latch)) arv_camera_execute_command(camera_.get(), ptp_->latch, error.out());
+    error.check(where_ + " ptp");
+    const char* status = arv_camera_get_string(camera_.get(), ptp_->status, error.out());
+    error.check(where_ + " ptp");
+    return status ? status : "?";
   }
 
   void open_stream() {
@@ -275,6 +322,8 @@ class AravisCamera final : public Camera {
   bool running_ = false;
   bool has_temperature_ = false;
   const ClockFeatures* clock_ = nullptr;
+  const PtpFeatures* ptp_ = nullptr;  // where the clock is to follow a master
+  bool follows_ = true;               // as last seen
   double clock_ticks_per_s_ = 1e9;
   int64_t last_block_id_ = 0, number_ = 0;
 };
