@@ -5,6 +5,7 @@
 #include <cerrno>
 #include <climits>
 #include <cstring>
+#include <type_traits>
 
 #include <fcntl.h>
 #include <linux/futex.h>
@@ -29,7 +30,7 @@ struct Slot {
   std::atomic<int64_t> number;  // of the frame it holds, 0 while it is written
   RingHead head;
 };
-static_assert(sizeof(Slot) <= kSlotHeadBytes);
+static_assert(sizeof(Slot) <= kSlotHeadBytes && alignof(Slot) == alignof(uint64_t) && std::is_trivially_copyable_v<RingHead>);
 static_assert(std::atomic<int64_t>::is_always_lock_free && std::atomic<uint32_t>::is_always_lock_free);
 
 }  // namespace
@@ -73,6 +74,31 @@ bool same_shape(int descriptor, const Memory& wanted) {
                     memory->height_px == wanted.height_px && memory->slots == wanted.slots;
   ::munmap(memory, kHeaderBytes);
   return same;
+}
+
+// To and from the ring, word by word: a reader may look while the writer writes, finds that out from the slot's number and
+// throws away what it has. Plain copies would then be a data race.
+void copy_in(const void* from, void* shared, size_t bytes) {
+  const auto* in = static_cast<const uint8_t*>(from);
+  auto* out = static_cast<uint8_t*>(shared);
+  size_t i = 0;
+  for (; i + sizeof(uint64_t) <= bytes; i += sizeof(uint64_t)) {
+    uint64_t word;
+    std::memcpy(&word, in + i, sizeof word);
+    std::atomic_ref(*reinterpret_cast<uint64_t*>(out + i)).store(word, std::memory_order_relaxed);
+  }
+  for (; i < bytes; ++i) std::atomic_ref(out[i]).store(in[i], std::memory_order_relaxed);
+}
+
+void copy_out(void* shared, void* to, size_t bytes) {
+  auto* in = static_cast<uint8_t*>(shared);
+  auto* out = static_cast<uint8_t*>(to);
+  size_t i = 0;
+  for (; i + sizeof(uint64_t) <= bytes; i += sizeof(uint64_t)) {
+    const uint64_t word = std::atomic_ref(*reinterpret_cast<uint64_t*>(in + i)).load(std::memory_order_relaxed);
+    std::memcpy(out + i, &word, sizeof word);
+  }
+  for (; i < bytes; ++i) out[i] = std::atomic_ref(in[i]).load(std::memory_order_relaxed);
 }
 
 void futex_wait(const std::atomic<uint32_t>& word, uint32_t seen, double timeout_s) {
@@ -150,9 +176,8 @@ int64_t FrameRingWriter::write(const RingHead& head, const uint8_t* pixels) {
   Slot& slot = memory_->slot(number);
   slot.number.store(0, std::memory_order_relaxed);
   std::atomic_thread_fence(std::memory_order_release);
-  slot.head = head;
-  std::memcpy(memory_->pixels(number), pixels,
-              static_cast<size_t>(memory_->width_px) * static_cast<size_t>(memory_->height_px));
+  copy_in(&head, &slot.head, sizeof head);
+  copy_in(pixels, memory_->pixels(number), static_cast<size_t>(memory_->width_px) * static_cast<size_t>(memory_->height_px));
   slot.number.store(number, std::memory_order_release);
   memory_->newest.store(number, std::memory_order_release);
   memory_->wake.store(static_cast<uint32_t>(number), std::memory_order_release);
@@ -201,12 +226,12 @@ bool FrameRingReader::next(RingFrame& frame, double timeout_s) {
       missed_ += oldest - next_number_;
       next_number_ = oldest;
     }
-    const Slot& slot = memory_->slot(next_number_);
+    Slot& slot = memory_->slot(next_number_);
     if (slot.number.load(std::memory_order_acquire) == next_number_) {
       frame.ring_number = next_number_;
-      frame.head = slot.head;
-      const uint8_t* pixels = memory_->pixels(next_number_);
-      frame.pixels.assign(pixels, pixels + static_cast<size_t>(width_px()) * static_cast<size_t>(height_px()));
+      copy_out(&slot.head, &frame.head, sizeof frame.head);
+      frame.pixels.resize(static_cast<size_t>(width_px()) * static_cast<size_t>(height_px()));
+      copy_out(memory_->pixels(next_number_), frame.pixels.data(), frame.pixels.size());
       std::atomic_thread_fence(std::memory_order_acquire);
       if (slot.number.load(std::memory_order_relaxed) == next_number_) {
         ++next_number_;
