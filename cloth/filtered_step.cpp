@@ -5,8 +5,8 @@
 namespace selvedge::cloth {
 
 FilteredStep::FilteredStep(const Sheet& sheet, const Experiment& experiment, const std::vector<kernel::HeldVertex>& held) {
-  if (!experiment.make_step_filter) return;
-  filter_ = experiment.make_step_filter();
+  filter_ = step_filter_of(experiment);
+  if (!filter_) return;
   inverse_mass_ = kernel::vertex_masses(sheet.data, experiment.material);
   for (double& value : inverse_mass_) value = 1 / value;
   for (const kernel::HeldVertex& h : held) inverse_mass_[static_cast<size_t>(h.vertex)] = 0;

@@ -31,13 +31,18 @@ class Forces {
  public:
   Forces(const Sheet& sheet, const Experiment& e, const Material& still, const HeldMotion& held)
       : field_(sheet.data, still, surroundings_of(e), held.vertices()), mass_(vertex_masses(sheet, still)), is_held_(held.is_held()),
-        zero_(VectorXd::Zero(3 * mass_.size())) {}
+        zero_(VectorXd::Zero(3 * mass_.size())), guide_(e.guide), start_s_(e.start_s) {}
   VectorXd at(const VectorXd& x) {
     VectorXd f(x.size());
     field_.accelerations(x.data(), zero_.data(), kernel::kBroughtFromFlat, f.data());
-    for (Index i = 0; i < f.size(); ++i) f(i) = is_held_[static_cast<size_t>(i)] ? 0 : mass_(i / 3) * f(i);
+    for (Index i = 0; i < f.size(); ++i) f(i) *= mass_(i / 3);
+    if (guide_) add_pull(*guide_, mass_.sum(), start_s_, x.data(), nullptr, f.data());
+    for (Index i = 0; i < f.size(); ++i)
+      if (is_held_[static_cast<size_t>(i)]) f(i) = 0;
     return f;
   }
+  // Resistance of the pull, spread over the sheet like its mass, 1/s².
+  double pull_per_s2() const { return guide_ ? guide_->pull_per_s * guide_->pull_per_s : 0; }
   const VectorXd& mass() const { return mass_; }
   const std::vector<char>& is_held() const { return is_held_; }
 
@@ -46,13 +51,15 @@ class Forces {
   VectorXd mass_;
   std::vector<char> is_held_;
   VectorXd zero_;
+  std::shared_ptr<const Guide> guide_;
+  double start_s_;
 };
 
 // The inverse of the stiffness at a shape, held vertices kept.
 class FirstGuess {
  public:
   FirstGuess(const Sheet& sheet, const Material& m, const Forces& forces, const VectorXd& x) {
-    StiffnessMatrix k = stiffness_matrix(sheet, m, kInertia_per_s2 * forces.mass(), x.reshaped(3, x.size() / 3), {1, 0}, true);
+    StiffnessMatrix k = stiffness_matrix(sheet, m, (kInertia_per_s2 + forces.pull_per_s2()) * forces.mass(), x.reshaped(3, x.size() / 3), {1, 0}, true);
     hold_still(forces.is_held(), k);
     solver_.compute(k);
   }

@@ -129,8 +129,8 @@ void run_group(const Sheet& sheet, const std::vector<Experiment>& lanes, const s
   in.steps = std::max(0, static_cast<int>(std::ceil((end_s - start_s) / step_s - 1e-9)));
   for (const double t : group[0]->sample_s) in.sample_s.push_back(t - start_s);
   in.start_s = start_s;
-  if (group[0]->make_step_filter)
-    for (const Experiment* e : group) in.step_filters.push_back(e->make_step_filter());
+  for (const Experiment* e : group)
+    if (kernel::StepFilter filter = step_filter_of(*e)) in.step_filters.push_back(std::move(filter));
   in.held_corners.reserve(members.size() * static_cast<size_t>(in.steps + 1) * 6);
   for (const Experiment* e : group)
     for (int k = 0; k <= in.steps; ++k) {
@@ -207,14 +207,19 @@ void run_leapfrog(const Sheet& sheet, const std::vector<Experiment>& lanes, cons
 void check_lanes(const std::vector<Experiment>& lanes) {
   for (const Experiment& lane : lanes)
     if (lane.start_s != lanes[0].start_s || lane.sample_s != lanes[0].sample_s || lane.path.hold != lanes[0].path.hold ||
-        !lane.make_step_filter != !lanes[0].make_step_filter)
-      throw std::invalid_argument("simulate: lanes must share start_s, sample_s, the way of holding and contact or none");
+        !lane.make_step_filter != !lanes[0].make_step_filter || !lane.guide != !lanes[0].guide)
+      throw std::invalid_argument("simulate: lanes must share start_s, sample_s, the way of holding, contact or none, and a guide or none");
 }
 
 // Thin-plate basis r² ln r.
 double thin_plate(double r2) { return r2 > 0 ? 0.5 * r2 * std::log(r2) : 0; }
 
 }  // namespace
+
+kernel::StepFilter step_filter_of(const Experiment& e) {
+  kernel::StepFilter contact = e.make_step_filter ? e.make_step_filter() : kernel::StepFilter{};
+  return e.guide ? guided(e.guide, std::move(contact)) : contact;
+}
 
 double stable_step_s(const Sheet& sheet, const Material& material) {
   return plan_step(spectrum_of(sheet, material)).step_s;

@@ -5,11 +5,13 @@
 #pragma once
 
 #include <functional>
+#include <memory>
 #include <optional>
 #include <vector>
 
 #include <Eigen/Core>
 
+#include "cloth/guide.h"
 #include "cloth/held_path.h"
 #include "cloth/kernel/run.h"
 #include "cloth/sheet.h"
@@ -27,7 +29,11 @@ struct Experiment {
   double start_s = 0;                 // in the path's time
   std::vector<double> sample_s;       // ascending; when positions are wanted, in the path's time
   std::function<kernel::StepFilter()> make_step_filter;  // contact (contact/solver.h), afresh for each run, by any thread; null: none
+  std::shared_ptr<const Guide> guide;  // keeps it near where it was seen; null: it runs free
 };
+
+// What changes each step of a run of it, made afresh; empty where nothing does.
+kernel::StepFilter step_filter_of(const Experiment& experiment);
 
 inline constexpr double kImplicitStep_s = 1.0 / 120;
 

@@ -11,6 +11,7 @@
 #include <Eigen/Cholesky>
 
 #include "diagnose/next_experiment.h"
+#include "fit/least_squares.h"
 
 namespace selvedge::diagnose {
 
@@ -23,6 +24,7 @@ namespace {
 constexpr double kAbsorbed = 0.995;     // share of an effect's trace beyond which a refit of the base hides it
 constexpr int kBootstraps = 2000;
 constexpr double kCredible = 0.9;       // of the confusable set
+constexpr size_t kRunFree = 3;          // effects whose shrink is looked at
 constexpr double kPairGain = 0.15;      // ln of the error's square that a second effect must win on held-out trials
 
 class Stages {
@@ -51,34 +53,54 @@ double absorbed_share(const Study& study, const Hypothesis& h) {
   return e.squaredNorm() > 0 ? 1 - left.squaredNorm() / e.squaredNorm() : 1;
 }
 
-// The effects to refit on the fine mesh: those that explain most after their first refit.
-std::vector<Hypothesis> finalists(std::vector<Hypothesis> all, size_t count) {
-  std::stable_sort(all.begin() + 1, all.end(), [](const Hypothesis& a, const Hypothesis& b) { return a.cost < b.cost; });
-  all.resize(std::min(all.size(), count + 1));
-  return all;
+// The effects to refit on the fine mesh, behind the base: those that explain most after their first refit, and as many of
+// those whose finite change explains most. The first step of a refit may fail where an effect is large.
+std::vector<Hypothesis> finalists(const std::vector<Hypothesis>& all, size_t count) {
+  std::vector<size_t> order;
+  for (size_t i = 1; i < all.size(); ++i) order.push_back(i);
+  std::stable_sort(order.begin(), order.end(), [&](size_t a, size_t b) { return all[a].cost < all[b].cost; });
+  const auto half = order.begin() + static_cast<std::ptrdiff_t>(std::min((count + 1) / 2, order.size()));
+  std::stable_sort(half, order.end(), [&](size_t a, size_t b) { return all[a].screened_gain > all[b].screened_gain; });
+  std::vector<Hypothesis> few = {all[0]};
+  for (size_t k = 0; k < std::min(count, order.size()); ++k) few.push_back(all[order[k]]);
+  return few;
 }
 
-// Gauss–Newton with derivatives of their own, round after round, for the few effects that explain most.
-void fit_further(Study& study, std::vector<Hypothesis>& arms) {
-  constexpr size_t kArms = 3;
-  constexpr int kRounds = 5;
-  constexpr double kLeast = 0.02;  // of the cost, decrease of a round
+// What to fit in earnest: the effect that predicts best, and that of the others whose finite change explains most.
+std::vector<size_t> in_earnest(const std::vector<Hypothesis>& few, const std::vector<double>& log_ratio) {
   std::vector<size_t> order;
-  for (size_t i = 1; i < arms.size(); ++i) order.push_back(i);
-  std::stable_sort(order.begin(), order.end(), [&](size_t a, size_t b) { return arms[a].cost < arms[b].cost; });
-  order.resize(std::min(order.size(), kArms));
-  for (int round = 0; round < kRounds && !order.empty(); ++round) {
+  for (size_t i = 1; i < few.size(); ++i) order.push_back(i);
+  std::stable_sort(order.begin(), order.end(), [&](size_t a, size_t b) { return log_ratio[a] > log_ratio[b]; });
+  std::stable_sort(order.begin() + 1, order.end(), [&](size_t a, size_t b) { return few[a].screened_gain > few[b].screened_gain; });
+  order.resize(std::min<size_t>(order.size(), 2));
+  return order;
+}
+
+// Least squares from where each of these has come to, twice, with what the fine mesh adds there.
+void fit_further(Study& study, std::vector<Hypothesis>& arms, const std::vector<size_t>& few) {
+  for (const int iterations : {5, 3}) {
     std::vector<Hypothesis> moving;
-    for (const size_t i : order) moving.push_back(arms[i]);
-    relinearise(study, moving);
-    refit(study, moving, 1, {1e-3, 0.1, 1, 10});
-    if (round == 0 || round == kRounds - 1) refine_mesh(study, moving);
-    std::vector<size_t> still_falling;
-    for (size_t k = 0; k < order.size(); ++k) {
-      if (round == 0 || moving[k].cost < (1 - kLeast) * arms[order[k]].cost) still_falling.push_back(order[k]);
-      arms[order[k]] = std::move(moving[k]);
+    for (const size_t i : few) {
+      Hypothesis h = arms[i];
+      fit::Objective objective = *study.objective;
+      std::vector<VectorXd> correction = study.mesh_change;
+      for (size_t trial = 0; h.mesh_offset.size() && trial < correction.size(); ++trial) {
+        const Index first = study.rows->first(trial), count = study.rows->count(trial);
+        correction[trial] += h.mesh_offset.segment(first, count).cwiseProduct(study.rows->sd_mm().segment(first, count));
+      }
+      objective.set_mesh_correction(correction);
+      fit::LeastSquaresOptions search;
+      search.max_iterations = iterations;
+      const fit::LeastSquaresResult fitted = fit::minimise(objective, fit::only(study.parameters, h.active, h.x), h.x(h.active), search);
+      h.x(h.active) = fitted.coordinates;
+      study.evaluations += fitted.evaluations;
+      moving.push_back(std::move(h));
     }
-    order = std::move(still_falling);
+    refine_mesh(study, moving);
+    relinearise(study, moving);
+    for (size_t k = 0; k < few.size(); ++k) {
+      if (moving[k].cost < arms[few[k]].cost) arms[few[k]] = std::move(moving[k]);
+    }
   }
 }
 
@@ -209,6 +231,37 @@ std::vector<Hypothesis> pairs_with(Study& study, const std::vector<Hypothesis>& 
   return pairs;
 }
 
+// The `count` hypotheses beside the base that predict best.
+std::vector<size_t> nearest_by(const std::vector<double>& log_ratio, size_t count) {
+  std::vector<size_t> order;
+  for (size_t i = 1; i < log_ratio.size(); ++i) order.push_back(i);
+  std::stable_sort(order.begin(), order.end(), [&](size_t a, size_t b) { return log_ratio[a] > log_ratio[b]; });
+  order.resize(std::min(order.size(), count));
+  return order;
+}
+
+// The base and some others of what was held out.
+HeldOut only_rows(const HeldOut& all, const std::vector<size_t>& others) {
+  HeldOut out{MatrixXd(static_cast<Index>(others.size() + 1), all.mm.cols()), {}, {}};
+  for (size_t k = 0; k <= others.size(); ++k) {
+    const size_t from = k == 0 ? 0 : others[k - 1];
+    out.mm.row(static_cast<Index>(k)) = all.mm.row(static_cast<Index>(from));
+    out.coordinates.push_back(all.coordinates[from]);
+    out.residual.push_back(all.residual[from]);
+  }
+  return out;
+}
+
+// Each refitted from where the pull has led it, and held out, without the pull.
+HeldOut held_out_free(Study& study, std::vector<Hypothesis>& arms) {
+  run_free(study);
+  for (Hypothesis& h : arms) h.mesh_offset.resize(0);
+  refine_mesh(study, arms);
+  relinearise(study, arms);
+  refit(study, arms, 2);
+  return hold_out(study, arms);
+}
+
 void list_parameters(Diagnosis& out, const Study& study, const Hypothesis* named) {
   for (size_t k = 0; k < study.base_count; ++k) {
     const fit::Parameter& p = study.parameters[k];
@@ -281,26 +334,16 @@ Diagnosis diagnose(const trial::Campaign& campaign, const std::vector<Effect>& e
   out.replicate_mm = floor.replicate_mm;
   Scores scores = score(study, few, held, floor, options.calibration);
   if (best_of(scores.probability) == "unknown" && few.size() > 1) {
-    // A large effect lies far from the base fit: nothing is called unknown before the nearest were fitted in earnest.
+    // A large effect lies far from the base fit: nothing is called unknown before the likeliest were fitted in earnest.
     progress(0.9, "fitting the nearest in earnest");
-    fit_further(study, few);
+    fit_further(study, few, in_earnest(few, scores.log_ratio));
     held = hold_out(study, few);
     scores = score(study, few, held, floor, options.calibration);
     stages.done("nearest in earnest");
   }
-  const GroupErrors before = errors_of(study, held.mm.row(0)), noise = errors_of(study, floor.noise_mm);
-  fill_gap(out, before, noise, errors_of(study, floor.right_mm));
   out.p_value = scores.p_value;
   out.probability = scores.probability;
   out.cause = best_of(out.probability);
-
-  for (size_t i = 1; i < few.size(); ++i) {
-    const size_t e = few[i].effects[0];
-    EffectFinding& f = out.effects[e];
-    f.finalist = true;
-    f.size = size_of(study, few[i], held.coordinates[i], e);
-    f.shrink = shrink_of(before, errors_of(study, held.mm.row(static_cast<Index>(i))), noise);
-  }
   for (EffectFinding& f : out.effects) f.probability = out.probability.at(f.name);
 
   // A second effect, where the best one leaves a gap that an effect could still close.
@@ -309,6 +352,7 @@ Diagnosis diagnose(const trial::Campaign& campaign, const std::vector<Effect>& e
     if (best == 0 || scores.log_ratio[i] > scores.log_ratio[best]) best = i;
   if (best > 0 && out.cause != "none" && scores.log_ratio_unknown - scores.log_ratio[best] > kPairGain) {
     progress(0.92, "two effects at once");
+    const GroupErrors before = errors_of(study, held.mm.row(0)), noise = errors_of(study, floor.noise_mm);
     std::vector<Hypothesis> pairs = pairs_with(study, few, best, columns);
     if (!pairs.empty()) {
       refit(study, pairs, 2);
@@ -325,6 +369,24 @@ Diagnosis diagnose(const trial::Campaign& campaign, const std::vector<Effect>& e
     stages.done("two effects");
   }
 
+  // How large the gap is, and how far the nearest effects close it, in motions that nothing pulls.
+  progress(0.94, "running free");
+  std::vector<size_t> nearest = nearest_by(scores.log_ratio, kRunFree);
+  std::vector<Hypothesis> arms = {few[0]};
+  for (const size_t i : nearest) arms.push_back(few[i]);
+  HeldOut free = options.study.pull_per_s > 0 ? held_out_free(study, arms) : only_rows(held, nearest);
+  const Floor free_floor = floor_of(study, options.calibration);
+  const GroupErrors before = errors_of(study, free.mm.row(0)), noise = errors_of(study, free_floor.noise_mm);
+  fill_gap(out, before, noise, errors_of(study, free_floor.right_mm));
+  for (size_t k = 0; k < nearest.size(); ++k) {
+    const Hypothesis& h = few[nearest[k]];
+    EffectFinding& f = out.effects[h.effects[0]];
+    f.finalist = true;
+    f.size = size_of(study, h, held.coordinates[nearest[k]], h.effects[0]);
+    f.shrink = shrink_of(before, errors_of(study, free.mm.row(static_cast<Index>(k + 1))), noise);
+  }
+  stages.done("running free");
+
   const bool named = out.cause != "none" && out.cause != "unknown";
   const Hypothesis* cause = nullptr;
   for (const Hypothesis& h : few)
@@ -335,7 +397,7 @@ Diagnosis diagnose(const trial::Campaign& campaign, const std::vector<Effect>& e
     for (const EffectFinding& f : out.effects)
       if (f.name == out.cause) out.side = to_text(f.side);
   if (out.cause != "none") out.confusable = credible_set(out.probability);
-  const Where where = split_residual(study, held.residual[0], floor.noise_mm);
+  const Where where = split_residual(study, free.residual[0], free_floor.noise_mm);
   out.where = where.cells;
   out.map = where.map;
   stages.done("where");

@@ -28,7 +28,7 @@ struct DiagnosisOptions {
   Calibration calibration;
   std::optional<Eigen::VectorXd> base_fit;                        // of an earlier run: the base is not fitted again
   std::function<void(const Eigen::VectorXd&)> on_base_fit;        // called once it is there
-  size_t finalists = 6;  // effects that are refitted on the fine mesh and held out
+  size_t finalists = 4;  // effects that are refitted on the fine mesh and held out
 };
 
 struct SizedParameter {

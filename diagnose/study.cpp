@@ -105,6 +105,20 @@ MatrixXd residuals_at(const Study& study, const MatrixXd& coordinates, const std
   return out;
 }
 
+void run_free(Study& study) {
+  const std::vector<fit::Parameter> base(study.parameters.begin(), study.parameters.begin() + static_cast<std::ptrdiff_t>(study.base_count));
+  const VectorXd x = study.base.head(static_cast<Index>(study.base_count));
+  for (fit::Objective* objective : {study.objective.get(), study.fine.get()}) {
+    objective->set_pull(0);
+    objective->rematch(base, x);
+  }
+  study.objective->set_mesh_correction({});
+  study.mesh_change = mesh_change(*study.objective, *study.fine, base, x);
+  study.objective->set_mesh_correction(study.mesh_change);
+  study.residual = residuals_at(study, study.base).col(0);
+  study.evaluations += 3;
+}
+
 Study make_study(const trial::Campaign& campaign, const std::vector<Effect>& effects, const StudyOptions& options) {
   Study study;
   study.campaign = campaign.folder.filename().string();
@@ -124,6 +138,7 @@ Study make_study(const trial::Campaign& campaign, const std::vector<Effect>& eff
   const auto objective_on = [&](int columns) {
     fit::ObjectiveOptions o;
     o.columns = columns;
+    o.pull_per_s = options.pull_per_s;
     // A hundredth of a millimetre is far below what a tracker sees, and half of all work is relaxation.
     o.simulation.rest_change_m = 1e-5;
     o.simulation.rest_speed_m_s = 5e-4;

@@ -23,6 +23,7 @@ struct StudyOptions {
   fit::Drag drag = fit::Drag::nonlinear;
   int coarse_columns = 7, columns = 13, fine_columns = 25;  // start, derivatives, and what they are derivatives of
   double rate_hz = 30, image_rate_hz = 10;
+  double pull_per_s = 10;  // fits and judging: simulations are pulled towards the markers (cloth/guide.h); 0: they run free
   std::optional<Eigen::VectorXd> base_fit;  // coordinates of the base, found before: they are taken as they are
   report::ProgressCallback progress = [](double, const std::string&) {};
 };
@@ -44,6 +45,10 @@ struct Study {
   std::vector<Eigen::VectorXd> mesh_change; // mm, what the fine mesh adds, one a trial
   int evaluations = 0;
 };
+
+// From now on simulations run free, and `residual` and what the fine mesh adds are those of a free motion. Derivatives
+// stay those of before.
+void run_free(Study& study);
 
 // Fits the base model; effects that the campaign cannot show are left out.
 Study make_study(const trial::Campaign& campaign, const std::vector<Effect>& effects, const StudyOptions& options);

@@ -69,7 +69,8 @@ Floor floor_of(const Study& study, const Calibration& calibration) {
   for (Index t = 0; t < trials; ++t) {
     const auto trial = static_cast<size_t>(t);
     floor.noise_mm(t) = std::max(stated_noise(study, trial), noise_from_differences(study, trial));
-    floor.right_mm(t) = std::sqrt(std::pow(floor.noise_mm(t), 2) + std::pow(calibration.mesh_share * mesh_mm(study, trial), 2) +
+    const double share = study.objective->scenes()[trial].trial.still ? calibration.still_mesh_share : calibration.mesh_share;
+    floor.right_mm(t) = std::sqrt(std::pow(floor.noise_mm(t), 2) + std::pow(share * mesh_mm(study, trial), 2) +
                                   std::pow(calibration.form_mm, 2));
   }
   return floor;

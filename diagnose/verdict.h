@@ -26,6 +26,7 @@ struct Calibration {
   double cost_unknown = 4.0;
   double prior_none = 0.38, prior_unknown = 0.15;  // the rest is shared by the effects alike
   double mesh_share = 0.3;
+  double still_mesh_share = 0.7;  // of still trials: a fold that a finer mesh moves is one that any form of the model moves
   double form_mm = 0.2;
   double form_share = 0.3;  // of the base's held-out error: a right effect in a form that is not nature's leaves so much
   // Of ln(held-out base error / floor) in campaigns that lack nothing: mean and spread, supposed.

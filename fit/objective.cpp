@@ -98,9 +98,13 @@ Objective::Objective(std::vector<ObservedTrial> trials, const ObjectiveOptions& 
   sheet_ = cloth::make_sheet(geometry::make_grid_mesh(width, height, options.columns, rows));
   for (ObservedTrial& trial : trials) {
     std::vector<cloth::SurfacePoint> points;
-    if (trial.markers)
+    std::shared_ptr<cloth::GuideTrack> track;
+    if (trial.markers) {
       for (const Eigen::Vector2d& uv : trial.markers->uv) points.push_back(cloth::surface_point(sheet_, uv));
+      track = std::make_shared<cloth::GuideTrack>(cloth::GuideTrack{points, trial.markers->time_s, trial.markers->position});
+    }
     marker_points_.push_back(std::move(points));
+    guide_tracks_.push_back(std::move(track));
     scenes_.push_back({std::move(trial), {}});
   }
   if (options.branch_of) {
@@ -201,6 +205,9 @@ std::vector<Prediction> Objective::predictions(const std::vector<Parameter>& par
     p.experiment.start_shape = scenes_[trial].start_shape;
     for (size_t k = 0; k < parameters.size(); ++k)
       parameters[k].apply(p, to_value(parameters[k], coordinates(static_cast<Index>(k), set)));
+    if (options_.pull_per_s > 0 && guide_tracks_[trial])
+      p.experiment.guide = std::make_shared<cloth::Guide>(
+          cloth::Guide{guide_tracks_[trial], options_.pull_per_s, p.seeing.delay_s, p.seeing.drift, p.experiment.start_s});
     out.push_back(std::move(p));
   }
   return out;

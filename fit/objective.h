@@ -39,6 +39,7 @@ struct ObjectiveOptions {
   cloth::Options simulation;
   std::shared_ptr<Ranks> ranks;            // that share out evaluate() (fit/spread/ranks.h); empty: this process alone
   bool shared_rests = false;               // sets that differ in parameters of motion alone start from one equilibrium, sought once
+  double pull_per_s = 0;                   // towards the markers that were seen (cloth/guide.h); 0: simulations run free
   const Objective* branch_of = nullptr;    // equilibria start from this one's, on another mesh, and are not sought
 };
 
@@ -75,6 +76,9 @@ class Objective {
   void set_mesh_correction(std::vector<Eigen::VectorXd> correction) { mesh_correction_ = std::move(correction); }
   const std::vector<Eigen::VectorXd>& mesh_correction() const { return mesh_correction_; }
 
+  // ObjectiveOptions::pull_per_s from now on.
+  void set_pull(double pull_per_s) { options_.pull_per_s = pull_per_s; }
+
   // Simulated positions of a trial's samples for one set, for pictures and maps.
   cloth::Trajectory trajectory(const std::vector<Parameter>& parameters, const Eigen::VectorXd& coordinates,
                                size_t trial) const;
@@ -110,6 +114,7 @@ class Objective {
   std::vector<Scene> scenes_;
   std::vector<std::vector<cloth::SurfacePoint>> marker_points_;  // a trial, a marker
   std::vector<Eigen::VectorXd> mesh_correction_;
+  std::vector<std::shared_ptr<const cloth::GuideTrack>> guide_tracks_;  // a trial; null without markers
 };
 
 // Positions of all vertices between the samples of a trajectory (cubic in time).

@@ -46,7 +46,7 @@ std::vector<diagnose::Effect> chosen_effects(const DiagnoseArguments& a) {
 
 // What the base fit rests on: every file of the campaign but its pictures, and the options.
 std::string input_hash(const trial::Campaign& campaign, const DiagnoseArguments& a) {
-  std::string all = fmt::format("{} {} {}\n", a.base, a.options.study.columns, a.options.study.fine_columns);
+  std::string all = fmt::format("{} {} {} {}\n", a.base, a.options.study.columns, a.options.study.fine_columns, a.options.study.pull_per_s);
   for (const trial::Trial& trial : campaign.trials)
     for (const char* name : {"trial.json", "corners.csv", "markers.csv", "frames.csv"})
       if (std::filesystem::exists(trial.folder / name)) all += diagnose::sha256_hex(files::read_whole(trial.folder / name));

@@ -1,0 +1,51 @@
+// Keeping a simulated sheet near where the real one was seen while its parameters are still wrong.
+//
+// A motion that runs free leaves the recorded one for good where a fold snaps another way, and what it does after that
+// tells nothing of the parameters. Pulled a little towards what was seen ("nudging": Hoke & Anthes 1976; for estimating
+// parameters: Parlitz 1996) it stays in the same folds, and what is left of the error is what the model's forces lack,
+// over the square of the pull. The pull is no force of the model: it serves to find parameters, and predictions that are
+// compared with other models' run free.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "cloth/kernel/step_filter.h"
+#include "cloth/surface_point.h"
+
+namespace selvedge::cloth {
+
+// Where points of the fabric were seen. Shared by all runs of a trial.
+struct GuideTrack {
+  std::vector<SurfacePoint> points;
+  std::vector<double> time_s;  // ascending
+  Eigen::Matrix3Xd position;   // m; (point, time) in column point · times + time, NaN where it was not seen
+
+  struct Seen {
+    Eigen::Matrix3Xd position, velocity;  // one a point, NaN where it was not seen
+  };
+  // Cubic between the times; at rest before the first and after the last.
+  Seen at(double t_s) const;
+};
+
+struct Guide {
+  std::shared_ptr<const GuideTrack> track;
+  double pull_per_s = 10;  // ω: a point that is Δ from where it was seen is accelerated by ω² Δ
+  double delay_s = 0;      // the track shows the fabric as it was so much earlier
+  double drift = 0;        // s/s: and earlier by so much more a second
+  double start_s = 0;      // from when the drift counts
+
+  // The time on the track at which the fabric is seen as it is at t.
+  double seen_at(double t_s) const { return (t_s + delay_s - drift * start_s) / (1 - drift); }
+};
+
+// Forces on all vertices, N, added to 3N numbers: each point carries an equal part of mass_kg. velocity: null at rest.
+void add_pull(const Guide& guide, double mass_kg, double t_s, const double* position, const double* velocity, double* force);
+
+// Pulls over each step of a run, with `after` run behind it where there is one.
+kernel::StepFilter guided(std::shared_ptr<const Guide> guide, kernel::StepFilter after);
+
+}  // namespace selvedge::cloth

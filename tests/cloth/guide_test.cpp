@@ -1,0 +1,106 @@
+#include <cmath>
+#include <limits>
+
+#include <gtest/gtest.h>
+
+#include "cli/proofs/cloth_cases.h"
+#include "cloth/simulate.h"
+
+namespace selvedge::cloth {
+namespace {
+
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+
+TEST(GuideTrack, FollowsAMotionBetweenItsTimesAndRestsBeside) {
+  GuideTrack track;
+  track.points.resize(2);
+  track.time_s = {0, 0.1, 0.2, 0.3, 0.4};
+  track.position.resize(3, 10);
+  for (int j = 0; j < 5; ++j) {
+    const double t = 0.1 * j;
+    track.position.col(j) = Eigen::Vector3d(t, t * t, 1);
+    track.position.col(5 + j) = j == 4 ? Eigen::Vector3d(kNan, kNan, kNan) : Eigen::Vector3d(0, 0, t);
+  }
+  const GuideTrack::Seen seen = track.at(0.17);
+  EXPECT_LT((seen.position.col(0) - Eigen::Vector3d(0.17, 0.0289, 1)).norm(), 1e-12);
+  EXPECT_LT((seen.velocity.col(0) - Eigen::Vector3d(1, 0.34, 0)).norm(), 1e-12);
+  EXPECT_TRUE(seen.position.col(1).allFinite());
+  EXPECT_FALSE(track.at(0.25).position.col(1).allFinite()) << "a time beside one at which it was not seen";
+  EXPECT_EQ(track.at(-1).position.col(0), track.position.col(0));
+  EXPECT_TRUE(track.at(9).velocity.col(0).isZero());
+}
+
+class Guided : public testing::Test {
+ protected:
+  Guided() {
+    seen_.start_shape = hung_shape(sheet_, seen_, 1);
+    truth_ = simulate(sheet_, {seen_})[0];
+    auto track = std::make_shared<GuideTrack>();
+    for (const double u : {0.06, 0.15, 0.24})
+      for (const double v : {0.06, 0.15, 0.24}) track->points.push_back(surface_point(sheet_, {u, v}));
+    track->time_s = seen_.sample_s;
+    const auto times = static_cast<Eigen::Index>(track->time_s.size());
+    track->position.resize(3, 9 * times);
+    for (Eigen::Index k = 0; k < 9; ++k)
+      for (Eigen::Index j = 0; j < times; ++j)
+        track->position.col(k * times + j) = position_of(track->points[static_cast<size_t>(k)], truth_.samples[static_cast<size_t>(j)]);
+    track_ = track;
+  }
+
+  Experiment pulled(const Experiment& e) const {
+    Experiment out = e;
+    out.guide = std::make_shared<Guide>(Guide{track_, 10, 0, 0, 0});
+    return out;
+  }
+
+  double distance_m(const Trajectory& t) const {
+    double sum = 0;
+    for (size_t i = 0; i < t.samples.size(); ++i) sum += (t.samples[i] - truth_.samples[i]).colwise().squaredNorm().mean();
+    return std::sqrt(sum / static_cast<double>(t.samples.size()));
+  }
+
+  Sheet sheet_ = make_sheet(geometry::make_grid_mesh(0.3, 0.3, 9, 9));
+  Experiment seen_ = cli::waving_experiment(0.1, 40);
+  Trajectory truth_;
+  std::shared_ptr<const GuideTrack> track_;
+};
+
+TEST_F(Guided, LeavesTheRightModelAloneAndKeepsAWrongOneNear) {
+  Experiment wrong = seen_;
+  wrong.material.bend *= 4;
+  wrong.material.drag_normal *= 3;
+  const double free_m = distance_m(simulate(sheet_, {wrong})[0]), pulled_m = distance_m(simulate(sheet_, {pulled(wrong)})[0]);
+  EXPECT_GT(free_m, 5e-3);
+  EXPECT_LT(pulled_m, 0.5 * free_m);
+  EXPECT_GT(pulled_m, 0.5e-3) << "what the model lacks must still show";
+  EXPECT_LT(distance_m(simulate(sheet_, {pulled(seen_)})[0]), 6e-4) << "cubics between 30 pictures a second";
+}
+
+TEST_F(Guided, EquilibriumIsPulledToo) {
+  Experiment wrong = seen_;
+  wrong.material.bend *= 4;
+  const auto off = [&](const Experiment& e) { return (relax(sheet_, {e})[0].position - truth_.start).colwise().norm().mean(); };
+  EXPECT_LT(off(pulled(wrong)), 0.9 * off(wrong));
+}
+
+TEST_F(Guided, ADelayShiftsWhatItIsPulledTo) {
+  Guide guide{track_, 10, 0.02, 0.01, 1};
+  EXPECT_NEAR(guide.seen_at(1), 1.02 / 0.99 - 0.01 / 0.99, 1e-12);
+  const double t = guide.seen_at(1.7);
+  EXPECT_NEAR(t - 0.02 - 0.01 * (t - 1), 1.7, 1e-12) << "the inverse of when the fabric was as an observation shows it";
+}
+
+TEST_F(Guided, LanesGiveTheBitsOfSingleRuns) {
+  std::vector<Experiment> lanes(3, pulled(seen_));
+  lanes[1].material.stretch *= 1.1;
+  lanes[2].material.bend *= 2;
+  Options options;
+  options.step_s = common_step_s(sheet_, lanes);
+  const std::vector<Trajectory> together = simulate(sheet_, lanes, options);
+  for (size_t i = 0; i < lanes.size(); ++i) EXPECT_EQ(together[i].samples.back(), simulate(sheet_, {lanes[i]}, options)[0].samples.back()) << i;
+  lanes[1].guide = nullptr;
+  EXPECT_THROW(simulate(sheet_, lanes, options), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace selvedge::cloth
