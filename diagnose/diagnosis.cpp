@@ -12,6 +12,7 @@
 
 #include "diagnose/next_experiment.h"
 #include "fit/least_squares.h"
+#include "fit/robust_cost.h"
 
 namespace selvedge::diagnose {
 
@@ -255,7 +256,16 @@ HeldOut only_rows(const HeldOut& all, const std::vector<size_t>& others) {
 // Each refitted from where the pull has led it, and held out, without the pull.
 HeldOut held_out_free(Study& study, std::vector<Hypothesis>& arms) {
   run_free(study);
-  for (Hypothesis& h : arms) h.mesh_offset.resize(0);
+  MatrixXd sets(study.base.size(), static_cast<Index>(arms.size()));
+  for (Index i = 0; i < sets.cols(); ++i) sets.col(i) = arms[static_cast<size_t>(i)].x;
+  const MatrixXd r = residuals_at(study, sets);
+  study.evaluations += static_cast<int>(arms.size());
+  for (Index i = 0; i < sets.cols(); ++i) {
+    Hypothesis& h = arms[static_cast<size_t>(i)];
+    h.mesh_offset.resize(0);
+    h.residual = r.col(i);
+    h.cost = fit::cauchy_cost(h.residual, cauchy_constant(study));
+  }
   refine_mesh(study, arms);
   relinearise(study, arms);
   refit(study, arms, 2);
@@ -371,10 +381,10 @@ Diagnosis diagnose(const trial::Campaign& campaign, const std::vector<Effect>& e
 
   // How large the gap is, and how far the nearest effects close it, in motions that nothing pulls.
   progress(0.94, "running free");
-  std::vector<size_t> nearest = nearest_by(scores.log_ratio, kRunFree);
+  const std::vector<size_t> nearest = nearest_by(scores.log_ratio, kRunFree);
   std::vector<Hypothesis> arms = {few[0]};
   for (const size_t i : nearest) arms.push_back(few[i]);
-  HeldOut free = options.study.pull_per_s > 0 ? held_out_free(study, arms) : only_rows(held, nearest);
+  const HeldOut free = study.pulled ? held_out_free(study, arms) : only_rows(held, nearest);
   const Floor free_floor = floor_of(study, options.calibration);
   const GroupErrors before = errors_of(study, free.mm.row(0)), noise = errors_of(study, free_floor.noise_mm);
   fill_gap(out, before, noise, errors_of(study, free_floor.right_mm));

@@ -6,7 +6,8 @@
 //   3. refit     every effect together with the base; the best few on the fine mesh as well
 //   4. hold out  predict each group of trials from the others, with and without each effect
 //   5. judge     probabilities, confusable set, shrink, size (verdict.h); two effects where one does not suffice
-//   6. where     the base's residual split by region, time, frequency, regime and image row (where.h)
+//   6. free      the gap and how far it shrinks, without the pull towards the markers that steps 1 to 5 have (cloth/guide.h)
+//   7. where     the base's residual split by region, time, frequency, regime and image row (where.h)
 #pragma once
 
 #include <filesystem>

@@ -108,6 +108,7 @@ MatrixXd residuals_at(const Study& study, const MatrixXd& coordinates, const std
 void run_free(Study& study) {
   const std::vector<fit::Parameter> base(study.parameters.begin(), study.parameters.begin() + static_cast<std::ptrdiff_t>(study.base_count));
   const VectorXd x = study.base.head(static_cast<Index>(study.base_count));
+  study.pulled = false;
   for (fit::Objective* objective : {study.objective.get(), study.fine.get()}) {
     objective->set_pull(0);
     objective->rematch(base, x);
@@ -134,6 +135,7 @@ Study make_study(const trial::Campaign& campaign, const std::vector<Effect>& eff
   }
   for (const trial::Trial& trial : campaign.trials) study.cameras.push_back(trial.camera);
   study.groups = group_trials(campaign, trials);
+  study.pulled = options.pull_per_s > 0 && std::any_of(trials.begin(), trials.end(), [](const fit::ObservedTrial& t) { return t.markers.has_value(); });
 
   const auto objective_on = [&](int columns) {
     fit::ObjectiveOptions o;

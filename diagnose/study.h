@@ -42,6 +42,7 @@ struct Study {
   Eigen::VectorXd base;                     // coordinates of all parameters, effects neutral
   Eigen::VectorXd residual;                 // whitened, at base
   Eigen::MatrixXd jacobian;                 // whitened residual per base coordinate
+  bool pulled = false;                      // simulations are pulled towards markers
   std::vector<Eigen::VectorXd> mesh_change; // mm, what the fine mesh adds, one a trial
   int evaluations = 0;
 };
