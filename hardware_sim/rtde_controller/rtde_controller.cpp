@@ -6,8 +6,10 @@
 #include <array>
 #include <atomic>
 #include <cmath>
+#include <map>
 #include <mutex>
 #include <random>
+#include <string>
 #include <thread>
 #include <vector>
 
@@ -26,7 +28,7 @@ using wire::BigWriter;
 
 constexpr double kTick_s = 0.002;  // a UR's own 500 Hz
 
-struct Output {
+struct Field {
   std::string name, type;
 };
 
@@ -34,20 +36,86 @@ struct Output {
 struct Client {
   wire::Socket socket;
   std::vector<std::uint8_t> received;
-  std::vector<Output> outputs;
+  std::vector<Field> outputs;
   double rate_hz = 0;
   bool started = false;
   std::int64_t next = 0;  // number of the next data package since the start
   double start_s = 0;
 };
 
-std::string type_of(const std::string& name) {
-  for (const char* vector : {"actual_q", "actual_qd", "target_q", "actual_TCP_pose"})
-    if (name == vector) return "VECTOR6D";
-  if (name == "timestamp" || name == "speed_scaling") return "DOUBLE";
-  if (name == "robot_mode" || name == "safety_mode") return "INT32";
-  if (name == "runtime_state" || name == "robot_status_bits" || name == "safety_status_bits") return "UINT32";
-  return "NOT_FOUND";
+// Those that a client may ask for, of the many of the RTDE guide: what describes the arm's motion, and the recipe of the
+// maker's own client. What is not of the motion stays at rest.
+using Types = std::map<std::string, std::string>;
+
+const Types& outputs() {
+  static const Types types = {{"timestamp", "DOUBLE"},
+                              {"actual_q", "VECTOR6D"},
+                              {"actual_qd", "VECTOR6D"},
+                              {"target_q", "VECTOR6D"},
+                              {"actual_TCP_pose", "VECTOR6D"},
+                              {"actual_TCP_force", "VECTOR6D"},
+                              {"actual_current", "VECTOR6D"},
+                              {"tcp_offset", "VECTOR6D"},
+                              {"speed_scaling", "DOUBLE"},
+                              {"target_speed_fraction", "DOUBLE"},
+                              {"robot_mode", "INT32"},
+                              {"safety_mode", "INT32"},
+                              {"runtime_state", "UINT32"},
+                              {"robot_status_bits", "UINT32"},
+                              {"safety_status_bits", "UINT32"},
+                              {"actual_digital_input_bits", "UINT64"},
+                              {"actual_digital_output_bits", "UINT64"},
+                              {"standard_analog_input0", "DOUBLE"},
+                              {"standard_analog_input1", "DOUBLE"},
+                              {"standard_analog_output0", "DOUBLE"},
+                              {"standard_analog_output1", "DOUBLE"},
+                              {"analog_io_types", "UINT32"},
+                              {"tool_mode", "UINT32"},
+                              {"tool_analog_input_types", "UINT32"},
+                              {"tool_analog_input0", "DOUBLE"},
+                              {"tool_analog_input1", "DOUBLE"},
+                              {"tool_output_voltage", "INT32"},
+                              {"tool_output_current", "DOUBLE"},
+                              {"tool_temperature", "DOUBLE"}};
+  return types;
+}
+
+const Types& inputs() {
+  static const Types types = {{"speed_slider_mask", "UINT32"},
+                              {"speed_slider_fraction", "DOUBLE"},
+                              {"standard_digital_output_mask", "UINT8"},
+                              {"standard_digital_output", "UINT8"},
+                              {"configurable_digital_output_mask", "UINT8"},
+                              {"configurable_digital_output", "UINT8"},
+                              {"tool_digital_output_mask", "UINT8"},
+                              {"tool_digital_output", "UINT8"},
+                              {"standard_analog_output_mask", "UINT8"},
+                              {"standard_analog_output_type", "UINT8"},
+                              {"standard_analog_output_0", "DOUBLE"},
+                              {"standard_analog_output_1", "DOUBLE"}};
+  return types;
+}
+
+// A list of names, with the types of those that are known.
+struct Recipe {
+  std::vector<Field> fields;
+  std::string types;  // as the reply has them
+  bool complete = true;
+};
+
+Recipe recipe_of(const std::string& names, const Types& known) {
+  Recipe recipe;
+  for (size_t at = 0; at <= names.size();) {
+    const size_t comma = std::min(names.find(',', at), names.size());
+    const std::string name = names.substr(at, comma - at);
+    const auto found = known.find(name);
+    const std::string type = found == known.end() ? "NOT_FOUND" : found->second;
+    recipe.fields.push_back({name, type});
+    recipe.types += (recipe.types.empty() ? "" : ",") + type;
+    recipe.complete = recipe.complete && found != known.end();
+    at = comma + 1;
+  }
+  return recipe;
 }
 
 }  // namespace
@@ -163,9 +231,11 @@ class RtdeController::Loop {
       case 'O':
         reply = set_outputs(client, request);
         break;
-      case 'I':  // inputs are taken note of, and none of them moves the arm
-        reply.number<std::uint8_t>(1).text("DOUBLE");
+      case 'I': {  // inputs are taken note of, and none of them moves the arm
+        const Recipe recipe = recipe_of(names_of(request), inputs());
+        reply.number<std::uint8_t>(recipe.complete ? 1 : 0).text(recipe.types);
         break;
+      }
       case 'S':
         client.started = !client.outputs.empty();
         client.start_s = now_s;
@@ -187,23 +257,18 @@ class RtdeController::Loop {
   static BigWriter set_outputs(Client& client, BigReader& request) {
     const double rate_hz = request.number<double>();
     if (!(rate_hz > 0 && rate_hz <= 500)) throw wire::WireError("a rate that no controller has");
-    if (request.left() > 2048) throw wire::WireError("too many names");
     client.rate_hz = rate_hz;
+    Recipe recipe = recipe_of(names_of(request), outputs());
     client.outputs.clear();
-    std::string names = request.text(request.left()), types;
-    bool complete = true;
-    for (size_t at = 0; at <= names.size();) {
-      const size_t comma = std::min(names.find(',', at), names.size());
-      const std::string name = names.substr(at, comma - at);
-      client.outputs.push_back({name, type_of(name)});
-      types += (types.empty() ? "" : ",") + type_of(name);
-      complete = complete && type_of(name) != "NOT_FOUND";
-      at = comma + 1;
-    }
-    if (!complete) client.outputs.clear();
+    if (recipe.complete) client.outputs = std::move(recipe.fields);
     BigWriter reply;
-    reply.number<std::uint8_t>(complete ? 1 : 0).text(types);
+    reply.number<std::uint8_t>(recipe.complete ? 1 : 0).text(recipe.types);
     return reply;
+  }
+
+  static std::string names_of(BigReader& request) {
+    if (request.left() > 2048) throw wire::WireError("too many names");
+    return request.text(request.left());
   }
 
   BigWriter data(const Client& client, double now_s) {
@@ -217,20 +282,26 @@ class RtdeController::Loop {
         out.number<double>((now_s - start_s_) * (1 + 1e-6 * options_.clock_drift_ppm) + options_.clock_offset_s);
       } else if (type == "VECTOR6D") {
         for (int i = 0; i < 6; ++i) {
-          double value = i < 3 ? tool_m[i] : 0;
+          double value = name == "actual_TCP_pose" && i < 3 ? tool_m[i] : 0;
           if (name == "actual_q") value = q[i] + noise(random_);
           if (name == "target_q") value = q[i];
           if (name == "actual_qd") value = qd[i];
           out.number<double>(value);
         }
       } else if (type == "DOUBLE") {
-        out.number<double>(1);
+        out.number<double>(name == "speed_scaling" || name == "target_speed_fraction" ? 1 : 0);
+      } else if (type == "UINT64") {
+        out.number<std::uint64_t>(0);
       } else if (name == "robot_mode") {
         out.number<std::int32_t>(7);
       } else if (name == "safety_mode") {
         out.number<std::int32_t>(protective ? 3 : 1);
-      } else {
+      } else if (type == "INT32") {
+        out.number<std::int32_t>(0);
+      } else if (name == "runtime_state" || name == "robot_status_bits" || name == "safety_status_bits") {
         out.number<std::uint32_t>(script_.running() ? 2 : 1);
+      } else {
+        out.number<std::uint32_t>(0);
       }
     }
     return out;

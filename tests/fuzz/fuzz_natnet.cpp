@@ -9,7 +9,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   natnet::ServerInfo server;
   server.version = {data[0] % 2 == 0 ? 3 : 4, data[0] / 2 % 4, 0, 0};
   server.ticks_per_s = 1e7;
-  const natnet::Model model = {{"fabric", {"left", "right"}}};
+  const natnet::Model model = {{{"fabric", {"left", "right"}}}, {{1, "fabric"}}};
   try {
     const auto message = natnet::take_message({data + 1, size - 1});
     if (message.id == natnet::server_info) natnet::decode_server_info(message.payload);

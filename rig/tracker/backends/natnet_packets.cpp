@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <optional>
 
 namespace selvedge::tracker::natnet {
 namespace {
@@ -11,7 +12,7 @@ using wire::WireError;
 
 constexpr size_t kNameField = 256, kRigidBody = 38, kLabelledMarker = 26, kLongestText = 1024;
 constexpr int kModelFilled = 1 << 2, kUnlabelled = 1 << 4, kModelListChanged = 1 << 1;
-constexpr int kMarkerSet = 0;
+constexpr int kMarkerSet = 0, kRigidBodySet = 1;
 
 bool at_least(const ServerInfo& server, int major, int minor) {
   return server.version[0] > major || (server.version[0] == major && server.version[1] >= minor);
@@ -102,6 +103,7 @@ void skip_analogue(LittleReader& frame, const ServerInfo& server) {
 }
 
 struct Labelled {
+  std::int32_t asset, member;  // of the asset, from 1
   WirePosition position;
   int params;
 };
@@ -109,8 +111,8 @@ std::vector<Labelled> read_labelled(LittleReader& frame, const ServerInfo& serve
   std::vector<Labelled> markers;
   Section section = open_section(frame, server, kLabelledMarker);
   for (int i = 0; i < section.count; ++i) {
-    section.body.take(4);  // id
-    Labelled marker{read_position(section.body), 0};
+    const auto id = section.body.number<std::int32_t>();
+    Labelled marker{id >> 16, id & 0xffff, read_position(section.body), 0};
     section.body.take(4);  // size
     marker.params = section.body.number<std::int16_t>();
     section.body.take(4);  // residual
@@ -122,30 +124,41 @@ std::vector<Labelled> read_labelled(LittleReader& frame, const ServerInfo& serve
 
 bool is_measurement(const Eigen::Vector3d& p) { return p.allFinite() && !p.isZero(0); }
 
+// The position of a set's marker in the set, or, where the set is not in the frame, of the labelled marker with its id.
+std::optional<WirePosition> position_of(const MarkerSets& sets, const std::vector<Labelled>& labelled, const Model& model, const std::string& set, size_t i) {
+  if (const auto positions = sets.find(set); positions != sets.end()) {
+    if (i < positions->second.size()) return positions->second[i];
+    return std::nullopt;
+  }
+  for (const Labelled& marker : labelled) {
+    const auto asset = model.assets.find(marker.asset);
+    if (asset != model.assets.end() && asset->second == set && marker.member == static_cast<std::int32_t>(i) + 1) return marker.position;
+  }
+  return std::nullopt;
+}
+
 // Each named marker beside the measured position that equals its own; what is measured and has no name.
 std::vector<TrackedMarker> name_markers(const MarkerSets& sets, const std::vector<Labelled>& labelled, const Model& model) {
   std::vector<TrackedMarker> markers;
-  for (const auto& [set, names] : model) {
+  for (const auto& [set, names] : model.sets) {
     if (set == "all") continue;
-    const auto positions = sets.find(set);
     for (size_t i = 0; i < names.size(); ++i) {
       TrackedMarker marker{.subject = set, .name = names[i]};
-      if (positions != sets.end() && i < positions->second.size()) {
-        const WirePosition& here = positions->second[i];
+      if (const auto here = position_of(sets, labelled, model, set, i)) {
         const bool measured = std::any_of(labelled.begin(), labelled.end(), [&](const Labelled& candidate) {
-          return (candidate.params & (kModelFilled | kUnlabelled)) == 0 && candidate.position == here;
+          return (candidate.params & (kModelFilled | kUnlabelled)) == 0 && candidate.position == *here;
         });
-        if (measured && is_measurement(to_metres(here))) {
-          marker.position_m = to_metres(here);
+        if (measured && is_measurement(to_metres(*here))) {
+          marker.position_m = to_metres(*here);
           marker.occluded = false;
         }
       }
       markers.push_back(std::move(marker));
     }
   }
-  for (const auto& [position, params] : labelled)
-    if ((params & kUnlabelled) != 0 && (params & kModelFilled) == 0 && is_measurement(to_metres(position)))
-      markers.push_back({.subject = "", .name = "", .position_m = to_metres(position), .occluded = false});
+  for (const Labelled& marker : labelled)
+    if ((marker.params & kUnlabelled) != 0 && (marker.params & kModelFilled) == 0 && is_measurement(to_metres(marker.position)))
+      markers.push_back({.subject = "", .name = "", .position_m = to_metres(marker.position), .occluded = false});
   return markers;
 }
 
@@ -206,12 +219,22 @@ Model decode_model(std::span<const std::uint8_t> payload, const ServerInfo& serv
       if (bytes < 0) throw WireError(fmt::format("natnet: a data set of {} bytes", bytes));
       body = reader.part(static_cast<size_t>(bytes));
     }
-    if (type != kMarkerSet && sized) continue;
-    // Marker sets come first; without sizes there is no way past another kind.
-    if (type != kMarkerSet) break;
-    auto& names = model[read_text(body)];
-    const auto markers = read_count(body, 1);
-    for (int k = 0; k < markers; ++k) names.push_back(read_text(body));
+    if (type == kMarkerSet) {
+      auto& names = model.sets[read_text(body)];
+      const auto markers = read_count(body, 1);
+      for (int k = 0; k < markers; ++k) names.push_back(read_text(body));
+    } else if (type == kRigidBodySet) {
+      std::string name = read_text(body);
+      model.assets[body.number<std::int32_t>()] = std::move(name);
+      if (!sized) {
+        body.take(4 + 12);  // parent, offset from it
+        const auto markers = read_count(body, 12 + 4);
+        body.take(static_cast<size_t>(markers) * (12 + 4));  // place, active label
+        for (int k = 0; at_least(server, 4, 0) && k < markers; ++k) read_text(body);
+      }
+    } else if (!sized) {
+      break;  // skeletons and devices follow the rest; without sizes there is no way past them
+    }
     if (!sized) reader = body;
   }
   return model;

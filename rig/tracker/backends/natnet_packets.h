@@ -3,8 +3,9 @@
 // UDP, little-endian, packed: u16 message id, u16 payload bytes, payload; strings end with NUL. From 4.1 each section
 // of a frame says its length in bytes after its count. Single markers are read from the labelled-marker section,
 // where every marker appears; a marker of an asset carries its name where its position equals that of the asset's
-// marker set, whose names the model definition lists in the same order. A marker that is missing there, or whose
-// position was filled in by the model, was not seen.
+// marker set, whose names the model definition lists in the same order, or, where marker sets are not streamed, where its
+// id is that of the asset and its place in that list. A marker that is missing there, or whose position was filled in by
+// the model, was not seen.
 // Sources: python_natnet (BSD-3), NatNetSDKCrossplatform's PacketClientHelper (MIT).
 #pragma once
 
@@ -42,8 +43,10 @@ struct ServerInfo {
 };
 ServerInfo decode_server_info(std::span<const std::uint8_t> payload);
 
-// Names of each marker set, in the order of its markers.
-using Model = std::map<std::string, std::vector<std::string>>;
+struct Model {
+  std::map<std::string, std::vector<std::string>> sets;  // names of each marker set, in the order of its markers
+  std::map<std::int32_t, std::string> assets;            // rigid bodies by id; each has a marker set of its name
+};
 Model decode_model(std::span<const std::uint8_t> payload, const ServerInfo& server);
 
 struct Frame {
