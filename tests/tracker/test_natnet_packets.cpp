@@ -95,34 +95,36 @@ TEST(NatnetAssets, MarkersAreNamedByIdWhereMarkerSetsAreNotStreamed) {
   model.number<std::int32_t>(2);
   for (int i = 0; i < 6; ++i) model.number<float>(0.1F);
   for (int i = 0; i < 2; ++i) model.number<std::int32_t>(0);
-  model.number<std::int32_t>(0).text("fabric").number<std::uint8_t>(0).number<std::int32_t>(2);
-  for (const char* name : {"left", "right"}) model.text(name).number<std::uint8_t>(0);
+  model.number<std::int32_t>(0).text("fabric").number<std::uint8_t>(0).number<std::int32_t>(3);
+  for (const char* name : {"left", "right", "middle"}) model.text(name).number<std::uint8_t>(0);
   const natnet_client::Model decoded = natnet_client::decode_model(model.bytes(), info);
-  EXPECT_EQ(decoded.sets.at("fabric"), (std::vector<std::string>{"left", "right"}));
+  EXPECT_EQ(decoded.sets.at("fabric"), (std::vector<std::string>{"left", "right", "middle"}));
   EXPECT_EQ(decoded.assets.at(7), "fabric");
 
   wire::LittleWriter frame;
   frame.number<std::int32_t>(17);
   for (int section = 0; section < 4; ++section) frame.number<std::int32_t>(0);  // marker sets, others, bodies, skeletons
-  frame.number<std::int32_t>(3);
+  frame.number<std::int32_t>(4);
   const auto labelled = [&](int asset, int member, float x, int params) {
     frame.number<std::int32_t>(asset << 16 | member).number<float>(x).number<float>(2).number<float>(3).number<float>(0.01F);
     frame.number<std::int16_t>(static_cast<std::int16_t>(params)).number<float>(0);
   };
   labelled(7, 2, 1, 8 | 2);
-  labelled(7, 1, -1, 8 | 4);  // filled in by the model
+  labelled(7, 1, -1, 8 | 4);      // filled in by the model
+  labelled(7, 3, -1, 8 | 2 | 1);  // occluded, with a position nevertheless
   labelled(0, 51, 5, 16 | 2);
   for (int section = 0; section < 2; ++section) frame.number<std::int32_t>(0);  // force plates, devices
   frame.number<std::uint32_t>(0).number<std::uint32_t>(0).number<double>(0.5);
   for (const std::uint64_t ticks : {1000U, 1500U, 2000U}) frame.number<std::uint64_t>(ticks);
   frame.number<std::int16_t>(0).number<std::uint32_t>(0);
   const auto markers = natnet_client::decode_frame(frame.bytes(), info, decoded).markers;
-  ASSERT_EQ(markers.size(), 3u);
+  ASSERT_EQ(markers.size(), 4u);
   EXPECT_TRUE(markers[0].occluded);
   EXPECT_EQ(markers[1].name, "right");
   EXPECT_TRUE(markers[1].position_m.isApprox(Eigen::Vector3d(1, 2, 3)));
-  EXPECT_TRUE(markers[2].name.empty());
-  EXPECT_FALSE(markers[2].occluded);
+  EXPECT_TRUE(markers[2].occluded);
+  EXPECT_TRUE(markers[3].name.empty());
+  EXPECT_FALSE(markers[3].occluded);
 }
 
 INSTANTIATE_TEST_SUITE_P(Bitstreams, NatnetPackets, testing::Values(natnet_server::Bitstream{3, 0}, natnet_server::Bitstream{4, 1}),

@@ -11,7 +11,7 @@ using wire::LittleReader;
 using wire::WireError;
 
 constexpr size_t kNameField = 256, kRigidBody = 38, kLabelledMarker = 26, kLongestText = 1024;
-constexpr int kModelFilled = 1 << 2, kUnlabelled = 1 << 4, kModelListChanged = 1 << 1;
+constexpr int kOccluded = 1 << 0, kModelFilled = 1 << 2, kUnlabelled = 1 << 4, kModelListChanged = 1 << 1;
 constexpr int kMarkerSet = 0, kRigidBodySet = 1;
 
 bool at_least(const ServerInfo& server, int major, int minor) {
@@ -146,7 +146,7 @@ std::vector<TrackedMarker> name_markers(const MarkerSets& sets, const std::vecto
       TrackedMarker marker{.subject = set, .name = names[i]};
       if (const auto here = position_of(sets, labelled, model, set, i)) {
         const bool measured = std::any_of(labelled.begin(), labelled.end(), [&](const Labelled& candidate) {
-          return (candidate.params & (kModelFilled | kUnlabelled)) == 0 && candidate.position == *here;
+          return (candidate.params & (kOccluded | kModelFilled | kUnlabelled)) == 0 && candidate.position == *here;
         });
         if (measured && is_measurement(to_metres(*here))) {
           marker.position_m = to_metres(*here);
@@ -157,7 +157,7 @@ std::vector<TrackedMarker> name_markers(const MarkerSets& sets, const std::vecto
     }
   }
   for (const Labelled& marker : labelled)
-    if ((marker.params & kUnlabelled) != 0 && (marker.params & kModelFilled) == 0 && is_measurement(to_metres(marker.position)))
+    if ((marker.params & kUnlabelled) != 0 && (marker.params & (kOccluded | kModelFilled)) == 0 && is_measurement(to_metres(marker.position)))
       markers.push_back({.subject = "", .name = "", .position_m = to_metres(marker.position), .occluded = false});
   return markers;
 }

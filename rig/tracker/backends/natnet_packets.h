@@ -4,8 +4,8 @@
 // of a frame says its length in bytes after its count. Single markers are read from the labelled-marker section,
 // where every marker appears; a marker of an asset carries its name where its position equals that of the asset's
 // marker set, whose names the model definition lists in the same order, or, where marker sets are not streamed, where its
-// id is that of the asset and its place in that list. A marker that is missing there, or whose position was filled in by
-// the model, was not seen.
+// id is that of the asset and its place in that list. A marker that is missing there, is flagged as
+// occluded, or whose position was filled in by the model, was not seen.
 // Sources: python_natnet (BSD-3), NatNetSDKCrossplatform's PacketClientHelper (MIT).
 #pragma once
 
