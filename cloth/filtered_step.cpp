@@ -13,7 +13,7 @@ FilteredStep::FilteredStep(const Sheet& sheet, const Experiment& experiment, con
 }
 
 void FilteredStep::apply(double start_s, double step_s, const double* before, double* after, double* velocity) const {
-  if (filter_) filter_({start_s, step_s, inverse_mass_.size(), before, after, velocity, inverse_mass_.data()});
+  if (filter_) filter_({start_s, step_s, step_s, inverse_mass_.size(), before, after, velocity, inverse_mass_.data()});
 }
 
 }  // namespace selvedge::cloth

@@ -64,7 +64,7 @@ kernel::StepFilter guided(std::shared_ptr<const Guide> guide, kernel::StepFilter
     force.assign(3 * n, 0);
     add_pull(*guide, mass, step.start_s, step.before, step.velocity, force.data());
     for (size_t i = 0; i < 3 * n; ++i) {
-      const double change = step.step_s * step.inverse_mass[i / 3] * force[i];
+      const double change = step.since_s * step.inverse_mass[i / 3] * force[i];
       step.velocity[i] += change;
       step.after[i] += step.step_s * change;
     }

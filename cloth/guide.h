@@ -45,7 +45,10 @@ struct Guide {
 // Forces on all vertices, N, added to 3N numbers: each point carries an equal part of mass_kg. velocity: null at rest.
 void add_pull(const Guide& guide, double mass_kg, double t_s, const double* position, const double* velocity, double* force);
 
-// Pulls over each step of a run, with `after` run behind it where there is one.
+// A pull of ω = 10/s need not act at each step; a run may give it so seldom, s.
+inline constexpr double kPullEvery_s = 2e-3;
+
+// Pulls over each step that it is given of a run, with `after` run behind it where there is one.
 kernel::StepFilter guided(std::shared_ptr<const Guide> guide, kernel::StepFilter after);
 
 }  // namespace selvedge::cloth

@@ -52,17 +52,18 @@ std::vector<size_t> every_one_of(const std::vector<Experiment>& lanes) {
   return all;
 }
 
-// Those of `which` that may share a SIMD group without changing each other's bits, in groups of at most kMaxLanes.
+// Those of `which` that may share a SIMD group without changing each other's bits, in groups of at most most_lanes().
 std::vector<std::vector<size_t>> grouped(const std::vector<Experiment>& lanes, const std::vector<size_t>& which,
                                          const std::vector<kernel::DampingStages>& stages) {
   std::map<std::tuple<bool, int, double>, std::vector<size_t>> alike;
   for (const size_t i : which)
     alike[{bends_uniformly(lanes[i].material), stages[i].count, stages[i].gain[0]}].push_back(i);
   std::vector<std::vector<size_t>> groups;
+  const auto most = static_cast<size_t>(kernel::most_lanes());
   for (const auto& [key, members] : alike)
-    for (size_t first = 0; first < members.size(); first += kernel::kMaxLanes)
+    for (size_t first = 0; first < members.size(); first += most)
       groups.emplace_back(members.begin() + static_cast<std::ptrdiff_t>(first),
-                          members.begin() + static_cast<std::ptrdiff_t>(std::min(first + kernel::kMaxLanes, members.size())));
+                          members.begin() + static_cast<std::ptrdiff_t>(std::min(first + most, members.size())));
   return groups;
 }
 
@@ -131,6 +132,7 @@ void run_group(const Sheet& sheet, const std::vector<Experiment>& lanes, const s
   in.start_s = start_s;
   for (const Experiment* e : group)
     if (kernel::StepFilter filter = step_filter_of(*e)) in.step_filters.push_back(std::move(filter));
+  if (group[0]->guide && !group[0]->make_step_filter) in.filter_every = std::max(1, static_cast<int>(kPullEvery_s / step_s));
   in.held_corners.reserve(members.size() * static_cast<size_t>(in.steps + 1) * 6);
   for (const Experiment* e : group)
     for (int k = 0; k <= in.steps; ++k) {

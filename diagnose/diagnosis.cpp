@@ -79,7 +79,7 @@ std::vector<size_t> in_earnest(const std::vector<Hypothesis>& few, const std::ve
 
 // Least squares from where each of these has come to, twice, with what the fine mesh adds there.
 void fit_further(Study& study, std::vector<Hypothesis>& arms, const std::vector<size_t>& few) {
-  for (const int iterations : {5, 3}) {
+  for (const int iterations : {3, 2}) {
     std::vector<Hypothesis> moving;
     for (const size_t i : few) {
       Hypothesis h = arms[i];
@@ -92,6 +92,8 @@ void fit_further(Study& study, std::vector<Hypothesis>& arms, const std::vector<
       objective.set_mesh_correction(correction);
       fit::LeastSquaresOptions search;
       search.max_iterations = iterations;
+      search.steps_between = 1;
+      search.only_coordinates = true;
       const fit::LeastSquaresResult fitted = fit::minimise(objective, fit::only(study.parameters, h.active, h.x), h.x(h.active), search);
       h.x(h.active) = fitted.coordinates;
       study.evaluations += fitted.evaluations;

@@ -6,8 +6,10 @@
 
 #include <fmt/format.h>
 
+#include "diagnose/hypothesis.h"
 #include "fit/least_squares.h"
 #include "fit/observed_trial.h"
+#include "fit/robust_cost.h"
 #include "fit/stages.h"
 
 namespace selvedge::diagnose {
@@ -86,6 +88,24 @@ MatrixXd base_jacobian(Study& study) {
   return jacobian;
 }
 
+// The base fit to what the fine mesh predicts: what it adds is found, and found again after a refit.
+void refit_on_fine_mesh(Study& study, const std::vector<fit::Parameter>& base, const report::ProgressCallback& progress) {
+  const auto n = static_cast<Index>(study.base_count);
+  study.jacobian = base_jacobian(study);
+  for (int round = 0; round < 2; ++round) {
+    study.mesh_change = mesh_change(*study.objective, *study.fine, base, study.base.head(n));
+    study.objective->set_mesh_correction(study.mesh_change);
+    study.residual = residuals_at(study, study.base).col(0);
+    std::vector<Hypothesis> arm = {base_hypothesis(study)};
+    refit(study, arm, 3, {1e-4, 1e-2, 0.3, 3});
+    study.base = arm[0].x;
+    study.residual = arm[0].residual;
+    study.jacobian = arm[0].jacobian;
+    study.evaluations += 3;
+    progress(0.5 * (round + 1), fmt::format("robust residual {:.2f} sd", fit::robust_scale(study.residual)));
+  }
+}
+
 }  // namespace
 
 bool is_mesh_correction(const fit::Objective& objective, size_t trial, const VectorXd& change_mm, const VectorXd& left_mm) {
@@ -141,6 +161,7 @@ Study make_study(const trial::Campaign& campaign, const std::vector<Effect>& eff
     fit::ObjectiveOptions o;
     o.columns = columns;
     o.pull_per_s = options.pull_per_s;
+    o.shared_rests = true;
     // A hundredth of a millimetre is far below what a tracker sees, and half of all work is relaxation.
     o.simulation.rest_change_m = 1e-5;
     o.simulation.rest_speed_m_s = 5e-4;
@@ -154,34 +175,34 @@ Study make_study(const trial::Campaign& campaign, const std::vector<Effect>& eff
     study.fine->rematch(base, x);
   };
   VectorXd x;
-  if (options.base_fit && options.base_fit->size() == static_cast<Index>(base.size())) {
+  const bool is_fitted = options.base_fit && options.base_fit->size() == static_cast<Index>(base.size());
+  if (is_fitted) {
     x = *options.base_fit;
     study.objective = std::make_shared<fit::Objective>(trials, objective_on(options.columns), base, x);
     fine_after(x);
     study.mesh_change = mesh_change(*study.objective, *study.fine, base, x);
     study.objective->set_mesh_correction(study.mesh_change);
   } else {
-    fit::LeastSquaresOptions start;
-    start.progress = fit::part_of(options.progress, 0.02, 0.25, "coarse mesh");
-    x = fit::find_start(trials, objective_on(options.coarse_columns), base, start).coordinates;
+    x = fit::usual_coordinates(base);
+    if (!study.pulled) {
+      fit::LeastSquaresOptions start;
+      start.progress = fit::part_of(options.progress, 0.02, 0.25, "coarse mesh");
+      x = fit::find_start(trials, objective_on(options.coarse_columns), base, start).coordinates;
+    }
     study.objective = std::make_shared<fit::Objective>(trials, objective_on(options.columns), base, x);
     fit::LeastSquaresOptions search;
     search.max_iterations = 6;
-    search.progress = fit::part_of(options.progress, 0.25, 0.55, "base fit");
+    search.steps_between = 1;
+    search.only_coordinates = true;
+    search.least_decrease = 1e-3;
+    search.progress = fit::part_of(options.progress, 0.25, 0.6, "base fit");
     x = fit::minimise_on_branches(*study.objective, base, x, search).coordinates;
     fine_after(x);
-    search.max_iterations = 2;
-    for (int round = 0; round < 2; ++round) {
-      study.mesh_change = mesh_change(*study.objective, *study.fine, base, x);
-      study.objective->set_mesh_correction(study.mesh_change);
-      search.progress = fit::part_of(options.progress, 0.6 + 0.2 * round, 0.75 + 0.2 * round, "base fit, finer mesh");
-      x = fit::minimise_on_branches(*study.objective, base, x, search).coordinates;
-    }
   }
-
   study.rows = std::make_unique<Rows>(*study.objective);
   study.base = fit::usual_coordinates(study.parameters);
   study.base.head(static_cast<Index>(study.base_count)) = x;
+  if (!is_fitted) refit_on_fine_mesh(study, base, fit::part_of(options.progress, 0.6, 0.95, "base fit, finer mesh"));
   study.jacobian = base_jacobian(study);
   options.progress(1, "base model fitted");
   return study;

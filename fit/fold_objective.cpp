@@ -156,12 +156,12 @@ MatrixXd FoldObjective::energy(const std::vector<Parameter>& parameters, const M
     trials.resize(tracks_.size());
     std::iota(trials.begin(), trials.end(), 0);
   }
-  constexpr Index kLanes = cloth::kernel::kMaxLanes;
-  const Index sets = coordinates.cols(), groups = (sets + kLanes - 1) / kLanes;
+  const Index lanes_at_once = cloth::kernel::most_lanes();
+  const Index sets = coordinates.cols(), groups = (sets + lanes_at_once - 1) / lanes_at_once;
   std::vector<std::vector<Sheets>> sheets(trials.size(), std::vector<Sheets>(static_cast<size_t>(sets)));
   tbb::parallel_for(size_t{0}, trials.size() * static_cast<size_t>(groups), [&](size_t task) {
     const size_t t = task / static_cast<size_t>(groups);
-    const Index first = static_cast<Index>(task % static_cast<size_t>(groups)) * kLanes, count = std::min(kLanes, sets - first);
+    const Index first = static_cast<Index>(task % static_cast<size_t>(groups)) * lanes_at_once, count = std::min(lanes_at_once, sets - first);
     std::vector<Sheets> some = simulate_sheets(scenes_, tracks_[trials[t]], trials[t], parameters, coordinates.middleCols(first, count));
     std::move(some.begin(), some.end(), sheets[t].begin() + first);
   });

@@ -113,13 +113,19 @@ class Minimiser {
 
   LeastSquaresResult run() {
     for (int iteration = resume();; ++iteration) {
+      if (options_.only_coordinates && (iteration >= options_.max_iterations || at_.small >= 2)) break;
       linearise();
       if (iteration >= options_.max_iterations || at_.small >= 2) break;
       step();
+      for (int k = 0; k < options_.steps_between && moved_ && at_.small == 0; ++k) {
+        update();
+        step();
+      }
       options_.progress((iteration + 1.0) / (options_.max_iterations + 1.0), fmt::format("cost {:.4g}, robust residual {:.2f} sd", result_.cost, result_.scale));
       keep(iteration + 1);
     }
     result_.coordinates = at_.x;
+    if (options_.only_coordinates) return std::move(result_);
     const VectorXd w = cauchy_weights(r_, options_.cauchy * result_.scale);
     const MatrixXd inverse = result_.information.inverse();
     result_.covariance = inverse * gradient_squares(jacobian_, w.cwiseProduct(r_), stack_, false) * inverse;
@@ -143,13 +149,25 @@ class Minimiser {
       if (evaluated[static_cast<size_t>(k) + 1].finite) jacobian_.col(k) = (stack_.whitened(evaluated[static_cast<size_t>(k) + 1]) - r_) / taken(k);
     objective_.set_start(evaluated[0].start);
     result_.scale = robust_scale(r_);
+    result_.residuals = std::move(evaluated[0]);
+    weigh();
+    result_.history.push_back(result_.cost);
+  }
+
+  // The normal equations at the point.
+  void weigh() {
     const double c = options_.cauchy * result_.scale, weight = result_.scale * result_.scale * prior_;
     const VectorXd w = cauchy_weights(r_, c);
     result_.cost = cauchy_cost(r_, c) + pull(at_.x);
-    result_.history.push_back(result_.cost);
     result_.information = jacobian_.transpose() * w.asDiagonal() * jacobian_ + weight * MatrixXd::Identity(at_.x.size(), at_.x.size());
     gradient_ = jacobian_.transpose() * w.cwiseProduct(r_) + weight * (at_.x - prior_centre_);
-    result_.residuals = std::move(evaluated[0]);
+  }
+
+  // Derivatives after a step, from what the residuals did over it (Broyden 1965).
+  void update() {
+    jacobian_ += (stepped_r_ - r_ - jacobian_ * stepped_) * stepped_.transpose() / stepped_.squaredNorm();
+    r_ = std::move(stepped_r_);
+    weigh();
   }
 
   // Four dampings side by side; the best of them is the step.
@@ -168,17 +186,21 @@ class Minimiser {
     int chosen = -1;
     for (int k = 0; k < 4; ++k) {
       if (!tried[static_cast<size_t>(k)].finite) continue;
-      const double value = cauchy_cost(stack_.whitened(tried[static_cast<size_t>(k)]), options_.cauchy * result_.scale) + pull(tries.col(k));
+      VectorXd r = stack_.whitened(tried[static_cast<size_t>(k)]);
+      const double value = cauchy_cost(r, options_.cauchy * result_.scale) + pull(tries.col(k));
       if (value >= best) continue;
       best = value;
       chosen = k;
+      stepped_r_ = std::move(r);
     }
+    moved_ = chosen >= 0 && (tries.col(chosen) - at_.x).squaredNorm() > 1e-16;
     if (chosen < 0) {
       at_.lambda *= 1e3;
       at_.small += at_.lambda > 1e6 ? 2 : 1;
       return;
     }
     at_.small = (result_.cost - best) / result_.cost < options_.least_decrease ? at_.small + 1 : 0;
+    stepped_ = tries.col(chosen) - at_.x;
     at_.x = tries.col(chosen);
     at_.lambda = std::clamp(damping[chosen] * 0.3, 1e-7, 1e6);
   }
@@ -231,6 +253,8 @@ class Minimiser {
   std::string name_;  // in the journal
   Point at_;
   VectorXd r_, gradient_;
+  VectorXd stepped_, stepped_r_;  // the last step, and the residuals at its end
+  bool moved_ = false;            // it led anywhere
   MatrixXd jacobian_;
   LeastSquaresResult result_;
 };

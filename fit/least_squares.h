@@ -14,6 +14,8 @@ class FitJournal;
 
 struct LeastSquaresOptions {
   int max_iterations = 12;
+  int steps_between = 0;           // with an iteration's derivatives, brought up to date by Broyden's rule, before the next
+  bool only_coordinates = false;   // the rest of the result is not asked for, and costs nothing
   double least_decrease = 2e-4;    // of the cost, relative; smaller twice in a row ends the fit
   double difference = 0.03;        // in coordinates
   double prior_sd = 2.5;           // in coordinates (logarithmic: a factor of 12)

@@ -19,8 +19,6 @@ namespace {
 
 using Eigen::Index;
 
-constexpr Index kLanes = cloth::kernel::kMaxLanes;
-
 Index residual_count(const ObservedTrial& trial) {
   Index count = 0;
   if (trial.markers) count += 3 * trial.markers->position.cols();
@@ -256,9 +254,10 @@ Eigen::VectorXd Objective::residual_of(size_t index, const ObservedTrial& trial,
 }
 
 std::vector<Objective::Group> Objective::groups_of(const std::vector<size_t>& trials, Index sets) const {
+  const Index lanes = cloth::kernel::most_lanes();
   std::vector<Group> groups;
   for (const size_t trial : trials)
-    for (Index first = 0; first < sets; first += kLanes) groups.push_back({trial, first, std::min<Index>(kLanes, sets - first)});
+    for (Index first = 0; first < sets; first += lanes) groups.push_back({trial, first, std::min(lanes, sets - first)});
   return groups;
 }
 
@@ -266,8 +265,12 @@ std::map<std::pair<size_t, Index>, Eigen::Matrix3Xd> Objective::shared_rests(con
                                                                              const std::vector<Group>& groups) const {
   // What acts on motion alone stands at its usual value, so that an equilibrium's bits do not depend on who shares it.
   Eigen::MatrixXd at_rest = coordinates;
-  for (size_t k = 0; k < parameters.size(); ++k)
-    if (!parameters[k].at_rest) at_rest.row(static_cast<Index>(k)).setConstant(to_coordinate(parameters[k], parameters[k].start));
+  for (Index set = 0; set < at_rest.cols(); ++set) {
+    // In a draught drag acts on what hangs still, too.
+    if (!predictions(parameters, coordinates, 0, set, 1).front().experiment.air_velocity_m_s.isZero()) continue;
+    for (size_t k = 0; k < parameters.size(); ++k)
+      if (!parameters[k].at_rest) at_rest(static_cast<Index>(k), set) = to_coordinate(parameters[k], parameters[k].start);
+  }
   std::map<size_t, std::vector<Index>> different;  // sets, by trial
   std::map<std::pair<size_t, Index>, Index> like;
   for (const Group& g : groups)
@@ -277,10 +280,11 @@ std::map<std::pair<size_t, Index>, Eigen::Matrix3Xd> Objective::shared_rests(con
       like[{g.trial, set}] = same == known.end() ? set : *same;
       if (same == known.end()) known.push_back(set);
     }
+  const auto lanes_at_once = static_cast<size_t>(cloth::kernel::most_lanes());
   std::vector<std::pair<size_t, std::vector<Index>>> tasks;
   for (const auto& [trial, sets] : different)
-    for (size_t first = 0; first < sets.size(); first += kLanes)
-      tasks.push_back({trial, {sets.begin() + static_cast<std::ptrdiff_t>(first), sets.begin() + static_cast<std::ptrdiff_t>(std::min(first + kLanes, sets.size()))}});
+    for (size_t first = 0; first < sets.size(); first += lanes_at_once)
+      tasks.push_back({trial, {sets.begin() + static_cast<std::ptrdiff_t>(first), sets.begin() + static_cast<std::ptrdiff_t>(std::min(first + lanes_at_once, sets.size()))}});
   std::vector<std::vector<cloth::Rest>> rests(tasks.size());
   tbb::parallel_for(size_t{0}, tasks.size(), [&](size_t i) {
     const auto& [trial, sets] = tasks[i];

@@ -101,7 +101,7 @@ cloth::Experiment experiment_of(const Pattern& pattern, const Garment& garment, 
     return [&, solver, start_s, next = start_s, inverse_mass = std::vector<double>()](const Step& step) mutable {
       inverse_mass.assign(step.inverse_mass, step.inverse_mass + step.vertex_count);
       waistband.hold(step, inverse_mass);
-      solver->apply({step.start_s, step.step_s, step.vertex_count, step.before, step.after, step.velocity, inverse_mass.data()});
+      solver->apply({step.start_s, step.step_s, step.since_s, step.vertex_count, step.before, step.after, step.velocity, inverse_mass.data()});
       out.contact = solver->statistics();
       if (step.start_s < next) return;
       next += 0.05;

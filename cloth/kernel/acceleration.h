@@ -1,6 +1,6 @@
 // Accelerations of all vertices, from the forces of the fabric and its surroundings.
 //
-// V: vertex vector, Vec3<Lanes4> for lanes of runs or Quad for a single run.
+// V: vertex vector, Vec3 of lanes for lanes of runs or Quad for a single run.
 #pragma once
 
 #include <algorithm>
@@ -14,14 +14,14 @@ namespace selvedge::cloth::kernel {
 // The same materials, as the loops over triangles and those over vertices read them.
 template <class V>
 struct Materials {
-  LaneMaterial<Lanes4> triangle;
+  LaneMaterial<TrianglesOf<V>> triangle;
   LaneMaterial<ScalarOf<V>> vertex;
 };
 
 template <class V>
 Materials<V> unpack_materials(const SheetData& sheet, const Material* materials, const Surroundings* surroundings,
                               int count, const std::vector<HeldVertex>& held) {
-  return {unpack<Lanes4>(sheet, materials, surroundings, count, held),
+  return {unpack<TrianglesOf<V>>(sheet, materials, surroundings, count, held),
           unpack<ScalarOf<V>>(sheet, materials, surroundings, count, held)};
 }
 
@@ -39,7 +39,7 @@ struct Workspace {
 
   PackedTriangles packed;
   std::vector<V> x, v, acceleration, normal, scratch;
-  std::vector<MembraneMemory<Lanes4>> membrane;
+  std::vector<MembraneMemory<TrianglesOf<V>>> membrane;
   std::vector<typename KeptFrame<V>::Type> frames;  // of the last accelerations; empty where no stages of damping follow
   std::vector<BendMemory<ScalarOf<V>>> bend;
   std::vector<SecondDerivatives<V>> shape, moment;

@@ -23,7 +23,10 @@ inline Vec3<R> three(const R& a, const R& b, const R& c, const Vec3<R>*) {
   return {a, b, c};
 }
 inline Quad three(double a, double b, double c, const Quad*) { return {Lanes4{a, b, c, 0}}; }
-inline Vec3<Lanes4> parts(const Vec3<Lanes4>& v) { return v; }
+template <class R>
+inline Vec3<R> parts(const Vec3<R>& v) {
+  return v;
+}
 inline Vec3<double> parts(const Quad& v) { return {v.q[0], v.q[1], v.q[2]}; }
 
 template <class V>

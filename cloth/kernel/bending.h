@@ -48,7 +48,11 @@ inline void alike_rows(const BendMatrix& matrix, int row, const V* y, V* force) 
 // force = −Q y. Rows that are alike are taken together, as many as their sums find room in registers.
 template <class V>
 void uniform_bending(const SheetData& sheet, const V* y, V* force) {
-  constexpr int kTogether = sizeof(V) == sizeof(Quad) ? 4 : 2;
+#ifdef __AVX512F__
+  constexpr int kTogether = sizeof(V) == sizeof(Quad) ? 8 : 4;  // of 32 registers
+#else
+  constexpr int kTogether = sizeof(V) == sizeof(Quad) ? 4 : 2;  // of 16
+#endif
   for (const BendMatrix::Alike& rows : sheet.bend_matrix.alike) {
     int row = rows.first;
     const int end = rows.first + rows.count;

@@ -98,16 +98,17 @@ struct Arcs {
 
 // Each adds to force. memory: one a triangle, or one a pack of four. step_s: of the memory; 0 leaves it.
 // frames: likewise, filled for membrane_damping where not null. arcs: where the sheet measures them.
-inline void membrane_and_drag(const SheetData& sheet, const PackedTriangles&, const LaneMaterial<Lanes4>& p,
-                              const Vec3<Lanes4>* x, const Vec3<Lanes4>* v, MembraneMemory<Lanes4>* memory,
-                              double step_s, DampingShares<Lanes4>* frames, const Arcs<Vec3<Lanes4>>& arcs, Vec3<Lanes4>* force) {
+template <class R>
+void membrane_and_drag(const SheetData& sheet, const PackedTriangles&, const LaneMaterial<R>& p,
+                       const Vec3<R>* x, const Vec3<R>* v, MembraneMemory<R>* memory,
+                       double step_s, DampingShares<R>* frames, const Arcs<Vec3<R>>& arcs, Vec3<R>* force) {
   for (size_t i = 0; i < sheet.triangles.size(); ++i) {
     const Triangle& t = sheet.triangles[i];
     const int a = t.vertex[0], b = t.vertex[1], c = t.vertex[2];
-    Vec3<Lanes4> longer, stress;
+    Vec3<R> longer, stress;
     if (arcs.products) {
-      const SixOf<Vec3<Lanes4>>&p0 = arcs.products[a], &p1 = arcs.products[b], &p2 = arcs.products[c];
-      longer = scaled(1.0 / 3.0, longer_by(sheet.arcs[i], SixOf<Vec3<Lanes4>>{p0.first + p1.first + p2.first, p0.second + p1.second + p2.second}));
+      const SixOf<Vec3<R>>&p0 = arcs.products[a], &p1 = arcs.products[b], &p2 = arcs.products[c];
+      longer = scaled(1.0 / 3.0, longer_by(sheet.arcs[i], SixOf<Vec3<R>>{p0.first + p1.first + p2.first, p0.second + p1.second + p2.second}));
     }
     const auto f = triangle_forces(flat(t), sides(x[a], x[b], x[c]), sides(v[a], v[b], v[c]), v[a] + v[b] + v[c], p, memory + i,
                                    step_s, frames ? frames + i : nullptr, arcs.products ? &longer : nullptr, arcs.products ? &stress : nullptr);
@@ -115,7 +116,7 @@ inline void membrane_and_drag(const SheetData& sheet, const PackedTriangles&, co
     force[b] += f.one;
     force[c] += f.two;
     if (arcs.products) {
-      const SixOf<Vec3<Lanes4>> pull = pulls_of(sheet.arcs[i], stress);
+      const SixOf<Vec3<R>> pull = pulls_of(sheet.arcs[i], stress);
       for (const int corner : t.vertex) {
         arcs.pulls[corner].first += pull.first;
         arcs.pulls[corner].second += pull.second;
@@ -151,9 +152,9 @@ inline void membrane_and_drag(const SheetData&, const PackedTriangles& packed, c
 // What membrane_and_drag keeps of the shape for membrane_damping.
 template <class V>
 struct KeptFrame;
-template <>
-struct KeptFrame<Vec3<Lanes4>> {
-  using Type = DampingShares<Lanes4>;
+template <class R>
+struct KeptFrame<Vec3<R>> {
+  using Type = DampingShares<R>;
 };
 template <>
 struct KeptFrame<Quad> {
@@ -161,15 +162,16 @@ struct KeptFrame<Quad> {
 };
 
 // Membrane damping of the velocities v at the shape x; adds to force.
-inline void membrane_damping(const SheetData& sheet, const PackedTriangles&, const LaneMaterial<Lanes4>& p,
-                             const DampingShares<Lanes4>* shares, const Vec3<Lanes4>* x, const Vec3<Lanes4>* v,
-                             Vec3<Lanes4>* force) {
+template <class R>
+void membrane_damping(const SheetData& sheet, const PackedTriangles&, const LaneMaterial<R>& p,
+                      const DampingShares<R>* shares, const Vec3<R>* x, const Vec3<R>* v,
+                      Vec3<R>* force) {
   for (size_t i = 0; i < sheet.triangles.size(); ++i) {
     const Triangle& t = sheet.triangles[i];
     const int a = t.vertex[0], b = t.vertex[1], c = t.vertex[2];
     const FlatTriangle<double> at_rest = flat(t);
-    const Sides<Lanes4> shape = sides(x[a], x[b], x[c]);
-    const Frame<Lanes4> frame{along_u(at_rest, shape), along_v(at_rest, shape), shares[i]};
+    const Sides<R> shape = sides(x[a], x[b], x[c]);
+    const Frame<R> frame{along_u(at_rest, shape), along_v(at_rest, shape), shares[i]};
     const auto f = triangle_damping(at_rest, frame, sides(v[a], v[b], v[c]), p);
     force[a] += f.zero;
     force[b] += f.one;

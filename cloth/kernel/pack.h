@@ -1,9 +1,9 @@
 // A number, or several numbers in SIMD lanes that go through the same arithmetic.
 //
-// Four runs of one experiment with four parameter sets go through Lanes4, vertex vectors being Vec3<Lanes4>.
-// A single run keeps each vertex in a Quad (x, y, z, 0) and takes its triangles four at a time. Either way a
-// run goes through the same operations in the same order, so its bits are the same: the compiler may not fuse
-// multiply and add on its own, fused() says where it happens, in both.
+// Runs of one experiment with four parameter sets, or eight where the processor has AVX-512, go through Lanes4 or Lanes8,
+// vertex vectors being Vec3 of these. A single run keeps each vertex in a Quad (x, y, z, 0) and takes its triangles
+// as many at a time. Either way a run goes through the same operations in the same order, so its bits are the same: the
+// compiler may not fuse multiply and add on its own, fused() says where it happens, in all.
 #pragma once
 
 #include <cmath>
@@ -18,6 +18,13 @@ namespace selvedge::cloth::kernel {
 // Four doubles; GCC and Clang map the operators to vector instructions where there are any.
 using Lanes4 = double __attribute__((vector_size(32)));
 
+#ifdef __AVX512F__
+using Lanes8 = double __attribute__((vector_size(64)));
+using WidestLanes = Lanes8;
+#else
+using WidestLanes = Lanes4;
+#endif
+
 template <class R>
 inline constexpr int lanes_of = sizeof(R) / sizeof(double);
 
@@ -29,6 +36,10 @@ inline Lanes4 square_root(Lanes4 x) {
   return Lanes4{std::sqrt(x[0]), std::sqrt(x[1]), std::sqrt(x[2]), std::sqrt(x[3])};
 #endif
 }
+
+#ifdef __AVX512F__
+inline Lanes8 square_root(Lanes8 x) { return _mm512_maskz_sqrt_pd(0xff, x); }
+#endif
 
 // a b + c, rounded once where the instruction set has it.
 inline double fused(double a, double b, double c) {
@@ -46,6 +57,10 @@ inline Lanes4 fused(Lanes4 a, Lanes4 b, Lanes4 c) {
 #endif
 }
 inline Lanes4 fused(double a, Lanes4 b, Lanes4 c) { return fused(Lanes4{a, a, a, a}, b, c); }
+#ifdef __AVX512F__
+inline Lanes8 fused(Lanes8 a, Lanes8 b, Lanes8 c) { return _mm512_fmadd_pd(a, b, c); }
+inline Lanes8 fused(double a, Lanes8 b, Lanes8 c) { return fused(Lanes8{} + a, b, c); }
+#endif
 
 // The same value in every lane.
 template <class R>
@@ -54,9 +69,15 @@ inline R broadcast(double x) {
 }
 
 inline double lane(double x, int) { return x; }
-inline double lane(const Lanes4& x, int i) { return x[i]; }
 inline void set_lane(double& x, int, double value) { x = value; }
-inline void set_lane(Lanes4& x, int i, double value) { x[i] = value; }
+template <class R>
+inline double lane(const R& x, int i) {
+  return x[i];
+}
+template <class R>
+inline void set_lane(R& x, int i, double value) {
+  x[i] = value;
+}
 
 template <class R>
 inline R absolute(R x) {
@@ -128,31 +149,37 @@ inline Quad cross(const Quad& a, const Quad& b) {
 }
 inline double norm(const Quad& a) { return std::sqrt(dot(a, a)); }
 
-// What goes with a vertex vector V: its scalar, and how many runs it holds.
+// What goes with a vertex vector V: its scalar, the numbers in which its triangles are reckoned, and how many runs it holds.
 template <class V>
 struct Kind;
-template <>
-struct Kind<Vec3<Lanes4>> {
-  using Scalar = Lanes4;
-  static constexpr int runs = 4;
+template <class R>
+struct Kind<Vec3<R>> {
+  using Scalar = R;
+  using Triangles = R;
+  static constexpr int runs = lanes_of<R>;
 };
 template <>
 struct Kind<Quad> {
   using Scalar = double;
+  using Triangles = Lanes4;  // eight at a time take longer: gathering them costs more than it saves
   static constexpr int runs = 1;
 };
 template <class V>
 using ScalarOf = typename Kind<V>::Scalar;
+template <class V>
+using TrianglesOf = typename Kind<V>::Triangles;
 template <class R>
-using VertexVectorOf = std::conditional_t<std::is_same_v<R, double>, Quad, Vec3<Lanes4>>;
+using VertexVectorOf = std::conditional_t<std::is_same_v<R, double>, Quad, Vec3<R>>;
 
-inline void set_run(Vec3<Lanes4>& v, int run, double x, double y, double z) {
+template <class R>
+inline void set_run(Vec3<R>& v, int run, double x, double y, double z) {
   v.x[run] = x;
   v.y[run] = y;
   v.z[run] = z;
 }
 inline void set_run(Quad& v, int, double x, double y, double z) { v.q = Lanes4{x, y, z, 0}; }
-inline void store_run(const Vec3<Lanes4>& v, int run, double* to) {
+template <class R>
+inline void store_run(const Vec3<R>& v, int run, double* to) {
   to[0] = v.x[run];
   to[1] = v.y[run];
   to[2] = v.z[run];

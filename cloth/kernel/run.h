@@ -15,7 +15,8 @@
 
 namespace selvedge::cloth::kernel {
 
-inline constexpr int kMaxLanes = 4;
+// Runs side by side: 8 where the kernels were built for AVX-512, else 4.
+int most_lanes();
 
 // Stages of one step under damping: v_{n+½} = v_{n−½} + δ_last with δ_0 = 0,
 // δ_j = mu_j δ_{j−1} + nu_j δ_{j−2} + gain_j h (a(x_n, v_{n−½}) − M⁻¹D δ_{j−1}).
@@ -27,7 +28,7 @@ struct DampingStages {
 
 struct RunInput {
   const SheetData* sheet = nullptr;
-  int lanes = 1;                                // 1 to kMaxLanes
+  int lanes = 1;                                // 1 to most_lanes()
   std::vector<Material> materials;              // one a lane
   std::vector<Surroundings> surroundings;       // one a lane
   std::vector<double> start_position;           // lanes × N × 3, m
@@ -42,6 +43,7 @@ struct RunInput {
   std::vector<double> sample_s;                 // ascending times from the start at which positions are kept
   double start_s = 0;                           // of the run, for the step filters
   std::vector<StepFilter> step_filters;         // one a lane, or none
+  int filter_every = 1;                         // steps
 };
 
 struct RunOutput {

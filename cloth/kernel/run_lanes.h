@@ -88,26 +88,46 @@ void leap(const RunInput& in, const Materials<V>& m, Workspace<V>& w, std::vecto
   }
 }
 
-// Hands one step to each lane's filter and takes over what it changed.
+// Hands a step to each lane's filter and takes over what it changed.
 template <class V>
-void filter_step(const RunInput& in, const Materials<V>& m, Workspace<V>& w, const std::vector<V>& before, double start_s) {
-  const size_t n = w.x.size();
-  std::vector<double> from(3 * n), to(3 * n), velocity(3 * n), inverse_mass(n);
-  for (int i = 0; i < in.lanes; ++i) {
-    for (size_t v = 0; v < n; ++v) {
-      store_run(before[v], i, &from[3 * v]);
-      store_run(w.x[v], i, &to[3 * v]);
-      store_run(w.v[v], i, &velocity[3 * v]);
-      inverse_mass[v] = lane(m.vertex.inverse_mass[v], i);
-    }
-    for (const HeldVertex& held : in.held) inverse_mass[static_cast<size_t>(held.vertex)] = 0;
-    in.step_filters[static_cast<size_t>(i)]({start_s, in.step_s, n, from.data(), to.data(), velocity.data(), inverse_mass.data()});
-    for (size_t v = 0; v < n; ++v) {
-      set_run(w.x[v], i, to[3 * v], to[3 * v + 1], to[3 * v + 2]);
-      set_run(w.v[v], i, velocity[3 * v], velocity[3 * v + 1], velocity[3 * v + 2]);
+class Filtering {
+ public:
+  Filtering(const RunInput& in, const Materials<V>& m) : in_(in), n_(static_cast<size_t>(in.sheet->vertex_count)) {
+    if (in.step_filters.empty()) return;
+    from_.resize(3 * n_);
+    to_.resize(3 * n_);
+    velocity_.resize(3 * n_);
+    for (int i = 0; i < in.lanes; ++i) {
+      std::vector<double>& inverse_mass = inverse_mass_.emplace_back(n_);
+      for (size_t v = 0; v < n_; ++v) inverse_mass[v] = lane(m.vertex.inverse_mass[v], i);
+      for (const HeldVertex& held : in.held) inverse_mass[static_cast<size_t>(held.vertex)] = 0;
     }
   }
-}
+
+  bool wants(int step) const { return !in_.step_filters.empty() && step % in_.filter_every == 0; }
+
+  void apply(Workspace<V>& w, const std::vector<V>& before, double start_s) {
+    for (int i = 0; i < in_.lanes; ++i) {
+      for (size_t v = 0; v < n_; ++v) {
+        store_run(before[v], i, &from_[3 * v]);
+        store_run(w.x[v], i, &to_[3 * v]);
+        store_run(w.v[v], i, &velocity_[3 * v]);
+      }
+      const auto at = static_cast<size_t>(i);
+      in_.step_filters[at]({start_s, in_.step_s, in_.filter_every * in_.step_s, n_, from_.data(), to_.data(), velocity_.data(), inverse_mass_[at].data()});
+      for (size_t v = 0; v < n_; ++v) {
+        set_run(w.x[v], i, to_[3 * v], to_[3 * v + 1], to_[3 * v + 2]);
+        set_run(w.v[v], i, velocity_[3 * v], velocity_[3 * v + 1], velocity_[3 * v + 2]);
+      }
+    }
+  }
+
+ private:
+  const RunInput& in_;
+  size_t n_;
+  std::vector<double> from_, to_, velocity_;
+  std::vector<std::vector<double>> inverse_mass_;
+};
 
 // Positions between two steps, linear in time.
 template <class V>
@@ -131,16 +151,17 @@ RunOutput run_lanes(const RunInput& in) {
   RunOutput out;
   out.samples.resize(static_cast<size_t>(in.lanes) * samples * n * 3);
   std::vector<V> before = w.x, change[3] = {w.x, w.x, w.x};
+  Filtering<V> filtering(in, m);
   size_t next = 0;
   while (next < samples && in.sample_s[next] <= 0) keep_sample(w, w.x, 0, next++, samples, in.lanes, out.samples);
 
   for (int step = 0; step < in.steps; ++step) {
     const double start = step * in.step_s, end = start + in.step_s;
     const bool sampled = next < samples && in.sample_s[next] <= end;
-    const bool filtered = !in.step_filters.empty();
+    const bool filtered = filtering.wants(step);
     if (sampled || filtered) before = w.x;
     leap(in, m, w, change, step);
-    if (filtered) filter_step(in, m, w, before, in.start_s + start);
+    if (filtered) filtering.apply(w, before, in.start_s + start);
     while (next < samples && in.sample_s[next] <= end)
       keep_sample(w, before, (in.sample_s[next] - start) / in.step_s, next, samples, in.lanes, out.samples), ++next;
   }

@@ -12,6 +12,7 @@ namespace selvedge::cloth::kernel {
 struct Step {
   double start_s = 0;                    // in the path's time
   double step_s = 0;
+  double since_s = 0;                    // since the filter last ran: step_s, or of several steps (RunInput::filter_every)
   size_t vertex_count = 0;
   const double* before = nullptr;        // m, at start_s
   double* after = nullptr;               // m, at start_s + step_s

@@ -4,7 +4,7 @@ namespace selvedge::diagnose::effects {
 
 Effect added_mass() {
   return {"added_mass", Side::aerodynamic, "air carried along adds inertia across the fabric",
-          {material_parameter("added_mass", "kg/m²", 0, 0, 0.5, 0.04, &cloth::Material::added_mass)}};
+          {of_motion(material_parameter("added_mass", "kg/m²", 0, 0, 0.5, 0.04, &cloth::Material::added_mass))}};
 }
 
 }  // namespace selvedge::diagnose::effects

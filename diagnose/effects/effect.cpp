@@ -26,4 +26,9 @@ fit::Parameter material_parameter(const std::string& name, const std::string& un
                           [member](fit::Prediction& p, double value) { p.experiment.material.*member = value; });
 }
 
+fit::Parameter of_motion(fit::Parameter parameter) {
+  parameter.at_rest = false;
+  return parameter;
+}
+
 }  // namespace selvedge::diagnose

@@ -41,4 +41,7 @@ fit::Parameter effect_parameter(const std::string& name, const std::string& unit
 fit::Parameter material_parameter(const std::string& name, const std::string& unit, double neutral, double lower,
                                   double upper, double scale, double cloth::Material::*member);
 
+// The same parameter, of which how the fabric hangs before it moves is known not to depend.
+fit::Parameter of_motion(fit::Parameter parameter);
+
 }  // namespace selvedge::diagnose

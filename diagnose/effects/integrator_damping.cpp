@@ -6,12 +6,12 @@ namespace selvedge::diagnose::effects {
 // Seen in motion it is a change of the material's own damping, which the base model fits as well.
 Effect integrator_damping() {
   return {"integrator_damping", Side::numerical, "the integrator damps as an implicit step does",
-          {effect_parameter("step", "s", 0, 0, 0.02, 1e-3, [](fit::Prediction& p, double v) {
+          {of_motion(effect_parameter("step", "s", 0, 0, 0.02, 1e-3, [](fit::Prediction& p, double v) {
             cloth::Material& m = p.experiment.material;
             m.stretch_damping += v * m.stretch;
             m.shear_damping += v * m.shear;
             m.bend_damping += v * m.bend;
-          })}};
+          }))}};
 }
 
 }  // namespace selvedge::diagnose::effects
