@@ -28,7 +28,7 @@ std::string sha256_hex(const std::string& bytes) {
 }
 
 std::string library_hash(const std::vector<Effect>& effects, const Calibration& c) {
-  std::string text = fmt::format("{} {} {} {} {} {} {} {} {} {} {}\n", c.kappa, c.cost_per_parameter, c.cost_unknown, c.prior_none, c.prior_unknown, c.mesh_share, c.still_mesh_share, c.form_mm, c.form_share,
+  std::string text = fmt::format("{} {} {} {} {} {} {} {} {} {} {} {} {}\n", c.kappa, c.free_kappa, c.cost_per_parameter, c.cost_unknown, c.prior_none, c.prior_unknown, c.mesh_share, c.still_mesh_share, c.form_mm, c.free_form_mm, c.form_share,
                                  c.null_mean, c.null_sd);
   for (const Effect& e : effects) {
     text += e.name + "\n";

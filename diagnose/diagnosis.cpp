@@ -7,6 +7,7 @@
 #include <random>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <Eigen/Cholesky>
 
@@ -26,6 +27,7 @@ constexpr double kAbsorbed = 0.995;     // share of an effect's trace beyond whi
 constexpr int kBootstraps = 2000;
 constexpr double kCredible = 0.9;       // of the confusable set
 constexpr size_t kRunFree = 3;          // effects whose shrink is looked at
+constexpr double kPlainlyNone = 0.65;   // probability of none from which no effect is fitted further
 constexpr double kPairGain = 0.15;      // ln of the error's square that a second effect must win on held-out trials
 
 class Stages {
@@ -315,6 +317,8 @@ Diagnosis diagnose(const trial::Campaign& campaign, const std::vector<Effect>& e
   Study study = make_study(campaign, effects, study_options);
   if (options.on_base_fit) options.on_base_fit(study.base.head(static_cast<Index>(study.base_count)));
   out.campaign = study.campaign;
+  if (!study.pulled_harder.empty())
+    out.remarks.push_back(fmt::format("pulled twice as hard as the others, as the base model left the recorded folds there: {}", fmt::join(study.pulled_harder, ", ")));
   out.base = drag_text(options.study.drag);
   stages.done("base fit");
 
@@ -345,8 +349,9 @@ Diagnosis diagnose(const trial::Campaign& campaign, const std::vector<Effect>& e
   const Floor floor = floor_of(study, options.calibration);
   out.replicate_mm = floor.replicate_mm;
   Scores scores = score(study, few, held, floor, options.calibration);
-  if (best_of(scores.probability) == "unknown" && few.size() > 1) {
-    // A large effect lies far from the base fit: nothing is called unknown before the likeliest were fitted in earnest.
+  const std::string first = best_of(scores.probability);
+  if (few.size() > 1 && (first == "unknown" || (first == "none" && study.pulled && scores.probability.at("none") < kPlainlyNone))) {
+    // A large effect lies far from the base fit: nothing is called unknown, nor none in doubt, before the likeliest were fitted in earnest.
     progress(0.9, "fitting the nearest in earnest");
     fit_further(study, few, in_earnest(few, scores.log_ratio));
     held = hold_out(study, few);

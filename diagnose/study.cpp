@@ -88,6 +88,22 @@ MatrixXd base_jacobian(Study& study) {
   return jacobian;
 }
 
+// Trials that the pull does not keep in the recorded folds at x are pulled twice as hard from now on; whether there are any.
+bool pull_lost_harder(Study& study, const std::vector<fit::Parameter>& base, const VectorXd& x) {
+  constexpr double kLost_mm = 6;  // models that keep the folds were never found so far off under the pull
+  const fit::Residuals at = study.objective->evaluate(base, x).front();
+  ++study.evaluations;
+  std::vector<double> pulls = study.objective->pulls();
+  for (size_t i = 0; i < pulls.size(); ++i) {
+    const fit::ObservedTrial& trial = study.objective->scenes()[i].trial;
+    if (trial.still || !trial.markers || fit::rms_mm(trial, at.mm[i], study.objective->time_s(i)) < kLost_mm) continue;
+    pulls[i] *= 2;
+    study.pulled_harder.push_back(trial.name);
+  }
+  study.objective->set_pulls(pulls);
+  return !study.pulled_harder.empty();
+}
+
 // The base fit to what the fine mesh predicts: what it adds is found, and found again after a refit.
 void refit_on_fine_mesh(Study& study, const std::vector<fit::Parameter>& base, const report::ProgressCallback& progress) {
   const auto n = static_cast<Index>(study.base_count);
@@ -130,7 +146,7 @@ void run_free(Study& study) {
   const VectorXd x = study.base.head(static_cast<Index>(study.base_count));
   study.pulled = false;
   for (fit::Objective* objective : {study.objective.get(), study.fine.get()}) {
-    objective->set_pull(0);
+    objective->set_pulls(std::vector<double>(objective->scenes().size(), 0));
     objective->rematch(base, x);
   }
   study.objective->set_mesh_correction({});
@@ -172,6 +188,7 @@ Study make_study(const trial::Campaign& campaign, const std::vector<Effect>& eff
     fit::ObjectiveOptions on_fine = objective_on(options.fine_columns);
     on_fine.branch_of = study.objective.get();  // the equilibrium that was matched to the recording
     study.fine = std::make_shared<fit::Objective>(trials, on_fine, base, x);
+    study.fine->set_pulls(study.objective->pulls());
     study.fine->rematch(base, x);
   };
   VectorXd x;
@@ -179,6 +196,7 @@ Study make_study(const trial::Campaign& campaign, const std::vector<Effect>& eff
   if (is_fitted) {
     x = *options.base_fit;
     study.objective = std::make_shared<fit::Objective>(trials, objective_on(options.columns), base, x);
+    if (study.pulled) pull_lost_harder(study, base, x);
     fine_after(x);
     study.mesh_change = mesh_change(*study.objective, *study.fine, base, x);
     study.objective->set_mesh_correction(study.mesh_change);
@@ -195,8 +213,12 @@ Study make_study(const trial::Campaign& campaign, const std::vector<Effect>& eff
     search.steps_between = 1;
     search.only_coordinates = true;
     search.least_decrease = 1e-3;
-    search.progress = fit::part_of(options.progress, 0.25, 0.6, "base fit");
+    search.progress = fit::part_of(options.progress, 0.25, 0.45, "base fit");
     x = fit::minimise_on_branches(*study.objective, base, x, search).coordinates;
+    if (study.pulled && pull_lost_harder(study, base, x)) {
+      search.progress = fit::part_of(options.progress, 0.45, 0.6, "base fit, some trials pulled harder");
+      x = fit::minimise_on_branches(*study.objective, base, x, search).coordinates;
+    }
     fine_after(x);
   }
   study.rows = std::make_unique<Rows>(*study.objective);

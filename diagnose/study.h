@@ -43,6 +43,7 @@ struct Study {
   Eigen::VectorXd residual;                 // whitened, at base
   Eigen::MatrixXd jacobian;                 // whitened residual per base coordinate
   bool pulled = false;                      // simulations are pulled towards markers
+  std::vector<std::string> pulled_harder;   // trials that left the recorded folds all the same
   std::vector<Eigen::VectorXd> mesh_change; // mm, what the fine mesh adds, one a trial
   int evaluations = 0;
 };

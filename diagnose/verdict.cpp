@@ -69,9 +69,10 @@ Floor floor_of(const Study& study, const Calibration& calibration) {
   for (Index t = 0; t < trials; ++t) {
     const auto trial = static_cast<size_t>(t);
     floor.noise_mm(t) = std::max(stated_noise(study, trial), noise_from_differences(study, trial));
-    const double share = study.objective->scenes()[trial].trial.still ? calibration.still_mesh_share : calibration.mesh_share;
-    floor.right_mm(t) = std::sqrt(std::pow(floor.noise_mm(t), 2) + std::pow(share * mesh_mm(study, trial), 2) +
-                                  std::pow(calibration.form_mm, 2));
+    const bool still = study.objective->scenes()[trial].trial.still;
+    const double share = still ? calibration.still_mesh_share : calibration.mesh_share;
+    const double form_mm = still || study.pulled ? calibration.form_mm : calibration.free_form_mm;
+    floor.right_mm(t) = std::sqrt(std::pow(floor.noise_mm(t), 2) + std::pow(share * mesh_mm(study, trial), 2) + std::pow(form_mm, 2));
   }
   return floor;
 }
@@ -85,6 +86,7 @@ std::vector<double> group_mm(const Study& study, const VectorXd& mm_of_trial) {
 Scores score(const Study& study, const std::vector<Hypothesis>& hypotheses, const HeldOut& held_out, const Floor& floor,
              const Calibration& c) {
   Scores out;
+  const double kappa = study.pulled ? c.kappa : c.free_kappa;
   const std::vector<double> base = group_mm(study, held_out.mm.row(0));
   std::vector<double> right = group_mm(study, floor.right_mm);
   const std::vector<double> least = right;  // what the base leaves where nothing lacks
@@ -103,11 +105,11 @@ Scores score(const Study& study, const std::vector<Hypothesis>& hypotheses, cons
     const VectorXd mm = held_out.mm.row(static_cast<Index>(i));
     double ratio = mm.allFinite() ? mean_log_ratio(group_mm(study, mm)) : -1;
     out.log_ratio.push_back(ratio);
-    if (h.effects.size() == 1) score_of[study.effects[h.effects[0]].name] += c.kappa * ratio;
+    if (h.effects.size() == 1) score_of[study.effects[h.effects[0]].name] += kappa * ratio;
   }
   out.log_ratio_unknown = mean_log_ratio(right);
   score_of["none"] = std::log(c.prior_none);
-  score_of["unknown"] = std::log(c.prior_unknown) + c.kappa * out.log_ratio_unknown - c.cost_unknown;
+  score_of["unknown"] = std::log(c.prior_unknown) + kappa * out.log_ratio_unknown - c.cost_unknown;
   double most = -1e300, sum = 0;
   for (const auto& [name, value] : score_of) most = std::max(most, value);
   for (const auto& [name, value] : score_of) sum += std::exp(value - most);

@@ -22,12 +22,14 @@ namespace selvedge::diagnose {
 
 struct Calibration {
   double kappa = 12;
+  double free_kappa = 6;        // where trials run free, which swing by chance
   double cost_per_parameter = 1.0;
   double cost_unknown = 4.0;
   double prior_none = 0.38, prior_unknown = 0.15;  // the rest is shared by the effects alike
   double mesh_share = 0.3;
   double still_mesh_share = 0.7;  // of still trials: a fold that a finer mesh moves is one that any form of the model moves
   double form_mm = 0.2;
+  double free_form_mm = 0.8;  // of moving trials that run free: right models were 0.5 and 1.1 mm off in marker campaigns that lack nothing
   double form_share = 0.3;  // of the base's held-out error: a right effect in a form that is not nature's leaves so much
   // Of ln(held-out base error / floor) in campaigns that lack nothing: mean and spread, supposed.
   double null_mean = 0.0, null_sd = 0.12;

@@ -90,7 +90,7 @@ Eigen::Matrix3Xd position_at(const cloth::Experiment& e, const cloth::Trajectory
 
 Objective::Objective(std::vector<ObservedTrial> trials, const ObjectiveOptions& options,
                      const std::vector<Parameter>& parameters, const Eigen::VectorXd& usual)
-    : options_(options) {
+    : options_(options), pulls_per_s_(trials.size(), options.pull_per_s) {
   const double width = trials.front().width_m, height = trials.front().height_m;
   const int rows = std::max(3, static_cast<int>(std::lround((options.columns - 1) * height / width)) + 1);
   sheet_ = cloth::make_sheet(geometry::make_grid_mesh(width, height, options.columns, rows));
@@ -203,9 +203,9 @@ std::vector<Prediction> Objective::predictions(const std::vector<Parameter>& par
     p.experiment.start_shape = scenes_[trial].start_shape;
     for (size_t k = 0; k < parameters.size(); ++k)
       parameters[k].apply(p, to_value(parameters[k], coordinates(static_cast<Index>(k), set)));
-    if (options_.pull_per_s > 0 && guide_tracks_[trial])
+    if (pulls_per_s_[trial] > 0 && guide_tracks_[trial])
       p.experiment.guide = std::make_shared<cloth::Guide>(
-          cloth::Guide{guide_tracks_[trial], options_.pull_per_s, p.seeing.delay_s, p.seeing.drift, p.experiment.start_s});
+          cloth::Guide{guide_tracks_[trial], pulls_per_s_[trial], p.seeing.delay_s, p.seeing.drift, p.experiment.start_s});
     out.push_back(std::move(p));
   }
   return out;

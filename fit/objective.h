@@ -76,8 +76,9 @@ class Objective {
   void set_mesh_correction(std::vector<Eigen::VectorXd> correction) { mesh_correction_ = std::move(correction); }
   const std::vector<Eigen::VectorXd>& mesh_correction() const { return mesh_correction_; }
 
-  // ObjectiveOptions::pull_per_s from now on.
-  void set_pull(double pull_per_s) { options_.pull_per_s = pull_per_s; }
+  // From now on instead of ObjectiveOptions::pull_per_s, one a trial.
+  void set_pulls(std::vector<double> per_s) { pulls_per_s_ = std::move(per_s); }
+  const std::vector<double>& pulls() const { return pulls_per_s_; }
 
   // Simulated positions of a trial's samples for one set, for pictures and maps.
   cloth::Trajectory trajectory(const std::vector<Parameter>& parameters, const Eigen::VectorXd& coordinates,
@@ -115,6 +116,7 @@ class Objective {
   std::vector<std::vector<cloth::SurfacePoint>> marker_points_;  // a trial, a marker
   std::vector<Eigen::VectorXd> mesh_correction_;
   std::vector<std::shared_ptr<const cloth::GuideTrack>> guide_tracks_;  // a trial; null without markers
+  std::vector<double> pulls_per_s_;                              // a trial
 };
 
 // Positions of all vertices between the samples of a trajectory (cubic in time).
