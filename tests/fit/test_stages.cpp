@@ -94,5 +94,59 @@ TEST_F(FindStart, DoesNotLookAtTheEndOfATrial) {
   EXPECT_EQ(start_of({spoiled}).coordinates, start_of({seen_}).coordinates);
 }
 
+// Two short trials on a coarse mesh, and where a search for them starts.
+class Search : public testing::Test {
+ protected:
+  Search() : start_(true_coordinates(parameters_)) {
+    start_(2) += 0.7;
+    start_(6) -= 0.5;
+  }
+  Objective objective(bool shared_rests) const {
+    ObjectiveOptions options;
+    options.columns = 7;
+    options.shared_rests = shared_rests;
+    return {{observe_trial(simulated_trial("still", 0, 0.1, 1)), observe_trial(simulated_trial("waved", 0.08, 0.7, 2))}, options, parameters_, start_};
+  }
+  const std::vector<Parameter> parameters_ = base_parameters();
+  VectorXd start_;
+};
+
+TEST_F(Search, StepsBetweenDerivativesCostLessAndEndAsLow) {
+  LeastSquaresOptions options;
+  options.max_iterations = 4;
+  Objective plain = objective(false), between = plain;
+  const LeastSquaresResult wanted = minimise(plain, parameters_, start_, options);
+  options.max_iterations = 2;
+  options.steps_between = 2;
+  options.only_coordinates = true;
+  const LeastSquaresResult found = minimise(between, parameters_, start_, options);
+  EXPECT_LT(found.evaluations, 0.8 * wanted.evaluations);
+  const auto cost = [&](const VectorXd& x) { return cost_of(plain, plain.evaluate(parameters_, x).front(), options, 1); };
+  EXPECT_LT(cost(found.coordinates), 1.1 * cost(wanted.coordinates));
+  EXPECT_LT(cost(found.coordinates), 0.6 * cost(start_));
+}
+
+TEST_F(Search, SharedEquilibriaAreThoseOfEachSetAndKnowADraught) {
+  // A set with other damping, and one in a draught with other drag, which acts at rest there.
+  std::vector<Parameter> parameters = parameters_;
+  parameters.push_back({"air", "m/s", 0, -1, 1, false, 1, [](Prediction& p, double v) { p.experiment.air_velocity_m_s.y() = v; }});
+  Eigen::MatrixXd sets(start_.size() + 1, 3);
+  for (Eigen::Index i = 0; i < 3; ++i) sets.col(i) << start_, i == 2 ? 0.3 : 0.0;
+  sets(3, 1) += 0.5;
+  sets(6, 2) += 1;
+  const auto shared = objective(true).evaluate(parameters, sets), own = objective(false).evaluate(parameters, sets);
+  for (size_t i = 0; i < 3; ++i) EXPECT_LT(apart_m(shared[i].start[1], own[i].start[1]), 2e-5) << i;
+  EXPECT_GT(apart_m(own[2].start[1], own[0].start[1]), 1e-3) << "else the draught tells nothing";
+}
+
+TEST_F(Search, EachTrialIsPulledAsHardAsItIsToBe) {
+  Objective pulled = objective(false);
+  const auto error = [&](size_t trial) { return rms_mm(pulled.scenes()[trial].trial, pulled.evaluate(parameters_, start_).front().mm[trial], pulled.time_s(trial)); };
+  const double still_mm = error(0), waved_mm = error(1);
+  pulled.set_pulls({0, 20});
+  EXPECT_EQ(error(0), still_mm);
+  EXPECT_LT(error(1), 0.5 * waved_mm);
+}
+
 }  // namespace
 }  // namespace selvedge::fit
