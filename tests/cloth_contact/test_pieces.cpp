@@ -146,7 +146,7 @@ struct Throw {
     Eigen::Matrix3Xd before = x;
     after = x + step_s * v;
     Solver solver(surface, {}, options);
-    solver.apply({0, step_s, 169, before.data(), after.data(), v.data(), inverse_mass.data()});
+    solver.apply({0, step_s, step_s, 169, before.data(), after.data(), v.data(), inverse_mass.data()});
     return solver.statistics();
   }
 };
