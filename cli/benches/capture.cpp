@@ -36,6 +36,7 @@
 
 namespace selvedge::cli {
 
+std::vector<Figure> bench_capture_usb3(const FigureOptions& options);
 std::vector<Figure> bench_capture_v4l2(const FigureOptions& options);
 
 namespace {
@@ -304,9 +305,10 @@ std::vector<Figure> bench_capture(const FigureOptions& options) {
         has_peer ? std::optional(median_of(peers)) : std::nullopt, reference);
   }
   camera::FrameRingWriter::remove(camera::ring_name(kBusPort, "camera"));
-  options.progress(0.8, "the daemon and v4l2-ctl on a V4L2 node");
-  const std::vector<Figure> v4l2 = bench_capture_v4l2(options);
-  figures.insert(figures.end(), v4l2.begin(), v4l2.end());
+  options.progress(0.7, "the daemon and v4l2-ctl on a V4L2 node");
+  for (Figure& figure : bench_capture_v4l2(options)) figures.push_back(std::move(figure));
+  options.progress(0.85, "the daemon and arv-camera-test on a USB bus");
+  for (Figure& figure : bench_capture_usb3(options)) figures.push_back(std::move(figure));
   return figures;
 }
 

@@ -6,8 +6,6 @@
 
 namespace selvedge::sim {
 
-constexpr uint32_t kMono8 = 0x01080001;  // pixel format: 8 bit grey
-
 inline void put16(std::vector<uint8_t>& bytes, uint16_t value) {
   bytes.push_back(static_cast<uint8_t>(value >> 8));
   bytes.push_back(static_cast<uint8_t>(value));

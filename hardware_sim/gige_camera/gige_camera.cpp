@@ -1,24 +1,22 @@
 #include "hardware_sim/gige_camera/gige_camera.h"
 
 #include <atomic>
-#include <chrono>
-#include <cmath>
-#include <condition_variable>
 #include <cstring>
-#include <deque>
 #include <mutex>
+#include <random>
 #include <thread>
 
 #include <arpa/inet.h>
 #include <poll.h>
 #include <sys/socket.h>
-#include <time.h>
 #include <unistd.h>
 
 #include "files/bad_input.h"
+#include "hardware_sim/genicam_camera/sensor.h"
 #include "hardware_sim/gige_camera/big_endian.h"
 #include "hardware_sim/gige_camera/registers.h"
 #include "hardware_sim/gige_camera/stream.h"
+#include "rig/clock.h"
 
 namespace selvedge::sim {
 
@@ -33,18 +31,7 @@ constexpr size_t kDiscoveryBytes = 0xf8, kLargestRead = 540, kCommandHeaderBytes
 
 using Bytes = std::vector<uint8_t>;
 
-double host_now_s() {
-  timespec now{};
-  clock_gettime(CLOCK_MONOTONIC, &now);
-  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-}
-
-void sleep_until_host(double host_s) {
-  timespec due{};
-  due.tv_sec = static_cast<time_t>(std::floor(host_s));
-  due.tv_nsec = static_cast<long>((host_s - std::floor(host_s)) * 1e9);
-  while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &due, nullptr) == EINTR) {}
-}
+using rig::host_now_s;
 
 uint16_t half(const uint8_t* bytes) { return static_cast<uint16_t>(bytes[0] << 8 | bytes[1]); }
 uint32_t word(const uint8_t* bytes) { return uint32_t{half(bytes)} << 16 | half(bytes + 2); }
@@ -81,29 +68,21 @@ struct GigeCamera::State {
   // Control.
   void serve_control();
   void answer(const uint8_t* request, size_t size, const sockaddr_in& from);
-  GvcpError execute(uint16_t command, const uint8_t* data, size_t size, bool controller, const sockaddr_in& from,
+  AccessError execute(uint16_t command, const uint8_t* data, size_t size, bool controller, const sockaddr_in& from,
                     Bytes& reply);
-  GvcpError write(uint32_t address, const uint8_t* bytes, size_t size, const sockaddr_in& from);
-  GvcpError take_control(uint32_t privilege, const sockaddr_in& from);
+  AccessError write(uint32_t address, const uint8_t* bytes, size_t size, const sockaddr_in& from);
+  AccessError take_control(uint32_t privilege, const sockaddr_in& from);
   void release_control();
   void act(Effect effect);
-
-  // Acquisition.
-  void expose_frames();
-  bool wait_for_start(double& start_host_s);
-  void expose(double start_host_s);
-  void start();
-  void stop();
-  void queue_trigger(double host_s);
+  void send(SensorFrame&& frame);
 
   const GigeCameraOptions options;
-  const ImageSource image_at;
   Registers registers;
   Stream stream;
+  Sensor sensor;
   int control_socket = -1, broadcast_socket = -1;
 
   std::atomic<bool> ending{false};
-  std::atomic<bool> running{false};
 
   // Of the control thread alone.
   sockaddr_in controller{};
@@ -115,33 +94,18 @@ struct GigeCamera::State {
   std::mt19937 random;
 
   mutable std::mutex mutex;  // guards all below
-  std::condition_variable changed;
-  std::deque<double> triggers;   // host times of edges not yet exposed
-  double next_free_start_s = 0;
-  double busy_until_s = 0;       // end of the exposure and read-out of the last trigger
-  uint16_t block_id = 0;
   GigeCameraFaults faults;
   GigeCameraCounts counts;
-  double clock_start_host_s, clock_base_s;  // device_s = clock_base_s + (host_s − start)·(1 + drift)
-  std::optional<double> ptp_since_host_s;   // switched on then
 
-  std::thread control_thread, exposure_thread;
-
-  bool follows_master(double host_s) const {
-    return ptp_since_host_s && options.ptp_master_offset_s && host_s >= *ptp_since_host_s + options.ptp_settle_s;
-  }
-
-  int64_t ticks(double host_s) const {
-    const std::lock_guard lock(mutex);
-    if (follows_master(host_s)) return std::llround((host_s + *options.ptp_master_offset_s) * 1e9);
-    return std::llround((clock_base_s + (host_s - clock_start_host_s) * (1 + options.clock_drift_ppm * 1e-6)) * 1e9);
-  }
+  std::thread control_thread;
 };
 
 GigeCamera::State::State(const GigeCameraOptions& given, ImageSource source)
-    : options(given), image_at(std::move(source)), registers(given, parse_address(given.address)),
-      stream(given.address, given.link_bits_per_s, given.seed), random(given.seed + 1),
-      clock_start_host_s(host_now_s()), clock_base_s(clock_start_host_s + given.clock_offset_s) {
+    : options(given), registers(given, parse_address(given.address)),
+      stream(given.address, given.link_bits_per_s, given.seed),
+      sensor({given.width_px, given.height_px, given.readout_s, given.clock_offset_s, given.clock_drift_ppm}, registers,
+             std::move(source), [this](SensorFrame&& frame) { send(std::move(frame)); }),
+      random(given.seed + 1) {
   registers.set_word(reg::kSourcePort, stream.port());
   control_socket = bound_socket(registers.word(kOwnAddress), false);
   if (control_socket < 0)
@@ -149,14 +113,11 @@ GigeCamera::State::State(const GigeCameraOptions& given, ImageSource source)
   // Discovery by broadcast; without it the camera is still found by its address.
   broadcast_socket = bound_socket(INADDR_BROADCAST, true);
   control_thread = std::thread([this] { serve_control(); });
-  exposure_thread = std::thread([this] { expose_frames(); });
 }
 
 GigeCamera::State::~State() {
   ending = true;
-  changed.notify_all();
   control_thread.join();
-  exposure_thread.join();
   ::close(control_socket);
   if (broadcast_socket >= 0) ::close(broadcast_socket);
 }
@@ -206,15 +167,15 @@ void GigeCamera::State::answer(const uint8_t* request, size_t size, const sockad
     return;
   }
   Bytes reply;
-  const GvcpError error = execute(command, request + kCommandHeaderBytes, size - kCommandHeaderBytes, is_controller, from, reply);
-  if (error != GvcpError::none) {
+  const AccessError error = execute(command, request + kCommandHeaderBytes, size - kCommandHeaderBytes, is_controller, from, reply);
+  if (error != AccessError::none) {
     reply.clear();
     const std::lock_guard lock(mutex);
     ++counts.commands_refused;
   }
   if (command == kResend || (request[1] & kAckRequired) == 0) return;
   const uint16_t acknowledge = static_cast<uint16_t>(command + 1);
-  Bytes packet = {error == GvcpError::none ? uint8_t{0} : kErrorType, static_cast<uint8_t>(error),
+  Bytes packet = {error == AccessError::none ? uint8_t{0} : kErrorType, static_cast<uint8_t>(error),
                   static_cast<uint8_t>(acknowledge >> 8), static_cast<uint8_t>(acknowledge),
                   static_cast<uint8_t>(reply.size() >> 8), static_cast<uint8_t>(reply.size()),
                   static_cast<uint8_t>(id >> 8), static_cast<uint8_t>(id)};
@@ -225,7 +186,7 @@ void GigeCamera::State::answer(const uint8_t* request, size_t size, const sockad
   last_answer = std::move(packet);
 }
 
-GvcpError GigeCamera::State::execute(uint16_t command, const uint8_t* data, size_t size, bool is_controller,
+AccessError GigeCamera::State::execute(uint16_t command, const uint8_t* data, size_t size, bool is_controller,
                                      const sockaddr_in& from, Bytes& reply) {
   const auto read = [&](uint32_t address, size_t count) {
     const size_t begin = reply.size();
@@ -235,71 +196,71 @@ GvcpError GigeCamera::State::execute(uint16_t command, const uint8_t* data, size
   switch (command) {
     case kDiscovery: return read(0, kDiscoveryBytes);
     case kReadRegister: {
-      if (size == 0 || size % 4 != 0) return GvcpError::invalid_header;
+      if (size == 0 || size % 4 != 0) return AccessError::invalid_header;
       for (size_t i = 0; i < size; i += 4)
-        if (const auto error = read(word(data + i), 4); error != GvcpError::none) return error;
-      return GvcpError::none;
+        if (const auto error = read(word(data + i), 4); error != AccessError::none) return error;
+      return AccessError::none;
     }
     case kWriteRegister: {
-      if (size == 0 || size % 8 != 0) return GvcpError::invalid_header;
+      if (size == 0 || size % 8 != 0) return AccessError::invalid_header;
       for (size_t i = 0; i < size; i += 8) {
-        if (!is_controller && word(data + i) != reg::kControlPrivilege) return GvcpError::access_denied;
-        if (const auto error = write(word(data + i), data + i + 4, 4, from); error != GvcpError::none) return error;
+        if (!is_controller && word(data + i) != reg::kControlPrivilege) return AccessError::access_denied;
+        if (const auto error = write(word(data + i), data + i + 4, 4, from); error != AccessError::none) return error;
       }
       put32(reply, static_cast<uint32_t>(size / 8));
-      return GvcpError::none;
+      return AccessError::none;
     }
     case kReadMemory: {
-      if (size != 8) return GvcpError::invalid_header;
+      if (size != 8) return AccessError::invalid_header;
       const size_t count = half(data + 6);
-      if (count == 0 || count > kLargestRead) return GvcpError::invalid_parameter;
+      if (count == 0 || count > kLargestRead) return AccessError::invalid_parameter;
       put32(reply, word(data));
       return read(word(data), count);
     }
     case kWriteMemory: {
-      if (size < 8 || size % 4 != 0) return GvcpError::invalid_header;
-      if (!is_controller) return GvcpError::access_denied;
+      if (size < 8 || size % 4 != 0) return AccessError::invalid_header;
+      if (!is_controller) return AccessError::access_denied;
       put32(reply, static_cast<uint32_t>(size - 4));
       return write(word(data), data + 4, size - 4, from);
     }
     case kResend:
-      if (size != 12) return GvcpError::invalid_header;
+      if (size != 12) return AccessError::invalid_header;
       // Clients ask from the socket that receives the stream, not from the one that controls.
-      if (!controlled || from.sin_addr.s_addr != controller.sin_addr.s_addr) return GvcpError::access_denied;
+      if (!controlled || from.sin_addr.s_addr != controller.sin_addr.s_addr) return AccessError::access_denied;
       stream.resend(half(data + 2), word(data + 4) & 0xffffff, word(data + 8) & 0xffffff);
-      return GvcpError::none;
-    default: return GvcpError::not_implemented;
+      return AccessError::none;
+    default: return AccessError::not_implemented;
   }
 }
 
-GvcpError GigeCamera::State::write(uint32_t address, const uint8_t* bytes, size_t size, const sockaddr_in& from) {
+AccessError GigeCamera::State::write(uint32_t address, const uint8_t* bytes, size_t size, const sockaddr_in& from) {
   if (address == reg::kControlPrivilege && size == 4) return take_control(word(bytes), from);
   Effect effect;
-  const GvcpError error = registers.write(address, bytes, size, effect);
-  if (error == GvcpError::none) act(effect);
+  const AccessError error = registers.write(address, bytes, size, effect);
+  if (error == AccessError::none) act(effect);
   return error;
 }
 
-GvcpError GigeCamera::State::take_control(uint32_t privilege, const sockaddr_in& from) {
+AccessError GigeCamera::State::take_control(uint32_t privilege, const sockaddr_in& from) {
   const bool is_controller = controlled && from.sin_addr.s_addr == controller.sin_addr.s_addr &&
                              from.sin_port == controller.sin_port;
-  if (controlled && !is_controller) return GvcpError::access_denied;
+  if (controlled && !is_controller) return AccessError::access_denied;
   if (privilege == 0) {
     release_control();
-    return GvcpError::none;
+    return AccessError::none;
   }
   controlled = true;
   controller = from;
   last_heard_host_s = host_now_s();
   registers.set_word(reg::kControlPrivilege, privilege);
-  return GvcpError::none;
+  return AccessError::none;
 }
 
 void GigeCamera::State::release_control() {
   controlled = false;
   registers.set_word(reg::kControlPrivilege, 0);
   registers.set_word(reg::kStreamPort, 0);
-  stop();
+  sensor.stop();
 }
 
 void GigeCamera::State::act(Effect effect) {
@@ -309,27 +270,16 @@ void GigeCamera::State::act(Effect effect) {
   };
   switch (effect) {
     case Effect::nothing: break;
-    case Effect::latch: registers.set_long(reg::kTimestampLatched, static_cast<uint64_t>(ticks(host_now_s()))); break;
-    case Effect::reset_clock: {
-      const std::lock_guard lock(mutex);
-      clock_start_host_s = host_now_s();
-      clock_base_s = 0;
+    case Effect::latch: registers.set_long(reg::kTimestampLatched, static_cast<uint64_t>(sensor.ticks(host_now_s()))); break;
+    case Effect::reset_clock: sensor.reset_clock(); break;
+    case Effect::ptp_switch:
+      if (registers.word(reg::kPtpEnable) == 0) sensor.run_freely();
+      else if (options.ptp_master_offset_s) sensor.follow_master(host_now_s() + options.ptp_settle_s, *options.ptp_master_offset_s);
       break;
-    }
-    case Effect::ptp_switch: {
-      // Switched off, the clock goes on by itself from where it is.
-      const double now_s = host_now_s(), device_s = 1e-9 * static_cast<double>(ticks(now_s));
-      const std::lock_guard lock(mutex);
-      if (follows_master(now_s)) {
-        clock_start_host_s = now_s;
-        clock_base_s = device_s;
-      }
-      ptp_since_host_s = registers.word(reg::kPtpEnable) ? std::optional(now_s) : std::nullopt;
-      break;
-    }
     case Effect::ptp_latch: {
-      const std::lock_guard lock(mutex);
-      const PtpState state = !ptp_since_host_s ? PtpState::disabled : follows_master(host_now_s()) ? PtpState::slave : PtpState::listening;
+      const PtpState state = registers.word(reg::kPtpEnable) == 0         ? PtpState::disabled
+                             : sensor.follows_master(host_now_s()) ? PtpState::slave
+                                                                   : PtpState::listening;
       registers.set_word(reg::kPtpStatus, static_cast<uint32_t>(state));
       registers.set_long(reg::kPtpOffset_ns, 0);
       break;
@@ -340,94 +290,23 @@ void GigeCamera::State::act(Effect effect) {
       break;
     case Effect::start:
       aim();
-      start();
+      sensor.start();
       break;
-    case Effect::stop: stop(); break;
+    case Effect::stop: sensor.stop(); break;
     case Effect::software_trigger:
-      if (registers.word(reg::kTriggerSource) == 1) queue_trigger(host_now_s());
+      if (registers.word(reg::kTriggerSource) == 1) sensor.trigger(host_now_s());
       break;
   }
 }
 
-// ---------------------------------------------------------------- acquisition
-
-void GigeCamera::State::start() {
-  const std::lock_guard lock(mutex);
-  triggers.clear();
-  block_id = 0;
-  next_free_start_s = host_now_s();
-  busy_until_s = 0;
-  running = true;
-  changed.notify_all();
-}
-
-void GigeCamera::State::stop() {
-  const std::lock_guard lock(mutex);
-  running = false;
-  changed.notify_all();
-}
-
-// A trigger that falls into an exposure or its read-out is missed, as on a real sensor.
-void GigeCamera::State::queue_trigger(double host_s) {
-  const double busy_s = registers.real(reg::kExposure_us) * 1e-6 + options.readout_s;
-  const std::lock_guard lock(mutex);
-  if (!running || registers.word(reg::kTriggerMode) != 1 || host_s < busy_until_s) {
-    ++counts.missed_exposures;
-    return;
-  }
-  busy_until_s = host_s + busy_s;
-  triggers.push_back(host_s);
-  changed.notify_all();
-}
-
-void GigeCamera::State::expose_frames() {
-  double start_host_s = 0;
-  while (!ending)
-    if (wait_for_start(start_host_s)) expose(start_host_s);
-}
-
-// True with the host time at which an exposure starts (or started); false to look again.
-bool GigeCamera::State::wait_for_start(double& start_host_s) {
-  std::unique_lock lock(mutex);
-  if (!running || (registers.word(reg::kTriggerMode) == 1 && triggers.empty())) {
-    changed.wait_for(lock, std::chrono::milliseconds(20));
-    return false;
-  }
-  if (registers.word(reg::kTriggerMode) == 1) {
-    start_host_s = triggers.front();
-    triggers.pop_front();
-    return true;
-  }
-  // Running free: a source of images that is too slow costs whole periods, never the rhythm.
-  const double period_s = 1 / registers.real(reg::kFrameRate_hz);
-  const double busy_s = registers.real(reg::kExposure_us) * 1e-6 + options.readout_s;
-  while (next_free_start_s + busy_s + period_s < host_now_s()) {
-    next_free_start_s += period_s;
-    ++counts.missed_exposures;
-  }
-  start_host_s = next_free_start_s;
-  next_free_start_s += period_s;
-  return true;
-}
-
-void GigeCamera::State::expose(double start_host_s) {
-  const double exposure_s = registers.real(reg::kExposure_us) * 1e-6;
+// On the sensor's thread. Block ids run from 1 to 65535 and begin again.
+void GigeCamera::State::send(SensorFrame&& exposed) {
   auto frame = std::make_shared<StreamFrame>();
+  frame->block_id = static_cast<uint16_t>((exposed.number - 1) % 0xffff + 1);
+  frame->ticks = exposed.ticks;
   frame->width_px = options.width_px;
   frame->height_px = options.height_px;
-  frame->pixels.resize(static_cast<size_t>(options.width_px) * static_cast<size_t>(options.height_px));
-  frame->ticks = ticks(start_host_s);
-  sleep_until_host(start_host_s + exposure_s);
-  if (!running || !image_at(start_host_s + 0.5 * exposure_s, frame->pixels.data())) return;
-  sleep_until_host(start_host_s + exposure_s + options.readout_s);
-  {
-    const std::lock_guard lock(mutex);
-    if (!running) return;
-    block_id = block_id == 0xffff ? uint16_t{1} : static_cast<uint16_t>(block_id + 1);
-    frame->block_id = block_id;
-    if (registers.word(reg::kAcquisitionMode) == 1) running = false;
-    ++counts.frames;
-  }
+  frame->pixels = std::move(exposed.pixels);
   stream.send(std::move(frame));
 }
 
@@ -438,7 +317,7 @@ GigeCamera::GigeCamera(const GigeCameraOptions& options, ImageSource image_at)
 GigeCamera::~GigeCamera() = default;
 
 void GigeCamera::trigger_edge(double host_s) {
-  if (state_->registers.word(reg::kTriggerSource) == 0) state_->queue_trigger(host_s);
+  if (state_->registers.word(reg::kTriggerSource) == 0) state_->sensor.trigger(host_s);
 }
 
 void GigeCamera::set_faults(const GigeCameraFaults& faults) {
@@ -447,12 +326,9 @@ void GigeCamera::set_faults(const GigeCameraFaults& faults) {
   state_->faults = faults;
 }
 
-void GigeCamera::step_clock(double by_s) {
-  const std::lock_guard lock(state_->mutex);
-  state_->clock_base_s += by_s;
-}
+void GigeCamera::step_clock(double by_s) { state_->sensor.step_clock(by_s); }
 
-bool GigeCamera::streaming() const { return state_->running; }
+bool GigeCamera::streaming() const { return state_->sensor.running(); }
 
 GigeCameraCounts GigeCamera::counts() const {
   GigeCameraCounts counts;
@@ -460,10 +336,12 @@ GigeCameraCounts GigeCamera::counts() const {
     const std::lock_guard lock(state_->mutex);
     counts = state_->counts;
   }
+  counts.frames = state_->sensor.frames();
+  counts.missed_exposures = state_->sensor.missed_exposures();
   state_->stream.count(counts);
   return counts;
 }
 
-int64_t GigeCamera::device_ticks(double host_s) const { return state_->ticks(host_s); }
+int64_t GigeCamera::device_ticks(double host_s) const { return state_->sensor.ticks(host_s); }
 
 }  // namespace selvedge::sim

@@ -12,10 +12,11 @@
 #pragma once
 
 #include <cstdint>
-#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
+
+#include "hardware_sim/genicam_camera/sensor.h"
 
 namespace selvedge::sim {
 
@@ -58,8 +59,7 @@ struct GigeCameraCounts {
 
 class GigeCamera {
  public:
-  // Fills width_px·height_px bytes; exposure_mid_host_s on CLOCK_MONOTONIC. False: no image, no frame.
-  using ImageSource = std::function<bool(double exposure_mid_host_s, uint8_t* pixels)>;
+  using ImageSource = sim::ImageSource;
 
   // Throws BadInput where the address cannot be bound.
   GigeCamera(const GigeCameraOptions& options, ImageSource image_at);

@@ -11,6 +11,7 @@
 #include <unistd.h>
 
 #include "files/bad_input.h"
+#include "hardware_sim/genicam_camera/features.h"
 #include "hardware_sim/gige_camera/big_endian.h"
 
 namespace selvedge::sim {

@@ -19,7 +19,7 @@ enum class CameraTrigger { off, software, hardware };  // off: runs free at rate
 // [camera] of the rig's configuration.
 struct CameraConfiguration {
   std::string backend = "aravis";    // or "v4l2"
-  std::string address;               // of the device: IPv4 address for GigE Vision, node for V4L2
+  std::string address;               // of the device: IPv4 address for GigE Vision, Aravis's name for USB3 Vision, node for V4L2
   double rate_hz = 60;               // running free
   double exposure_s = 0.002;
   CameraTrigger trigger = CameraTrigger::off;

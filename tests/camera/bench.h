@@ -36,26 +36,16 @@ inline double painted_time_s(const std::vector<uint8_t>& pixels) {
   return expected == pixels ? time_s : std::numeric_limits<double>::quiet_NaN();
 }
 
-struct Bench {
-  explicit Bench(int number, sim::GigeCameraOptions given = {}, const std::string& keys = "rate_hz = 50\n")
-      : options(std::move(given)), port(17200 + number) {
-    options.address = "127.0.3." + std::to_string(number);
+// The daemon alone, for a device at an address.
+struct DaemonBench {
+  DaemonBench(int number, const std::string& address, const std::string& keys) : port(17200 + number) {
     rig::ensure_local_multicast(static_cast<uint16_t>(port));
     FrameRingWriter::remove(ring());
-    plug_in();
-    text = "[bus]\nport = " + std::to_string(port) + "\n[camera]\naddress = \"" + options.address +
-           "\"\npacket_size_bytes = 9000\n" + keys;
+    text = "[bus]\nport = " + std::to_string(port) + "\n[camera]\naddress = \"" + address + "\"\n" + keys;
   }
-  ~Bench() {
+  ~DaemonBench() {
     stop();
     FrameRingWriter::remove(ring());
-  }
-  void plug_in() {
-    const size_t count = static_cast<size_t>(options.width_px) * static_cast<size_t>(options.height_px);
-    device = std::make_unique<sim::GigeCamera>(options, [count](double time_s, uint8_t* pixels) {
-      paint(time_s, pixels, count);
-      return true;
-    });
   }
   void start() {
     stopping = false;
@@ -80,12 +70,30 @@ struct Bench {
     return nullptr;
   }
 
-  sim::GigeCameraOptions options;
   int port;
   std::string text;
-  std::unique_ptr<sim::GigeCamera> device;
   std::atomic<bool> stopping{false};
   std::thread thread;
+};
+
+// With the simulated GigE Vision camera.
+struct Bench : DaemonBench {
+  explicit Bench(int number, sim::GigeCameraOptions given = {}, const std::string& keys = "rate_hz = 50\n")
+      : DaemonBench(number, "127.0.3." + std::to_string(number), "packet_size_bytes = 9000\n" + keys), options(std::move(given)) {
+    options.address = "127.0.3." + std::to_string(number);
+    plug_in();
+  }
+  ~Bench() { stop(); }
+  void plug_in() {
+    const size_t count = static_cast<size_t>(options.width_px) * static_cast<size_t>(options.height_px);
+    device = std::make_unique<sim::GigeCamera>(options, [count](double time_s, uint8_t* pixels) {
+      paint(time_s, pixels, count);
+      return true;
+    });
+  }
+
+  sim::GigeCameraOptions options;
+  std::unique_ptr<sim::GigeCamera> device;
 };
 
 }  // namespace selvedge::camera

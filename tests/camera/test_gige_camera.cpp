@@ -1,8 +1,5 @@
 // The simulated camera against clients that are not ours: Aravis's own tools, unmodified, and bytes that no client
 // would send.
-#include <array>
-#include <cstdio>
-#include <cstdlib>
 #include <string>
 
 #include <arpa/inet.h>
@@ -15,27 +12,15 @@
 
 #include "files/bad_input.h"
 #include "tests/camera/bench.h"
+#include "tests/camera/clients.h"
 
 namespace selvedge::sim {
 namespace {
 
 using ::testing::HasSubstr;
-
-bool installed(const std::string& program) {
-  return std::system(("command -v " + program + " >/dev/null 2>&1").c_str()) == 0;
-}
-std::string output(const std::string& command) {
-  std::string text;
-  FILE* pipe = ::popen((command + " 2>&1").c_str(), "r");
-  std::array<char, 4096> part{};
-  while (std::fgets(part.data(), part.size(), pipe)) text += part.data();
-  ::pclose(pipe);
-  return text;
-}
-int64_t number_after(const std::string& text, const std::string& label) {
-  const size_t place = text.find(label);
-  return place == std::string::npos ? -1 : std::atoll(text.c_str() + text.find('=', place) + 1);
-}
+using camera::installed;
+using camera::number_after;
+using camera::output;
 
 std::unique_ptr<GigeCamera> camera(const std::string& address, GigeCameraOptions options = {}) {
   options.address = address;

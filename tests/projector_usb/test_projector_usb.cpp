@@ -1,5 +1,5 @@
 // The projector's contract over USB: libusb against an emulated bus.
-#include "hardware_sim/dlpc350_usb/usb_bus.h"
+#include "hardware_sim/dlpc350_usb/dlpc350_usb.h"
 #include "rig/clock.h"
 #include "tests/projector/projector_contract.h"
 

@@ -25,7 +25,8 @@ constexpr unsigned kPacketTimeout_us = 20000;    // a packet this late is asked 
 constexpr unsigned kFrameRetention_us = 200000;  // a frame this late is given up
 constexpr double kResendRatio = 2;               // resend requests a frame, of its packets; the most Aravis takes
 constexpr int kFramesInSocketBuffer = 4;
-constexpr int64_t kBlockIds = 65535;             // GigE Vision block ids run from 1 to 65535
+constexpr double kTransfer_s = 0.05;             // of a frame, at most, after its exposure
+constexpr int64_t kBlockIds = 65535;             // GigE Vision block ids run from 1 to 65535; USB3 Vision's have 64 bits, from 0
 
 struct Unref {
   void operator()(void* object) const { g_object_unref(object); }
@@ -112,6 +113,7 @@ class AravisCamera final : public Camera {
       refuse(where_ + " exposure_s", "found {}, expected {} to {} s", exposure_s, least_us * 1e-6, most_us * 1e-6);
     arv_camera_set_exposure_time(camera_.get(), exposure_s * 1e6, error.out());
     error.check(where_ + " exposure_s");
+    exposure_s_ = exposure_s;
   }
 
   void set_rate(double rate_hz) override {
@@ -151,6 +153,11 @@ class AravisCamera final : public Camera {
     running_ = false;
     arv_camera_stop_acquisition(camera_.get(), error.out());
     error.check(where_);
+    // A frame that was on its way belongs to a count that ends here.
+    const double until_s = rig::host_now_s() + exposure_s_ + kTransfer_s;
+    for (double left_s; (left_s = until_s - rig::host_now_s()) > 0;)
+      if (ArvBuffer* late = arv_stream_timeout_pop_buffer(stream_.get(), static_cast<guint64>(left_s * 1e6)))
+        arv_stream_push_buffer(stream_.get(), late);
   }
 
   bool next_frame(double timeout_s, const std::function<void(const CameraFrame&)>& use) override {
@@ -285,18 +292,23 @@ class AravisCamera final : public Camera {
 
   void open_stream() {
     Error error;
+    // Nothing tells a USB camera that its last client was killed: it may be exposing still, and count from then.
+    arv_camera_stop_acquisition(camera_.get(), error.out());
+    error.check(where_);
     stream_.reset(arv_camera_create_stream(camera_.get(), nullptr, nullptr, error.out()));
     error.check(where_);
-    if (!ARV_IS_GV_STREAM(stream_.get())) return;
+    ids_wrap_ = ARV_IS_GV_STREAM(stream_.get());
+    if (!ids_wrap_) return;
     g_object_set(stream_.get(), "socket-buffer", ARV_GV_STREAM_SOCKET_BUFFER_FIXED, "socket-buffer-size",
                  static_cast<int>(payload_bytes_) * kFramesInSocketBuffer, "packet-resend",
                  ARV_GV_STREAM_PACKET_RESEND_ALWAYS, "packet-request-ratio", kResendRatio, "packet-timeout",
                  kPacketTimeout_us, "frame-retention", kFrameRetention_us, nullptr);
   }
 
-  // 16-bit ids wrap from 65535 to 1; wider ones never step back.
+  // Frames count from 1.
   int64_t widen(guint64 id) {
     const auto now = static_cast<int64_t>(id);
+    if (!ids_wrap_) return now + 1;
     if (last_block_id_ != 0) number_ += now >= last_block_id_ ? now - last_block_id_ : now - last_block_id_ + kBlockIds;
     else number_ = now;
     last_block_id_ = now;
@@ -317,6 +329,7 @@ class AravisCamera final : public Camera {
   Owned<ArvCamera> camera_;
   Owned<ArvStream> stream_;
   CameraInformation information_;
+  double exposure_s_ = 0;
   size_t payload_bytes_ = 0;
   int buffers_ = 0;
   bool running_ = false;
@@ -325,6 +338,7 @@ class AravisCamera final : public Camera {
   const PtpFeatures* ptp_ = nullptr;  // where the clock is to follow a master
   bool follows_ = true;               // as last seen
   double clock_ticks_per_s_ = 1e9;
+  bool ids_wrap_ = true;
   int64_t last_block_id_ = 0, number_ = 0;
 };
 

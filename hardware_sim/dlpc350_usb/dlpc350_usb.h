@@ -1,8 +1,5 @@
-// The simulated DLPC350 on an emulated USB bus, at the level at which the kernel's usbfs meets libusb (umockdev).
-//
-// The process must run under umockdev-wrapper. One HID interface with an interrupt endpoint each way; reports of
-// 64 bytes go to Dlpc350Device and back. URBs of an endpoint complete strictly in their order, and a reap with
-// nothing to fetch takes a millisecond, or libusb would spin.
+// The simulated DLPC350 on an emulated USB bus (hardware_sim/usb_bus): one HID interface with an interrupt endpoint
+// each way; reports of 64 bytes go to Dlpc350Device and back.
 #pragma once
 
 #include <memory>
@@ -25,8 +22,8 @@ class Dlpc350Usb {
   void hang();
 
  private:
-  class Bus;
-  std::unique_ptr<Bus> bus_;
+  struct Plugged;
+  std::unique_ptr<Plugged> plugged_;
 };
 
 }  // namespace selvedge::hardware_sim
