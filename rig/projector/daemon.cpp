@@ -210,15 +210,20 @@ void run_daemon(const rig::Configuration& configuration, const std::atomic<bool>
   bus.start();
   rig::DeviceStatus status(bus, device);
   Showing showing(bus, device, own);
+  bool fitted = false;  // the configuration, to the device, once
   while (!stopping) {
     try {
       const auto projector = open(own);
+      fitted = true;
       spdlog::info("{}: {}", device, projector->description());
       serve(*projector, commands, showing, status, stopping);
     } catch (const wire::Disconnected& error) {
       status.set_state(device_status_t::LOST, error.what());
     } catch (const ProjectorFault& error) {
       status.set_state(device_status_t::DEGRADED, error.what());
+    } catch (const BadInput& error) {
+      if (!fitted) throw;
+      status.set_state(device_status_t::LOST, error.what());  // somebody changed the device, who may change it back
     }
     for (int i = 0; i < 5 && !stopping; ++i) {
       status.publish_if_due();

@@ -8,11 +8,18 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <atomic>
 #include <cstdlib>
 #include <string>
+#include <thread>
 
 #include <fmt/format.h>
 
+#include <selvedge_rig/device_status_t.hpp>
+
+#include "rig/bus.h"
+#include "rig/clock.h"
+#include "rig/network.h"
 #include "rig/projector/daemon.h"
 
 namespace selvedge {
@@ -147,6 +154,38 @@ TEST(Window, AMonitorOfAnotherSizeIsRefusedNamingBoth) {
     EXPECT_NE(text.find("912x1140"), std::string::npos) << text;
     EXPECT_NE(text.find("1024x768"), std::string::npos) << text;
   }
+}
+
+TEST(Window, AMonitorSetToAnotherModeIsLostUntilItIsSetBack) {
+  NEEDS_XVFB;
+  const VirtualScreen screen;
+  const auto xrandr = [&](const std::string& what) { return std::system(("xrandr --display " + screen.name() + " " + what + " > /dev/null 2>&1").c_str()) == 0; };
+  const auto set = [&](const std::string& mode) { return xrandr("--output screen --mode " + mode); };
+  if (!xrandr("--newmode 640x480 25 640 650 660 700 480 490 495 500") || !xrandr("--addmode screen 640x480"))
+    GTEST_SKIP() << "SKIPPED: a changed mode was NOT tried: xrandr (package x11-xserver-utils) is not installed";
+  const int port = 17280;
+  rig::ensure_local_multicast(port);
+  const auto configuration = rig::Configuration::parse(
+      fmt::format("[bus]\nport = {}\n[projector]\nbackend = \"window\"\nscreen = \"{}\"\nreply_timeout_s = 2\nsettle_s = 0\n", port, screen.name()), "rig.toml");
+  rig::Bus bus(configuration.bus());
+  selvedge_rig::device_status_t status{};
+  bus.subscribe<selvedge_rig::device_status_t>("PROJECTOR_STATUS", [&](const auto& message) { status = message; });
+  std::atomic<bool> stopping{false};
+  std::thread daemon([&] { projector::run_daemon(configuration, stopping); });
+  const auto becomes = [&](int state) {
+    for (const double end_s = rig::host_now_s() + 30; rig::host_now_s() < end_s && status.state != state;) bus.handle(0.02);
+    return status.state == state;
+  };
+  EXPECT_TRUE(becomes(selvedge_rig::device_status_t::RUNNING));
+  EXPECT_TRUE(set("640x480"));
+  EXPECT_TRUE(becomes(selvedge_rig::device_status_t::LOST));
+  for (const double end_s = rig::host_now_s() + 2; rig::host_now_s() < end_s;) bus.handle(0.02);  // it is opened anew, and refused
+  EXPECT_EQ(status.state, selvedge_rig::device_status_t::LOST);
+  EXPECT_NE(status.message.find("640x480"), std::string::npos) << status.message;
+  EXPECT_TRUE(set("912x1140"));
+  EXPECT_TRUE(becomes(selvedge_rig::device_status_t::RUNNING));
+  stopping = true;
+  daemon.join();
 }
 
 TEST(Window, TheConfigurationNamesItsKeys) {

@@ -8,11 +8,15 @@
 // Source: SDL 2 wiki.
 #define SDL_MAIN_HANDLED
 #include <SDL.h>
+#include <SDL_syswm.h>
+#include <X11/extensions/Xrandr.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <memory>
+#include <span>
 #include <string>
 #include <thread>
 
@@ -78,20 +82,18 @@ class Shown {
  public:
   explicit Shown(const WindowOptions& options)
       : options_(options),
-        window_(window_on(monitor_of(options))),
+        at_(monitor_of(options)),
+        window_(window_on(at_)),
         renderer_(made(Renderer(SDL_CreateRenderer(window_.get(), -1, SDL_RENDERER_PRESENTVSYNC)), "renderer")),
         texture_(made(Texture(SDL_CreateTexture(renderer_.get(), SDL_PIXELFORMAT_ARGB8888, SDL_TEXTUREACCESS_STREAMING, options.width_px, options.height_px)),
                       "texture")) {
     SDL_ShowCursor(SDL_DISABLE);
     SDL_PumpEvents();  // where the window manager has put it
-    int width_px = 0, height_px = 0;
-    SDL_GetRendererOutputSize(renderer_.get(), &width_px, &height_px);
-    if (width_px != options.width_px || height_px != options.height_px)
-      throw ProjectorFault(fmt::format("it is {}x{} px, expected {}x{}", width_px, height_px, options.width_px, options.height_px));
     show({});
   }
 
   void show(const Pattern& pattern) {
+    check_size();
     draw(pattern);
     present();  // may wait in a back buffer
     present();
@@ -105,6 +107,7 @@ class Shown {
       if (event.type == SDL_DISPLAYEVENT && event.display.event == SDL_DISPLAYEVENT_DISCONNECTED)
         throw wire::Disconnected("a monitor was unplugged");
     }
+    check_size();
     present();  // what was covered shows again, and a server that hangs is noticed: events alone wait for nobody
     if ((SDL_GetWindowFlags(window_.get()) & (SDL_WINDOW_MINIMIZED | SDL_WINDOW_HIDDEN)) != 0) throw ProjectorFault("it is hidden");
   }
@@ -119,6 +122,28 @@ class Shown {
   }
 
  private:
+  // A monitor set to another mode, or moved, would show part of a pattern, or show it scaled. SDL does not notice.
+  void check_size() {
+    SDL_SysWMinfo system;
+    SDL_VERSION(&system.version);
+    if (SDL_GetWindowWMInfo(window_.get(), &system) == SDL_FALSE) throw ProjectorFault(SDL_GetError());
+    Display* const display = system.info.x11.display;
+    int count = 0;
+    const std::unique_ptr<XRRMonitorInfo, void (*)(XRRMonitorInfo*)> monitors(XRRGetMonitors(display, DefaultRootWindow(display), True, &count), XRRFreeMonitors);
+    std::string found;
+    bool whole = false;
+    for (const XRRMonitorInfo& m : std::span(monitors.get(), static_cast<size_t>(std::max(count, 0)))) {
+      whole = whole || (m.x == at_.x && m.y == at_.y && m.width == at_.w && m.height == at_.h);
+      found += fmt::format("{}{}x{} at ({}, {})", found.empty() ? "" : ", ", m.width, m.height, m.x, m.y);
+    }
+    if (!whole)
+      throw wire::Disconnected(fmt::format("found monitors of {}, expected one of {}x{} at ({}, {})", found.empty() ? "nothing" : found, at_.w, at_.h, at_.x, at_.y));
+    int width_px = 0, height_px = 0;
+    SDL_GetRendererOutputSize(renderer_.get(), &width_px, &height_px);
+    if (width_px != options_.width_px || height_px != options_.height_px)
+      throw ProjectorFault(fmt::format("it is {}x{} px, expected {}x{}", width_px, height_px, options_.width_px, options_.height_px));
+  }
+
   void present() {
     if (SDL_RenderCopy(renderer_.get(), texture_.get(), nullptr, nullptr) != 0) throw ProjectorFault(SDL_GetError());
     SDL_RenderPresent(renderer_.get());
@@ -140,6 +165,7 @@ class Shown {
 
   WindowOptions options_;
   Video video_;
+  SDL_Rect at_;
   Window window_;
   Renderer renderer_;
   Texture texture_;
