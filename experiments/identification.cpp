@@ -19,6 +19,8 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
+constexpr double kUsual = 1.1;  // how far off the usual values at the start may be: one standard deviation is a factor of 3
+
 double seconds_since(std::chrono::steady_clock::time_point begin) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
 }
@@ -91,6 +93,9 @@ OneFit fit_together(const FabricCase& c, const std::vector<size_t>& trials, Inde
     fit::LeastSquaresOptions squares;
     squares.trials = trials;
     squares.max_iterations = options.iterations;
+    squares.prior_sd = kUsual;
+    squares.prior_centre = c.start.head(searched);
+    squares.prior_in_earnest = true;
     squares.least_decrease = 2e-3;  // the error of folds does not fall by what comes after
     squares.progress = fit::part_of(options.progress, 0, 0.4, "beginnings");
     const fit::Start near = fit::fit_beginnings(scenes, some, c.start.head(searched), squares, {0.25, 0.5});

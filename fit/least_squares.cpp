@@ -107,7 +107,8 @@ class Minimiser {
  public:
   Minimiser(Objective& objective, const std::vector<Parameter>& parameters, const VectorXd& start, const LeastSquaresOptions& options)
       : objective_(objective), parameters_(parameters), options_(options), stack_(objective, options), prior_(1 / (options.prior_sd * options.prior_sd)) {
-    at_.x = prior_centre_ = clipped(parameters, start);
+    at_.x = clipped(parameters, start);
+    prior_centre_ = options.prior_centre ? *options.prior_centre : at_.x;
     if (options.journal) name_ = options.journal->next("minimise");
   }
 
@@ -128,14 +129,32 @@ class Minimiser {
     if (options_.only_coordinates) return std::move(result_);
     const VectorXd w = cauchy_weights(r_, options_.cauchy * result_.scale);
     const MatrixXd inverse = result_.information.inverse();
-    result_.covariance = inverse * gradient_squares(jacobian_, w.cwiseProduct(r_), stack_, false) * inverse;
-    result_.covariance_between_trials = inverse * gradient_squares(jacobian_, w.cwiseProduct(r_), stack_, true) * inverse;
+    // In earnest, the prior is a piece of evidence like the others, as uncertain as it says.
+    const double of_prior = options_.prior_in_earnest ? prior_weight() * result_.scale * result_.scale * alike_ : 0;
+    const MatrixXd prior = of_prior * MatrixXd::Identity(at_.x.size(), at_.x.size());
+    result_.covariance = inverse * (gradient_squares(jacobian_, w.cwiseProduct(r_), stack_, false) + prior) * inverse;
+    result_.covariance_between_trials = inverse * (gradient_squares(jacobian_, w.cwiseProduct(r_), stack_, true) + prior) * inverse;
     options_.progress(1, fmt::format("cost {:.4g}", result_.cost));
     return std::move(result_);
   }
 
  private:
-  double pull(const VectorXd& x) const { return 0.5 * result_.scale * result_.scale * prior_ * (x - prior_centre_).squaredNorm(); }
+  double prior_weight() const { return result_.scale * result_.scale * alike_ * prior_; }
+  double pull(const VectorXd& x) const { return 0.5 * prior_weight() * (x - prior_centre_).squaredNorm(); }
+
+  // By how much the variance of what is fitted exceeds that of residuals that know nothing of each other; the middle one.
+  // Told from what no step would take away: far from the end residuals go together that will not be there.
+  double rows_alike() const {
+    const VectorXd w = cauchy_weights(r_, options_.cauchy * result_.scale);
+    MatrixXd information = jacobian_.transpose() * w.asDiagonal() * jacobian_;
+    information.diagonal().array() += 1e-9 * information.trace();  // what does not show at all
+    const MatrixXd inverse = information.inverse();
+    const VectorXd left = r_ - jacobian_ * (inverse * (jacobian_.transpose() * w.cwiseProduct(r_)));
+    const VectorXd found = (inverse * gradient_squares(jacobian_, w.cwiseProduct(left), stack_, false) * inverse).diagonal();
+    VectorXd ratio = found.cwiseQuotient(inverse.diagonal()) / (result_.scale * result_.scale);
+    std::nth_element(ratio.begin(), ratio.begin() + ratio.size() / 2, ratio.end());
+    return std::max(1.0, ratio(ratio.size() / 2));
+  }
 
   // Residuals, derivatives and the normal equations at the point.
   void linearise() {
@@ -150,13 +169,14 @@ class Minimiser {
     objective_.set_start(evaluated[0].start);
     result_.scale = robust_scale(r_);
     result_.residuals = std::move(evaluated[0]);
+    if (options_.prior_in_earnest) alike_ = rows_alike();
     weigh();
     result_.history.push_back(result_.cost);
   }
 
   // The normal equations at the point.
   void weigh() {
-    const double c = options_.cauchy * result_.scale, weight = result_.scale * result_.scale * prior_;
+    const double c = options_.cauchy * result_.scale, weight = prior_weight();
     const VectorXd w = cauchy_weights(r_, c);
     result_.cost = cauchy_cost(r_, c) + pull(at_.x);
     result_.information = jacobian_.transpose() * w.asDiagonal() * jacobian_ + weight * MatrixXd::Identity(at_.x.size(), at_.x.size());
@@ -249,6 +269,7 @@ class Minimiser {
   const LeastSquaresOptions& options_;
   const Stack stack_;
   const double prior_;
+  double alike_ = 1;  // residuals that count as one against the prior
   VectorXd prior_centre_;
   std::string name_;  // in the journal
   Point at_;

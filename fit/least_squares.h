@@ -5,6 +5,8 @@
 // Parameter sets of one iteration run side by side in SIMD lanes: the differences, then four dampings at once.
 #pragma once
 
+#include <optional>
+
 #include "fit/objective.h"
 #include "report/progress.h"
 
@@ -19,6 +21,8 @@ struct LeastSquaresOptions {
   double least_decrease = 2e-4;    // of the cost, relative; smaller twice in a row ends the fit
   double difference = 0.03;        // in coordinates
   double prior_sd = 2.5;           // in coordinates (logarithmic: a factor of 12)
+  std::optional<Eigen::VectorXd> prior_centre;  // without: where this fit starts
+  bool prior_in_earnest = false;   // residuals of 0.2 s of a trial count as one, not one by one: the prior's odds are what they say
   double cauchy = 3;               // in robust standard deviations
   std::vector<size_t> trials;      // fitted ones; empty: all
   double fit_until_s = 1e300;      // later residuals of moving trials are held out

@@ -144,6 +144,7 @@ Start fit_beginnings(const Objective& objective, const std::vector<Parameter>& p
     Objective part(std::move(begun), on, some_parameters, out.coordinates(rows));
     LeastSquaresOptions some = options;
     some.max_iterations = std::min(6, options.max_iterations);
+    if (options.prior_centre) some.prior_centre = Eigen::VectorXd((*options.prior_centre)(rows));
     const double from = static_cast<double>(i) / static_cast<double>(shares.size());
     some.progress = part_of(options.progress, from, from + 1.0 / static_cast<double>(shares.size()), fmt::format("first {:.0f} %", 100 * shares[i]));
     const LeastSquaresResult fitted = minimise(part, some_parameters, out.coordinates(rows), some);

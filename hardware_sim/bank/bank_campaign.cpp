@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <stdexcept>
 
 #include <Eigen/Geometry>
+#include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include "capture/trial/trial_writer.h"
@@ -109,7 +111,7 @@ trial::Trial record(const BankKey& key, const Rig& rig, const std::string& name,
   };
   const Vector3d left = motion.left(0) + rig.left_offset;
   sheet.hang(left, motion.right(0) + rig.right_offset, {0, 1, 0});
-  for (double brake : {6.0, 3.0, 3.0}) sheet.advance(0.8, left, motion.right(0) + rig.right_offset, brake);
+  for (double brake : {20.0, 6.0, 3.0}) sheet.advance(0.8, left, motion.right(0) + rig.right_offset, brake);
   sheet.set_velocity(Eigen::Matrix3Xd::Zero(3, sheet.count()));
 
   trial::Trial t;
@@ -133,6 +135,7 @@ trial::Trial record(const BankKey& key, const Rig& rig, const std::string& name,
     const double time = i / kRate_hz;
     if (i > 0 && !still) sheet.advance(1 / kRate_hz, left, held_right(time));
     shapes.push_back(sheet.position());
+    if (!shapes.back().allFinite()) throw std::runtime_error(fmt::format("the simulated world blew up: {} of size {}, {} at {:.3f} s", key.cause, key.size, name, time));
     if (i >= samples) continue;
     t.corners.time_s.push_back(time);
     t.corners.left.col(i) = noisy(motion.left(time));

@@ -35,12 +35,7 @@ LatticeSheet::LatticeSheet(const FabricTruth& truth, const LatticeOptions& optio
   for (double& area : area_) area /= truth.density;
   scratch_.assign(9 * (columns_ + 2), 0.0);
 
-  // Shortest waves in the sheet's plane and out of it; rim nodes have half the mass and half the springs.
-  const double h = std::min(hu_, hv_), h2 = h * h, h4 = h2 * h2;
-  const double in_plane = stable_step(4 * (truth.stretch + truth.shear) / (truth.density * h2),
-                                      4 * (truth.stretch_damping + truth.shear_damping) / (truth.density * h2));
-  const double out_of_plane = stable_step(64 * truth.bend / (truth.density * h4) + 1, 64 * truth.bend_damping / (truth.density * h4));
-  step_s_ = options.step_share * std::min(in_plane, out_of_plane);
+  step_s_ = stable_step_s(1);
 
   grip_change_ = geometry::grip_softness(std::sqrt(hu_ * hv_)) - 1;
 
@@ -48,6 +43,34 @@ LatticeSheet::LatticeSheet(const FabricTruth& truth, const LatticeOptions& optio
   const auto uv = rest_uv();
   for (int i = 0; i < n; ++i) flat.col(i) = Eigen::Vector3d(uv[i].x(), 0, -uv[i].y());
   set_position(flat);
+}
+
+// Shortest waves in the sheet's plane and out of it; rim nodes have half the mass and half the springs. Bending's damping
+// acts on second differences in every direction, so what brakes either wave adds up. sharpest: cos²(φ/2) of the sharpest
+// turning angle; κ = 2 tan(φ/2)/h stiffens by the square of that, and its own second derivative adds twice as much.
+double LatticeSheet::stable_step_s(double sharpest) const {
+  const double h = std::min(hu_, hv_), h2 = h * h, h4 = h2 * h2;
+  const double bend = truth_.bend * (sharpest < 1 ? 3 / (sharpest * sharpest) : 1);
+  const double omega2 = (4 * (truth_.stretch + truth_.shear) / h2 + 64 * bend / h4) / truth_.density;
+  const double gamma = (4 * (truth_.stretch_damping + truth_.shear_damping) / h2 + 64 * truth_.bend_damping / h4) / truth_.density;
+  return options_.step_share * step_share_ * stable_step(omega2, gamma);
+}
+
+// cos²(φ/2) of the sharpest turning angle of the lattice's lines, as the bending energy has it: ½ (1 + e·g/h²), at most 1.
+double LatticeSheet::sharpest_crease() const {
+  double least = 2;
+  const auto turn = [&](size_t i, size_t next, double h) {
+    double dot = 0;
+    for (const Plane& x : x_.axis) dot += (x[i + next] - x[i]) * (x[i + 2 * next] - x[i + next]);
+    least = std::min(least, 1 + dot / (h * h));
+  };
+  for (int r = 0; r < rows_; ++r)
+    for (int c = 0; c < columns_; ++c) {
+      const size_t i = static_cast<size_t>(r) * static_cast<size_t>(columns_) + static_cast<size_t>(c);
+      if (c + 2 < columns_) turn(i, 1, hu_);
+      if (r + 2 < rows_) turn(i, static_cast<size_t>(columns_), hv_);
+    }
+  return std::max(0.5 * least, 0.01);
 }
 
 std::vector<Eigen::Vector2d> LatticeSheet::rest_uv() const {
@@ -182,7 +205,8 @@ LatticeView LatticeSheet::view() {
 
 void LatticeSheet::add_extra(std::shared_ptr<LatticeExtra> extra, double step_share) {
   extra->begin(view());
-  step_s_ *= step_share;
+  step_share_ *= step_share;
+  step_s_ = stable_step_s(1);
   extras_.push_back(std::move(extra));
 }
 
@@ -207,19 +231,31 @@ void LatticeSheet::step(double dt, double brake, bool held) {
   }
 }
 
+// In equal steps; in parts of them from where the lattice was seen to be sharply creased.
+void LatticeSheet::steps(double duration_s, double brake, bool held) {
+  constexpr int kLook = 2;         // steps from one look to the next
+  constexpr double kSharp = 0.8;   // a turn of 53 degrees
+  const int count = std::max(1, static_cast<int>(std::ceil(duration_s / step_s_)));
+  const double dt = duration_s / count;
+  int parts = 1;
+  for (int i = 0; i < count; ++i) {
+    if (i % kLook == 0 || parts > 1) {
+      const double sharpest = sharpest_crease();
+      parts = sharpest < kSharp ? static_cast<int>(std::ceil(dt / stable_step_s(sharpest))) : 1;
+    }
+    for (int k = 0; k < parts; ++k) step(dt / parts, brake, held);
+  }
+}
+
 void LatticeSheet::advance(double duration_s, const Eigen::Vector3d& left_end, const Eigen::Vector3d& right_end, double brake) {
-  const int steps = std::max(1, int(std::ceil(duration_s / step_s_)));
   for (int a = 0; a < 3; ++a) {
     v_.axis[a][0] = (left_end[a] - x_.axis[a][0]) / duration_s;
     v_.axis[a][columns_ - 1] = (right_end[a] - x_.axis[a][columns_ - 1]) / duration_s;
   }
-  for (int i = 0; i < steps; ++i) step(duration_s / steps, brake, true);
+  steps(duration_s, brake, true);
 }
 
-void LatticeSheet::advance_free(double duration_s) {
-  const int steps = std::max(1, int(std::ceil(duration_s / step_s_)));
-  for (int i = 0; i < steps; ++i) step(duration_s / steps, 0, false);
-}
+void LatticeSheet::advance_free(double duration_s) { steps(duration_s, 0, false); }
 
 Eigen::Matrix3Xd LatticeSheet::internal_forces() {
   forces();

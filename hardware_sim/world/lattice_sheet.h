@@ -8,7 +8,7 @@
 // x_uv the twist of a cell. To first order these are the format's own definitions. Damping acts on the rates
 // of E_uu, E_vv, a·b and of the second differences. Drag as in the format: −(drag_normal |v_N| v_N / (1 + drag_fade
 // |v_N|²) + drag_tangent v_T) per area, v relative to the air. Masses are lumped; symplectic Euler with a step
-// below its stability bound. The two top corners are held, their cells as soft as a grip of 6 mm leaves them
+// below its stability bound, and parts of it while a crease is sharp: κ has no bound where a line turns back. The two top corners are held, their cells as soft as a grip of 6 mm leaves them
 // (docs/decisions/0007).
 // SI units. Nodes row by row from the top-left corner.
 #pragma once
@@ -37,7 +37,7 @@ struct FabricTruth {
 
 struct LatticeOptions {
   int cells_across = 20, cells_down = 20;
-  double step_share = 0.8;  // of the stability bound
+  double step_share = 0.9;  // of the stability bound; strained edges are stiffer than it counts
   Eigen::Vector3d gravity_m_s2 = Eigen::Vector3d(0, 0, -9.81);
   Eigen::Vector3d air_m_s = Eigen::Vector3d::Zero();
 };
@@ -104,11 +104,15 @@ class LatticeSheet {
   LatticeView view();
   void forces();
   void step(double dt, double brake, bool held);
+  void steps(double duration_s, double brake, bool held);
+  double stable_step_s(double sharpest) const;
+  double sharpest_crease() const;
 
   FabricTruth truth_;
   LatticeOptions options_;
   int columns_, rows_;
   double hu_, hv_, step_s_;
+  double step_share_ = 1;  // of all extras
   double grip_change_ = 0;  // of stretch and shear of the two held cells, relative
   Field x_, v_, f_;
   Plane mass_, area_;  // of each node; extras may add to the mass alone

@@ -126,6 +126,31 @@ TEST_F(Search, StepsBetweenDerivativesCostLessAndEndAsLow) {
   EXPECT_LT(cost(found.coordinates), 0.6 * cost(start_));
 }
 
+// drag_fade hardly shows in 0.7 s, bending does.
+TEST_F(Search, APriorInEarnestHoldsWhatDoesNotShowAndLeavesTheRest) {
+  const Eigen::Index fade = 8, bend = 2;
+  ASSERT_EQ(parameters_[8].name, "drag_fade");
+  LeastSquaresOptions options;
+  options.max_iterations = 5;
+  options.prior_sd = 0.5;
+  options.prior_centre = true_coordinates(parameters_);
+  (*options.prior_centre)(bend) += 0.5;
+  VectorXd start = start_;
+  start(fade) += 1.5;
+  const auto fit = [&](bool in_earnest) {
+    options.prior_in_earnest = in_earnest;
+    Objective own = objective(false);
+    return minimise(own, parameters_, start, options);
+  };
+  const LeastSquaresResult weak = fit(false), earnest = fit(true);
+  const double usual = (*options.prior_centre)(fade);
+  EXPECT_LT(std::abs(earnest.coordinates(fade) - usual), 0.5 * std::abs(weak.coordinates(fade) - usual));
+  EXPECT_NEAR(earnest.coordinates(bend), weak.coordinates(bend), 0.1) << "which is pulled towards " << (*options.prior_centre)(bend);
+  const double sd = std::sqrt(earnest.covariance(fade, fade));
+  EXPECT_GT(sd, 0.2);  // known from the prior alone, and not better
+  EXPECT_LT(sd, 0.7);
+}
+
 TEST_F(Search, SharedEquilibriaAreThoseOfEachSetAndKnowADraught) {
   // A set with other damping, and one in a draught with other drag, which acts at rest there.
   std::vector<Parameter> parameters = parameters_;
