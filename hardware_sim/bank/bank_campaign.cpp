@@ -110,7 +110,7 @@ trial::Trial record(const BankKey& key, const Rig& rig, const std::string& name,
     return tracked + rig.right_offset + slipped * pull;
   };
   const Vector3d left = motion.left(0) + rig.left_offset;
-  sheet.hang(left, motion.right(0) + rig.right_offset, {0, 1, 0});
+  sheet.hang_unstrained(left, motion.right(0) + rig.right_offset, {0, 1, 0});
   for (double brake : {20.0, 6.0, 3.0}) sheet.advance(0.8, left, motion.right(0) + rig.right_offset, brake);
   sheet.set_velocity(Eigen::Matrix3Xd::Zero(3, sheet.count()));
 

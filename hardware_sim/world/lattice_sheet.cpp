@@ -109,6 +109,33 @@ void LatticeSheet::hang(const Eigen::Vector3d& left, const Eigen::Vector3d& righ
   set_velocity(Eigen::Matrix3Xd::Zero(3, count()));
 }
 
+void LatticeSheet::hang_unstrained(const Eigen::Vector3d& left, const Eigen::Vector3d& right, const Eigen::Vector3d& side) {
+  const Eigen::Vector3d span = right - left, along = span.normalized(), down = options_.gravity_m_s2.normalized();
+  const Eigen::Vector3d across = (side - side.dot(along) * along - side.dot(down) * down).normalized();
+  constexpr int kPieces = 2000;
+  // Length of the sine of height `bulge` up to each of its pieces' ends.
+  const auto lengths = [&](double bulge) {
+    std::vector<double> length(kPieces + 1, 0.0);
+    for (int i = 1; i <= kPieces; ++i) {
+      const double slope = bulge * M_PI * std::cos(M_PI * (i - 0.5) / kPieces);
+      length[i] = length[i - 1] + std::hypot(span.norm(), slope) / kPieces;
+    }
+    return length;
+  };
+  double low = 0, high = truth_.width_m;
+  for (int i = 0; i < 60; ++i) (lengths(0.5 * (low + high)).back() < truth_.width_m ? low : high) = 0.5 * (low + high);
+  const std::vector<double> length = lengths(low);
+  Eigen::Matrix3Xd position(3, count());
+  for (int c = 0; c < columns_; ++c) {
+    const double wanted = length.back() * c / (columns_ - 1);
+    const auto next = std::clamp<std::ptrdiff_t>(std::lower_bound(length.begin(), length.end(), wanted) - length.begin(), 1, kPieces);
+    const double u = (static_cast<double>(next) - (length[next] - wanted) / (length[next] - length[next - 1])) / kPieces;
+    for (int r = 0; r < rows_; ++r) position.col(r * columns_ + c) = left + u * span + std::sin(M_PI * u) * low * across + r * hv_ * down;
+  }
+  set_position(position);
+  set_velocity(Eigen::Matrix3Xd::Zero(3, count()));
+}
+
 void LatticeSheet::set_position(const Eigen::Matrix3Xd& position) {
   for (int a = 0; a < 3; ++a)
     for (int i = 0; i < count(); ++i) x_.axis[a][i] = position(a, i);

@@ -79,6 +79,8 @@ class LatticeSheet {
 
   // Between the corners, bulging towards `side` (a direction across the sheet), at rest.
   void hang(const Eigen::Vector3d& left, const Eigen::Vector3d& right, const Eigen::Vector3d& side);
+  // The same along a curve as long as the edge, straight across: nothing is strained, so nothing flies off at the start.
+  void hang_unstrained(const Eigen::Vector3d& left, const Eigen::Vector3d& right, const Eigen::Vector3d& side);
   void set_position(const Eigen::Matrix3Xd& position);
   void set_velocity(const Eigen::Matrix3Xd& velocity);
   Eigen::Matrix3Xd position() const;

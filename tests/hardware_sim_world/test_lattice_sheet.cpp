@@ -116,5 +116,48 @@ TEST(LatticeSheet, SwingsWithThePeriodOfARigidPlateAndKeepsItsEnergy) {
   EXPECT_NEAR((total() - start) / swing, 0, 0.02);
 }
 
+// Bending's damping brakes waves in the plane as well, and takes its part of the step.
+TEST(LatticeSheet, AStronglyDampedFabricTakesStepsThatItStands) {
+  FabricTruth truth;
+  truth.density = 0.141;
+  truth.stretch = 97;
+  truth.shear = 69;
+  truth.bend = 6.9e-5;
+  truth.bend_damping = 8.5e-7;
+  const Eigen::Vector3d left(-0.1225, 0, 0), right(0.1225, 0, 0);
+  const auto hung = [&](double step_share) {
+    LatticeSheet sheet(truth, {.cells_across = 22, .cells_down = 22, .step_share = step_share});
+    sheet.hang_unstrained(left, right, {0, 1, 0});
+    sheet.advance(0.1, left, right, 20);
+    return sheet;
+  };
+  const LatticeSheet sheet = hung(LatticeOptions().step_share);
+  ASSERT_TRUE(sheet.position().allFinite());
+  EXPECT_LT(sheet.velocity().colwise().norm().maxCoeff(), 1);
+  EXPECT_FALSE(hung(2).position().allFinite()) << "the bound says little";
+}
+
+// A cylinder: no edge is longer or shorter than it is at rest, and no cell is sheared.
+TEST(LatticeSheet, HangsUnstrained) {
+  LatticeSheet sheet({});
+  sheet.hang_unstrained({-0.12, 0, 1}, {0.12, 0.01, 1}, {0, 1, 0});
+  const LatticeEnergy e = sheet.energy();
+  EXPECT_LT(e.stretch + e.shear, 0.05 * e.bend);  // chords are shorter than arcs
+  EXPECT_NEAR((sheet.position().col(sheet.columns() - 1) - Eigen::Vector3d(0.12, 0.01, 1)).norm(), 0, 1e-9);
+}
+
+// The start of `hang` has the strained top edge fly off; creases of more than a right angle come and go.
+TEST(LatticeSheet, SharpCreasesAreGoneThroughInPartsOfAStep) {
+  FabricTruth truth;
+  truth.density = 0.238;
+  truth.stretch = 251;
+  truth.shear = 153;
+  LatticeSheet sheet(truth, {.cells_across = 22, .cells_down = 22});
+  const Eigen::Vector3d left(-0.1205, 0, 0), right(0.1205, 0, 0);
+  sheet.hang(left, right, {0, 1, 0});
+  sheet.advance(0.4, left, right, 6);
+  EXPECT_TRUE(sheet.position().allFinite());
+}
+
 }  // namespace
 }  // namespace selvedge::hardware_sim
