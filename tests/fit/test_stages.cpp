@@ -1,5 +1,6 @@
 // The stages before least squares: which equilibrium a trial shows, and where the fit starts.
 #include <cmath>
+#include <filesystem>
 
 #include <gtest/gtest.h>
 
@@ -62,6 +63,22 @@ TEST_F(Rematch, LooksAtTheWantedTrialsAlone) {
   EXPECT_TRUE(objective_->rematch(parameters_, truth_, {1}));
   EXPECT_LT(apart_m(objective_->scenes()[0].start_shape, wrong_), 1e-9);
   EXPECT_LT(apart_m(objective_->scenes()[1].start_shape, recorded_[1]), 1e-3);
+}
+
+// Through this recording's first samples, centimetres off, a soft sheet is bent too far to come to rest from there.
+TEST(Branch, ASheetCrumpledThroughWrongPointsStartsHungInstead) {
+  const std::filesystem::path folder = std::filesystem::path(SELVEDGE_SOURCE_DIR) / "../shared/real/arm-cloth";
+  if (!std::filesystem::is_directory(folder)) GTEST_SKIP() << "SKIPPED: no recordings of real fabric at " << folder;
+  trial::Campaign campaign = trial::read_campaign(folder);
+  std::erase_if(campaign.trials, [](const trial::Trial& t) { return t.name != "range60_rep1"; });
+  ASSERT_EQ(campaign.trials.size(), 1u);
+  const std::vector<Parameter> parameters = base_parameters(Drag::linear);
+  VectorXd soft = usual_coordinates(parameters);
+  soft << 6.058, 1.0986, -13.291, -6.9078, -6.1624, -15.241, -0.6221, -5.3413;
+  ObjectiveOptions options;
+  options.columns = 13;
+  const Objective objective({observe_trial(campaign.trials[0])}, options, parameters, soft);
+  EXPECT_TRUE(objective.scenes()[0].start_shape.allFinite());
 }
 
 class FindStart : public testing::Test {
