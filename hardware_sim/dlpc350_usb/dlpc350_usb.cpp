@@ -42,11 +42,11 @@ struct Dlpc350Usb::Plugged {
   UsbDevice usb;  // last: its thread uses the others
 };
 
-Dlpc350Usb::Dlpc350Usb(const Dlpc350Options& options) : plugged_(std::make_unique<Plugged>(options)) {}
+Dlpc350Usb::Dlpc350Usb(const Dlpc350Options& options) : plugged_(std::make_unique<Plugged>(options)) { replug(); }
 Dlpc350Usb::~Dlpc350Usb() = default;
 Dlpc350Device& Dlpc350Usb::device() { return plugged_->device; }
 void Dlpc350Usb::unplug() { plugged_->usb.unplug(); }
 void Dlpc350Usb::hang() { plugged_->hangs = true; }
-void Dlpc350Usb::replug() { plugged_->usb.replug(); }
+void Dlpc350Usb::replug() { plugged_->usb.plug_in(); }
 
 }  // namespace selvedge::hardware_sim

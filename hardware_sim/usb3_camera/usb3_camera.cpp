@@ -197,7 +197,9 @@ void Usb3Camera::State::send(const SensorFrame& frame) {
 // ---------------------------------------------------------------- the device's face
 
 Usb3Camera::Usb3Camera(const Usb3CameraOptions& options, ImageSource image_at)
-    : state_(std::make_unique<State>(options, std::move(image_at))) {}
+    : state_(std::make_unique<State>(options, std::move(image_at))) {
+  state_->usb.plug_in();
+}
 Usb3Camera::~Usb3Camera() = default;
 
 std::string Usb3Camera::name() const { return fmt::format("{}-{}-{}", kMaker, guid(state_->options), state_->options.serial); }
@@ -215,7 +217,7 @@ void Usb3Camera::unplug() {
   state_->sensor.stop();
   state_->registers.set_word(reg::kStreamControl, 0);
 }
-void Usb3Camera::replug() { state_->usb.replug(); }
+void Usb3Camera::replug() { state_->usb.plug_in(); }
 
 bool Usb3Camera::streaming() const { return state_->sensor.running(); }
 Usb3CameraCounts Usb3Camera::counts() const {

@@ -342,7 +342,7 @@ class UsbDevice::Bus {
   std::map<uint8_t, size_t> waiting_bytes_;
   std::map<unsigned, Client> claims_;
   std::set<uint8_t> halted_;
-  bool unplugged_ = false;
+  bool unplugged_ = true;
 };
 
 UsbDevice::UsbDevice(const UsbIdentity& identity, std::function<void(uint8_t, const UsbBytes&)> on_out)
@@ -352,7 +352,7 @@ void UsbDevice::send(uint8_t endpoint, UsbBytes transfer) { bus_->send(endpoint,
 size_t UsbDevice::waiting_bytes(uint8_t endpoint) const { return bus_->waiting_bytes(endpoint); }
 void UsbDevice::discard(uint8_t endpoint) { bus_->discard(endpoint); }
 void UsbDevice::unplug() { bus_->plug(false); }
-void UsbDevice::replug() { bus_->plug(true); }
+void UsbDevice::plug_in() { bus_->plug(true); }
 void UsbDevice::halt(uint8_t endpoint) { bus_->halt(endpoint); }
 
 }  // namespace selvedge::hardware_sim

@@ -26,8 +26,8 @@ struct UsbIdentity {
 
 class UsbDevice {
  public:
-  // on_out: what the host sends to an endpoint, on the bus's thread; it may call send(). Throws std::runtime_error
-  // outside umockdev-wrapper.
+  // on_out: what the host sends to an endpoint, on the bus's thread; it may call send(). Not plugged in yet: whoever owns
+  // the device is to be whole before a host speaks to it. Throws std::runtime_error outside umockdev-wrapper.
   UsbDevice(const UsbIdentity& identity, std::function<void(uint8_t endpoint, const UsbBytes& bytes)> on_out);
   ~UsbDevice();
   UsbDevice(const UsbDevice&) = delete;
@@ -38,9 +38,9 @@ class UsbDevice {
   size_t waiting_bytes(uint8_t endpoint) const;  // sent and not fetched yet
   void discard(uint8_t endpoint);                // those
 
-  // Every transfer fails from now on until replug(); what waited is gone.
+  void plug_in();
+  // Every transfer fails from now on; what waited is gone.
   void unplug();
-  void replug();
   // The endpoint stalls until the host clears it.
   void halt(uint8_t endpoint);
 
