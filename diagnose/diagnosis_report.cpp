@@ -154,6 +154,7 @@ void write_diagnosis(const Diagnosis& d, const std::filesystem::path& folder) {
   std::filesystem::create_directories(folder);
   html.write(folder / "report.html");
   if (!d.next_session.empty()) files::write_whole(folder / "next_session.toml", d.next_session);
+  else std::filesystem::remove(folder / "next_session.toml");  // of an earlier run
   files::write_json(folder / "diagnosis.json", to_json(d));
 }
 

@@ -141,28 +141,32 @@ NextExperiment propose_experiment(const Study& study, const std::vector<Hypothes
     out.what = "record a trial in which the fabric moves";
     return out;
   }
-  const fit::Prediction a = predicted(study, *order[0], moving), b = predicted(study, *order[1], moving);
-  out.separates = {name_of(study, *order[0]), name_of(study, *order[1])};
-  out.present_mm = apart_mm(study, a, b);
+  const fit::Prediction a = predicted(study, *order[0], moving);
   const fit::ObservedTrial& t = study.objective->scenes()[moving].trial;
-  const double mass_kg = t.experiment.material.density * t.width_m * t.height_m;
-  std::string best;
-  for (const Candidate& c : candidates(t.width_m, t.height_m, mass_kg)) {
-    fit::Prediction with_a = a, with_b = b;
-    c.change(with_a);
-    c.change(with_b);
-    const double mm = apart_mm(study, with_a, with_b);
-    if (mm > out.predicted_mm) {
+  const double mass_kg = t.experiment.material.density * t.width_m * t.height_m, least_mm = study.objective->sd_mm(moving).minCoeff();
+  out.like_trial = t.name;
+  // The second likeliest, or the next one where no experiment shows what differs.
+  for (size_t k = 1; k < order.size(); ++k) {
+    const fit::Prediction b = predicted(study, *order[k], moving);
+    const std::vector<std::string> pair = {name_of(study, *order[0]), name_of(study, *order[k])};
+    const double present_mm = apart_mm(study, a, b);
+    for (const Candidate& c : candidates(t.width_m, t.height_m, mass_kg)) {
+      fit::Prediction with_a = a, with_b = b;
+      c.change(with_a);
+      c.change(with_b);
+      const double mm = apart_mm(study, with_a, with_b);
+      if (mm <= std::max(out.predicted_mm, least_mm)) continue;
       out.predicted_mm = mm;
-      best = c.what;
+      out.present_mm = present_mm;
+      out.separates = pair;
       out.session = c.session;
       out.session_toml = session_of(c, t, with_a);
+      out.what = fmt::format("{}: {} and {} would then lie {:.1f} mm apart, {:.1f} mm as recorded in {}", c.what, pair[0], pair[1], mm, present_mm, t.name);
     }
+    if (!out.separates.empty()) return out;
   }
-  if (best.empty()) best = "repeat the trials";
-  out.what = fmt::format("{}: {} and {} would then lie {:.1f} mm apart, {:.1f} mm as recorded in {}", best, out.separates[0], out.separates[1],
-                         out.predicted_mm, out.present_mm, t.name);
-  out.like_trial = t.name;
+  out.what = fmt::format("none of the experiments that the rig can run takes {} and the effects that come nearest further apart than {:.1f} mm",
+                         name_of(study, *order[0]), least_mm);
   return out;
 }
 

@@ -2,7 +2,8 @@
 //
 // Candidates are trials that the rig can run (faster or slower, corners nearer together or further apart, the swatch
 // turned by 90° or over, a weight, a longer hang). Each is simulated under the two likeliest hypotheses at
-// their fitted values; the one whose markers differ most, beyond the sensor's noise, is proposed.
+// their fitted values; the one whose markers differ most, beyond what the sensor and the mesh leave open, is proposed. Where
+// none does, the likeliest and the next one are tried, and so on; in the end it is said that none does.
 #pragma once
 
 #include <map>
