@@ -303,6 +303,7 @@ class UsbDevice::Bus {
     UMockdevIoctlData* pointer = umockdev_ioctl_data_resolve(argument, 0, sizeof(void*), nullptr);
     if (pointer == nullptr) return umockdev_ioctl_data_unref(data), EFAULT;
     umockdev_ioctl_data_set_ptr(pointer, 0, data);
+    umockdev_ioctl_data_unref(data);  // the answer holds it
     umockdev_ioctl_data_unref(pointer);
     return 0;
   }
