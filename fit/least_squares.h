@@ -1,7 +1,8 @@
 // Trust-region least squares over many trials: Levenberg–Marquardt with derivatives by finite differences.
 //
 // Minimises Σ ρ((r/sd)²) with Cauchy's ρ, so that samples that are centimetres off do not steer the fit, plus
-// a weak pull (prior_sd in coordinates) towards the start that keeps undetermined parameters where they are.
+// a pull (prior_sd in coordinates) towards the start, or prior_centre, that keeps undetermined parameters where they are; weak, or
+// in earnest.
 // Parameter sets of one iteration run side by side in SIMD lanes: the differences, then four dampings at once.
 #pragma once
 

@@ -174,29 +174,20 @@ void Objective::choose_branch(Scene& scene, const std::vector<Parameter>& parame
     }
     if (!has_one || uv.size() < 6) shapes.push_back(hung);
   }
+  std::vector<cloth::Experiment> lanes;
   const Prediction common = predictions(parameters, Eigen::MatrixXd(usual), trial, 0, 1).front();
-  const auto rests_from = [&](const std::vector<Eigen::Matrix3Xd>& starts) {
-    std::vector<cloth::Experiment> lanes;
-    for (const Eigen::Matrix3Xd& shape : starts) {
-      lanes.push_back(common.experiment);
-      lanes.back().start_shape = shape;
-    }
-    return cloth::relax(sheet_, lanes, options_.simulation);
-  };
-  const auto blew_up = [](const cloth::Rest& rest) { return !rest.position.allFinite(); };
-  std::vector<cloth::Rest> rests = rests_from(shapes);
-  // A shape bent through points that are centimetres off may be crumpled too far to come to rest from.
-  if (std::all_of(rests.begin(), rests.end(), blew_up)) {
-    shapes.clear();
-    for (const double side : {1.0, -1.0}) shapes.push_back(cloth::hung_shape(sheet_, scene.trial.experiment, side));
-    rests = rests_from(shapes);
+  for (const Eigen::Matrix3Xd& shape : shapes) {
+    lanes.push_back(common.experiment);
+    lanes.back().start_shape = shape;
   }
+  const std::vector<cloth::Rest> rests = cloth::relax(sheet_, lanes, options_.simulation);
   // A tenth nearer, or the branch in use stays.
   constexpr double kClearly = 0.9;
   double least = std::numeric_limits<double>::infinity();
   scene.start_shape = shapes.front();
   for (size_t i = 0; i < rests.size(); ++i) {
-    if (blew_up(rests[i])) continue;
+    // Bent through points that are centimetres off, a sheet may blow up in part; what is left of it may well lie near.
+    if (!rests[i].position.allFinite()) continue;
     const double error = distance_at_first_sight_mm(trial, common, rests[i].position);
     if (error < least) {
       least = has_one && i == 0 ? kClearly * error : error;
