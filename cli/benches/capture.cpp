@@ -24,6 +24,7 @@
 #include <unistd.h>
 
 #include "capture/recorder.h"
+#include "cli/benches/arv_camera_test.h"
 #include "cli/benches/children_cpu.h"
 #include "cli/figures.h"
 #include "files/bad_input.h"
@@ -160,25 +161,13 @@ Result collect(const Client& client) {
   return result;
 }
 
-int64_t number_after(const std::string& text, const char* label) {
-  const size_t place = text.find(label);
-  return place == std::string::npos ? 0 : std::atoll(text.c_str() + text.find('=', place) + 1);
-}
-
-Outcome run_arv_camera_test(int seconds) {
+Outcome stream_by_arv_camera_test(int seconds) {
   const double before_s = children_cpu_s();
-  const std::string command = fmt::format(
-      "arv-camera-test-0.8 -n {} --no-packet-socket -i 9000 -f {} -e 2000 --packet-request-ratio=2 --duration {} 2>&1",
-      kAddress, kRate_hz, seconds);
-  std::string text;
-  char part[4096];
-  FILE* pipe = ::popen(command.c_str(), "r");
-  while (std::fgets(part, sizeof part, pipe)) text += part;
-  ::pclose(pipe);
+  const ArvCounts counts = run_arv_camera_test(kAddress, kRate_hz, seconds, " --no-packet-socket -i 9000 --packet-request-ratio=2");
   Outcome result;
   result.cpu_s = children_cpu_s() - before_s;
-  result.frames = number_after(text, "n_completed_buffers");
-  result.lost = number_after(text, "n_failures") + number_after(text, "n_missing_frames");
+  result.frames = counts.whole;
+  result.lost = counts.lost;
   result.seconds = seconds;
   return result;
 }
@@ -299,7 +288,7 @@ std::vector<Figure> bench_capture(const FigureOptions& options) {
       });
       ours.push_back(collect<Outcome>(client));
       options.progress(done + 0.2 / rounds, fmt::format("arv-camera-test at {:.0f} % packet loss, round {} of {}", 100 * loss, round + 1, rounds));
-      if (has_peer) peers.push_back(run_arv_camera_test(seconds));
+      if (has_peer) peers.push_back(stream_by_arv_camera_test(seconds));
     }
     add(figures, fmt::format("1280×1024 at 60 Hz, {:.0f} % loss", 100 * loss), median_of(ours),
         has_peer ? std::optional(median_of(peers)) : std::nullopt, reference);

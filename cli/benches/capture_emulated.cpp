@@ -20,6 +20,7 @@
 
 #include <fmt/format.h>
 
+#include "cli/benches/arv_camera_test.h"
 #include "cli/benches/children_cpu.h"
 #include "cli/figures.h"
 #include "files/whole_file.h"
@@ -115,23 +116,15 @@ Streamed stream_by_v4l2_ctl(int frames) {
 }
 
 // It sums its counts up at the end; what the camera had no room for it does not know of.
-Streamed stream_by_arv_camera_test(const std::string& address, int frames, const std::function<int64_t()>& lost_by_camera) {
+Streamed stream_from_usb3_by_arv_camera_test(const std::string& address, int frames, const std::function<int64_t()>& lost_by_camera) {
   const double before_s = children_cpu_s();
   const int64_t lost_before = lost_by_camera();
   Streamed out;
   out.seconds = std::ceil(frames / kEmulatedRate_hz);
-  const std::string command =
-      fmt::format("arv-camera-test-0.8 -n {} -f {} -e 2000 --duration {:.0f} 2>&1", address, kEmulatedRate_hz, out.seconds);
-  FILE* const pipe = ::popen(command.c_str(), "r");
-  char line[4096];
-  while (std::fgets(line, sizeof line, pipe) != nullptr) {
-    const char* value = std::strchr(line, '=');
-    if (std::strncmp(line, "n_completed_buffers", 19) == 0 && value) out.frames = std::atoll(value + 1);
-    if (std::strncmp(line, "n_failures", 10) == 0 && value) out.lost = std::atoll(value + 1);
-  }
-  ::pclose(pipe);
+  const ArvCounts counts = run_arv_camera_test(address, kEmulatedRate_hz, out.seconds);
+  out.frames = counts.whole;
   if (out.frames < 2) throw std::runtime_error("bench capture-usb3: arv-camera-test delivered nothing");
-  out.lost += lost_by_camera() - lost_before;
+  out.lost = counts.lost + lost_by_camera() - lost_before;
   out.cpu_s = children_cpu_s() - before_s;
   return out;
 }
@@ -182,7 +175,7 @@ std::vector<Figure> compare_on_bus(const FigureOptions& options, const std::file
   camera.height_px = kEmulatedHeight_px;
   const sim::Usb3Camera device(camera, flat_pictures());
   const Peer peer = {"arv-camera-test-0.8", "aravis-tools",
-                     [&](int frames) { return stream_by_arv_camera_test(device.name(), frames, [&] { return device.counts().frames_lost; }); }};
+                     [&](int frames) { return stream_from_usb3_by_arv_camera_test(device.name(), frames, [&] { return device.counts().frames_lost; }); }};
   return compare(options, folder, "USB3 Vision", fmt::format("address = \"{}\"\n", device.name()), peer);
 }
 
