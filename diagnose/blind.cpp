@@ -3,6 +3,11 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <set>
+
+#include <fcntl.h>
+#include <sys/file.h>
+#include <unistd.h>
 
 #include <boost/math/distributions/beta.hpp>
 #include <fmt/format.h>
@@ -57,6 +62,31 @@ struct Answered {
   std::string id, truth, named, side;
   double probability = 0, ratio = 0;  // gap / floor
   json diagnosis;
+  std::optional<double> shrink_found;  // of the cause, in fresh trials
+  bool is_pair() const { return truth.find('+') != std::string::npos; }
+};
+
+std::set<std::string> both_of(const std::string& pair) {
+  const size_t plus = pair.find('+');
+  return {pair.substr(0, plus), pair.substr(plus + 1)};
+}
+
+// Held by one process while it answers a campaign; let go of when it ends, however it ends.
+class Claim {
+ public:
+  explicit Claim(const fs::path& file) : descriptor_(::open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644)) {
+    holds_ = descriptor_ >= 0 && ::flock(descriptor_, LOCK_EX | LOCK_NB) == 0;
+  }
+  ~Claim() {
+    if (descriptor_ >= 0) ::close(descriptor_);
+  }
+  Claim(const Claim&) = delete;
+  Claim& operator=(const Claim&) = delete;
+  bool holds() const { return holds_; }
+
+ private:
+  int descriptor_;
+  bool holds_;
 };
 
 // What the named cause should be, for the side.
@@ -185,15 +215,18 @@ BlindRecord read_record(const fs::path& folder) {
 size_t answer_all(const fs::path& folder, const std::function<Diagnosis(const fs::path&)>& diagnose, const std::function<bool()>& enough) {
   BlindRecord record = read_record(folder);
   if (!record.answers.empty()) refuse((folder / "record.json").string(), "found answers that are final already, expected none; keys may have been opened");
-  size_t answered = 0;
   for (const std::string& id : record.ids) {
     const fs::path out = folder / "answers" / id;
     if (!fs::exists(out / "diagnosis.json")) {
       if (enough()) continue;
-      write_diagnosis(diagnose(folder / "campaigns" / id), out);
+      fs::create_directories(folder / "answers");
+      const Claim claim(folder / "answers" / (id + ".lock"));
+      if (!claim.holds()) continue;
+      if (!fs::exists(out / "diagnosis.json")) write_diagnosis(diagnose(folder / "campaigns" / id), out);
     }
-    ++answered;
   }
+  // Others may have answered some meanwhile.
+  const auto answered = static_cast<size_t>(std::count_if(record.ids.begin(), record.ids.end(), [&](const std::string& id) { return fs::exists(folder / "answers" / id / "diagnosis.json"); }));
   if (answered == record.ids.size()) {
     record.answers = answers_hash(folder, record);
     write_record(folder, record);
@@ -201,7 +234,7 @@ size_t answer_all(const fs::path& folder, const std::function<Diagnosis(const fs
   return answered;
 }
 
-BlindScore open_keys(const fs::path& folder, bool partial) {
+BlindScore open_keys(const fs::path& folder, bool partial, const ShrinkFound& shrink_found) {
   const BlindRecord record = read_record(folder);
   if (!partial && record.answers.empty()) refuse((folder / "record.json").string(), "found campaigns without an answer; run `blind answer` first, or open with --partial");
   if (!partial && answers_hash(folder, record) != record.answers) refuse((folder / "answers").string(), "found answers that were changed after they were final");
@@ -224,6 +257,7 @@ BlindScore open_keys(const fs::path& folder, bool partial) {
     const double floor = a.diagnosis.at("gap").at("right_model_mm").get<double>();
     a.ratio = (a.diagnosis.at("gap").at("held_out_mm").get<double>() - floor) / floor;
     for (const auto& [name, value] : a.diagnosis.at("sides").items()) side_of[name] = value.get<std::string>();
+    if (shrink_found && a.named == a.truth && a.diagnosis.at("shrink").contains(a.truth)) a.shrink_found = shrink_found(key, a.diagnosis, a.truth);
     all.push_back(std::move(a));
   }
 
@@ -232,6 +266,8 @@ BlindScore open_keys(const fs::path& folder, bool partial) {
   int none = 0, alarms = 0, known = 0, known_plain = 0, first = 0, in_set = 0, outside = 0, unknown = 0, confident_wrong = 0, sided = 0, side_right = 0;
   std::vector<size_t> set_sizes;
   std::map<std::string, int> confusion;
+  int pairs = 0, both_named = 0, one_alone = 0, held = 0;
+  std::vector<double> shrink_errors;
   for (const Answered& a : all) {
     ++confusion[fmt::format("{} → {}", a.truth, a.named)];
     if (a.truth == "none") {
@@ -241,12 +277,23 @@ BlindScore open_keys(const fs::path& folder, bool partial) {
       ++outside;
       unknown += a.named == "unknown";
       confident_wrong += a.named != "unknown" && a.named != "none" && a.probability > 0.8;
+    } else if (a.is_pair()) {
+      ++pairs;
+      const std::string said = a.diagnosis.contains("pair") ? a.diagnosis.at("pair").at("effects").get<std::string>() : "";
+      const bool both = both_of(said) == both_of(a.truth);
+      both_named += both;
+      one_alone += !both && a.probability > 0.9 && both_of(a.truth).count(a.named) > 0;
     } else {
       ++known;
       const std::string side = true_side(a.truth, side_of);
       if (a.named != "none" && a.named != "unknown") {
         ++sided;
         side_right += (side == "measurement") == (a.side == "measurement");
+      }
+      if (a.shrink_found && std::isfinite(*a.shrink_found)) {
+        const json& told = a.diagnosis.at("shrink").at(a.truth);
+        shrink_errors.push_back(std::abs(told.at("fraction").get<double>() - *a.shrink_found));
+        held += *a.shrink_found >= told.at("interval")[0].get<double>() && *a.shrink_found <= told.at("interval")[1].get<double>();
       }
       if (a.ratio < 2) continue;
       ++known_plain;
@@ -261,11 +308,19 @@ BlindScore open_keys(const fs::path& folder, bool partial) {
               row("the same: the confusable set holds it", "at least 90 %", in_set, known_plain),
               row("outside the library: unknown", "at least 80 %", unknown, outside),
               row("outside the library: a confident wrong name", "at most 5 %", confident_wrong, outside),
-              row("known, some effect named: measurement or physics", "at least 95 %", side_right, sided)};
+              row("known, some effect named: measurement or physics", "at least 95 %", side_right, sided),
+              row("shrink, named right: the 90 % interval holds that of fresh trials", "85 to 95 %", held, static_cast<int>(shrink_errors.size())),
+              row("two effects at once: both named", "at least 60 %", both_named, pairs),
+              row("two effects at once: one above 0.9, the other's gap left", "never", one_alone, pairs)};
+  out.shrinks = shrink_errors.size();
+  if (!shrink_errors.empty()) {
+    std::nth_element(shrink_errors.begin(), shrink_errors.begin() + static_cast<std::ptrdiff_t>(shrink_errors.size() / 2), shrink_errors.end());
+    out.shrink_error = shrink_errors[shrink_errors.size() / 2];
+  }
   for (const double ratio : {0.5, 1.0, 2.0, 4.0}) {
     int of = 0, detected = 0, named = 0;
     for (const Answered& a : all)
-      if (a.truth != "none" && a.truth != "unknown" && a.ratio >= ratio / std::sqrt(2.0) && a.ratio < ratio * std::sqrt(2.0)) {
+      if (a.truth != "none" && a.truth != "unknown" && !a.is_pair() && a.ratio >= ratio / std::sqrt(2.0) && a.ratio < ratio * std::sqrt(2.0)) {
         ++of;
         detected += a.named != "none";
         named += a.named == a.truth;

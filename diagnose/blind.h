@@ -8,6 +8,7 @@
 
 #include <filesystem>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -37,7 +38,8 @@ struct BlindRecord {
 BlindRecord read_record(const std::filesystem::path& folder);
 
 // Diagnoses every campaign that has no answer yet, in the record's order, until `enough` says stop; stores the hash
-// of all answers once the last is there. Returns how many are answered.
+// of all answers once the last is there. Several processes share the work: each campaign is answered by whoever locks it
+// first (answers/ID.lock). Returns how many are answered.
 size_t answer_all(const std::filesystem::path& folder, const std::function<Diagnosis(const std::filesystem::path&)>& diagnose,
               const std::function<bool()>& enough);
 
@@ -50,12 +52,18 @@ struct ScoreRow {
 struct BlindScore {
   std::vector<ScoreRow> rows, baselines;
   double brier = 0, brier_base_rates = 0, calibration_error = 0;
+  double shrink_error = 0;             // median of |told − found| of the shrink of causes named right
+  size_t shrinks = 0;                  // so many
   std::vector<std::string> confusion;  // "true → named: count"
   size_t answered = 0;
 };
 
+// The share of the gap that an effect closes in fresh trials of a key's campaign; nothing where none can be made.
+using ShrinkFound = std::function<std::optional<double>(const SealedKey& key, const nlohmann::json& diagnosis, const std::string& effect)>;
+
 // Checks the seals and the answers' hash, then scores. partial: score what is answered, without the hash of all.
-BlindScore open_keys(const std::filesystem::path& folder, bool partial);
+// shrink_found: empty: how far gaps shrink is not scored.
+BlindScore open_keys(const std::filesystem::path& folder, bool partial, const ShrinkFound& shrink_found = {});
 
 // Exact binomial interval.
 std::pair<double, double> clopper_pearson(int hits, int of, double level = 0.95);

@@ -26,7 +26,7 @@ namespace {
 constexpr double kAbsorbed = 0.995;     // share of an effect's trace beyond which a refit of the base hides it
 constexpr int kBootstraps = 2000;
 constexpr double kCredible = 0.9;       // of the confusable set
-constexpr size_t kRunFree = 3;          // effects whose shrink is looked at
+constexpr size_t kRunFree = 2;          // effects whose shrink is looked at; where the answer is none, one
 constexpr double kPlainlyNone = 0.65;   // probability of none from which no effect is fitted further
 constexpr double kPairGain = 0.15;      // ln of the error's square that a second effect must win on held-out trials
 
@@ -304,6 +304,23 @@ void fill_gap(Diagnosis& out, const GroupErrors& before, const GroupErrors& nois
       bootstrap(all.size(), [&](const std::vector<size_t>& draw) { return before.mm(draw) - noise.mm(draw); });
 }
 
+Judged judged_by(const Study& study, const std::vector<Hypothesis>& few, const HeldOut& held, const Floor& floor) {
+  Judged out;
+  for (const std::vector<size_t>& group : study.groups) out.groups.push_back(study.objective->scenes()[group.front()].trial.name);
+  out.right_model = group_mm(study, floor.right_mm);
+  for (size_t i = 0; i < few.size(); ++i) out.left[name_of(study, few[i])] = group_mm(study, held.mm.row(static_cast<Index>(i)));
+  return out;
+}
+
+std::map<std::string, double> values_of(const Study& study, const Hypothesis& h) {
+  std::map<std::string, double> out;
+  for (const Index k : h.active) {
+    const fit::Parameter& p = study.parameters[static_cast<size_t>(k)];
+    out[p.name] = fit::to_value(p, h.x(k));
+  }
+  return out;
+}
+
 }  // namespace
 
 Diagnosis diagnose(const trial::Campaign& campaign, const std::vector<Effect>& effects, const DiagnosisOptions& options) {
@@ -313,12 +330,11 @@ Diagnosis diagnose(const trial::Campaign& campaign, const std::vector<Effect>& e
   const report::ProgressCallback& progress = options.study.progress;
   StudyOptions study_options = options.study;
   study_options.progress = part(progress, 0, 0.5);
-  study_options.base_fit = options.base_fit;
   Study study = make_study(campaign, effects, study_options);
-  if (options.on_base_fit) options.on_base_fit(study.base.head(static_cast<Index>(study.base_count)));
+  if (options.on_base_fit) options.on_base_fit({study.base.head(static_cast<Index>(study.base_count)), study.objective->pulls()});
   out.campaign = study.campaign;
   if (!study.pulled_harder.empty())
-    out.remarks.push_back(fmt::format("pulled twice as hard as the others, as the base model left the recorded folds there: {}", fmt::join(study.pulled_harder, ", ")));
+    out.remarks.push_back(fmt::format("pulled twice as hard as the others, as the base model leaves the recorded folds there, or a finer mesh goes another way: {}", fmt::join(study.pulled_harder, ", ")));
   out.base = drag_text(options.study.drag);
   stages.done("base fit");
 
@@ -358,6 +374,7 @@ Diagnosis diagnose(const trial::Campaign& campaign, const std::vector<Effect>& e
     scores = score(study, few, held, floor, options.calibration);
     stages.done("nearest in earnest");
   }
+  out.judged = judged_by(study, few, held, floor);
   out.p_value = scores.p_value;
   out.probability = scores.probability;
   out.cause = best_of(out.probability);
@@ -388,13 +405,14 @@ Diagnosis diagnose(const trial::Campaign& campaign, const std::vector<Effect>& e
 
   // How large the gap is, and how far the nearest effects close it, in motions that nothing pulls.
   progress(0.94, "running free");
-  const std::vector<size_t> nearest = nearest_by(scores.log_ratio, kRunFree);
+  const std::vector<size_t> nearest = nearest_by(scores.log_ratio, out.cause == "none" ? 1 : kRunFree);
   std::vector<Hypothesis> arms = {few[0]};
   for (const size_t i : nearest) arms.push_back(few[i]);
   const HeldOut free = study.pulled ? held_out_free(study, arms) : only_rows(held, nearest);
   const Floor free_floor = floor_of(study, options.calibration);
   const GroupErrors before = errors_of(study, free.mm.row(0)), noise = errors_of(study, free_floor.noise_mm);
   fill_gap(out, before, noise, errors_of(study, free_floor.right_mm));
+  for (const Hypothesis& h : arms) out.free_fit[name_of(study, h)] = values_of(study, h);
   for (size_t k = 0; k < nearest.size(); ++k) {
     const Hypothesis& h = few[nearest[k]];
     EffectFinding& f = out.effects[h.effects[0]];

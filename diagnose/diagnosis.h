@@ -19,6 +19,7 @@
 
 #include "capture/trial/trial.h"
 #include "diagnose/effects/effect.h"
+#include "diagnose/study.h"
 #include "diagnose/verdict.h"
 #include "diagnose/where.h"
 
@@ -27,8 +28,7 @@ namespace selvedge::diagnose {
 struct DiagnosisOptions {
   StudyOptions study;
   Calibration calibration;
-  std::optional<Eigen::VectorXd> base_fit;                        // of an earlier run: the base is not fitted again
-  std::function<void(const Eigen::VectorXd&)> on_base_fit;        // called once it is there
+  std::function<void(const BaseFit&)> on_base_fit;  // called once it is there
   size_t finalists = 4;  // effects that are refitted on the fine mesh and held out
 };
 
@@ -58,6 +58,13 @@ struct BaseParameter {
   double value = 0, corrected = 0;  // alone, and with the named cause added
 };
 
+// What each hypothesis left of groups of trials that it was not fitted to, mm: what the probabilities were made of.
+struct Judged {
+  std::vector<std::string> groups;                      // the first trial of each
+  std::vector<double> right_model;                      // what a right model is expected to leave
+  std::map<std::string, std::vector<double>> left;      // by hypothesis; the base is "none"
+};
+
 struct Diagnosis {
   std::string campaign, base;
   double gap_mm = 0, low_mm = 0, high_mm = 0, noise_floor_mm = 0, right_floor_mm = 0, replicate_mm = 0, p_value = 1;
@@ -70,6 +77,8 @@ struct Diagnosis {
   std::string pair;                       // "a+b" where two predict better than one, else empty
   Shrink pair_shrink;
   std::vector<BaseParameter> parameters;
+  Judged judged;
+  std::map<std::string, std::map<std::string, double>> free_fit;  // by hypothesis ("none": the base), parameters refitted to free motions
   std::vector<Cell> where;
   ResidualMap map;
   std::vector<std::string> separates;     // what the next experiment would tell apart

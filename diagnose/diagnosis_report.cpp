@@ -124,6 +124,8 @@ json to_json(const Diagnosis& d) {
               {"parameters", parameters},
               {"cannot_tell", d.cannot_tell},
               {"screened", screened},
+              {"judged", {{"groups", d.judged.groups}, {"right_model_mm", d.judged.right_model}, {"left_mm", d.judged.left}}},
+              {"free_fit", d.free_fit},
               {"sides", sides},
               {"remarks", d.remarks},
               {"evaluations", d.evaluations},

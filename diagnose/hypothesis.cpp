@@ -247,7 +247,7 @@ void refine_mesh(Study& study, std::vector<Hypothesis>& hypotheses) {
 }
 
 void relinearise(Study& study, std::vector<Hypothesis>& hypotheses) {
-  constexpr double kBaseStep = 0.04, kEffectStep = 0.3;  // coordinates: ln of the base's, scales of an effect's
+  constexpr double kBaseStep = 0.08, kEffectStep = 0.3;  // coordinates: ln of the base's, scales of an effect's
   Index columns = 0;
   for (const Hypothesis& h : hypotheses) columns += static_cast<Index>(h.active.size());
   MatrixXd sets(study.base.size(), columns);

@@ -5,8 +5,10 @@
 #include <limits>
 
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 #include "diagnose/hypothesis.h"
+#include "files/whole_file.h"
 #include "fit/least_squares.h"
 #include "fit/observed_trial.h"
 #include "fit/robust_cost.h"
@@ -51,9 +53,11 @@ std::vector<std::vector<size_t>> group_trials(const trial::Campaign& campaign, c
 }
 
 // What the fine mesh adds to each residual at these parameters, mm; zero where it blew up or went another way.
-std::vector<VectorXd> mesh_change(const fit::Objective& objective, const fit::Objective& fine, const std::vector<fit::Parameter>& parameters,
+// The fine mesh then starts from the equilibria that it found: on it, relaxing takes as long as moving.
+std::vector<VectorXd> mesh_change(const fit::Objective& objective, fit::Objective& fine, const std::vector<fit::Parameter>& parameters,
                                   const VectorXd& x) {
   const fit::Residuals coarse_r = objective.evaluate(parameters, x).front(), fine_r = fine.evaluate(parameters, x).front();
+  if (fine_r.finite) fine.set_start(fine_r.start);
   std::vector<VectorXd> change;
   for (size_t i = 0; i < coarse_r.mm.size(); ++i) {
     VectorXd d = VectorXd::Zero(objective.time_s(i).size());
@@ -69,7 +73,7 @@ std::vector<VectorXd> mesh_change(const fit::Objective& objective, const fit::Ob
 }
 
 MatrixXd base_jacobian(Study& study) {
-  constexpr double kStep = 0.04;
+  constexpr double kStep = 0.06;
   const auto n = static_cast<Index>(study.base_count);
   MatrixXd sets(study.base.size(), 2 * n + 1);
   for (Index k = 0; k < sets.cols(); ++k) sets.col(k) = study.base;
@@ -88,41 +92,77 @@ MatrixXd base_jacobian(Study& study) {
   return jacobian;
 }
 
-// Trials that the pull does not keep in the recorded folds at x are pulled twice as hard from now on; whether there are any.
-bool pull_lost_harder(Study& study, const std::vector<fit::Parameter>& base, const VectorXd& x) {
-  constexpr double kLost_mm = 6;  // models that keep the folds were never found so far off under the pull
-  const fit::Residuals at = study.objective->evaluate(base, x).front();
-  ++study.evaluations;
+// Pulls all moving trials twice as hard: so that a fit that starts far off is led by forces, not by folds.
+void pull_all_harder(Study& study, double pull_per_s) {
   std::vector<double> pulls = study.objective->pulls();
-  for (size_t i = 0; i < pulls.size(); ++i) {
-    const fit::ObservedTrial& trial = study.objective->scenes()[i].trial;
-    if (trial.still || !trial.markers || fit::rms_mm(trial, at.mm[i], study.objective->time_s(i)) < kLost_mm) continue;
-    pulls[i] *= 2;
-    study.pulled_harder.push_back(trial.name);
-  }
+  for (size_t i = 0; i < pulls.size(); ++i)
+    if (!study.objective->scenes()[i].trial.still) pulls[i] = 2 * pull_per_s;
   study.objective->set_pulls(pulls);
-  return !study.pulled_harder.empty();
+}
+
+// Trials that go on being pulled twice as hard, told at x: those that the usual pull does not keep in the recorded folds, and
+// those where a finer mesh goes another way.
+void choose_pulls(Study& study, const std::vector<fit::Parameter>& base, const VectorXd& x, double pull_per_s) {
+  constexpr double kLost_mm = 6;   // models that keep the folds were never found so far off under the pull
+  constexpr double kParted_mm = 1.5;
+  const size_t trials = study.objective->scenes().size();
+  for (fit::Objective* objective : {study.objective.get(), study.fine.get()}) objective->set_pulls(std::vector<double>(trials, pull_per_s));
+  const fit::Residuals coarse = study.objective->evaluate(base, x).front(), fine = study.fine->evaluate(base, x).front();
+  if (fine.finite) study.fine->set_start(fine.start);
+  study.evaluations += 2;
+  std::vector<double> pulls(trials, pull_per_s);
+  for (size_t i = 0; i < trials; ++i) {
+    const fit::ObservedTrial& trial = study.objective->scenes()[i].trial;
+    if (trial.still || !trial.markers) continue;
+    const VectorXd time_s = study.objective->time_s(i);
+    const bool lost = !(fit::rms_mm(trial, coarse.mm[i], time_s) < kLost_mm);
+    if (lost || !(fit::rms_mm(trial, fine.mm[i] - coarse.mm[i], time_s) < kParted_mm)) pulls[i] *= 2;
+  }
+  for (fit::Objective* objective : {study.objective.get(), study.fine.get()}) objective->set_pulls(pulls);
 }
 
 // The base fit to what the fine mesh predicts: what it adds is found, and found again after a refit.
-void refit_on_fine_mesh(Study& study, const std::vector<fit::Parameter>& base, const report::ProgressCallback& progress) {
+void refit_on_fine_mesh(Study& study, const std::vector<fit::Parameter>& base, const fit::LeastSquaresOptions& search, const report::ProgressCallback& progress) {
+  constexpr double kFar = 0.2;  // ln: derivatives brought up to date by Broyden's rule serve within it
   const auto n = static_cast<Index>(study.base_count);
-  study.jacobian = base_jacobian(study);
   for (int round = 0; round < 2; ++round) {
     study.mesh_change = mesh_change(*study.objective, *study.fine, base, study.base.head(n));
     study.objective->set_mesh_correction(study.mesh_change);
-    study.residual = residuals_at(study, study.base).col(0);
-    std::vector<Hypothesis> arm = {base_hypothesis(study)};
-    refit(study, arm, 3, {1e-4, 1e-2, 0.3, 3});
-    study.base = arm[0].x;
-    study.residual = arm[0].residual;
-    study.jacobian = arm[0].jacobian;
-    study.evaluations += 3;
-    progress(0.5 * (round + 1), fmt::format("robust residual {:.2f} sd", fit::robust_scale(study.residual)));
+    study.evaluations += 2;
+    if (round == 0) {
+      fit::LeastSquaresOptions few = search;
+      few.max_iterations = 3;
+      const fit::LeastSquaresResult fitted = fit::minimise(*study.objective, base, study.base.head(n), few);
+      study.base.head(n) = fitted.coordinates;
+      study.evaluations += fitted.evaluations;
+    } else {
+      study.jacobian = base_jacobian(study);
+      std::vector<Hypothesis> arm = {base_hypothesis(study)};
+      refit(study, arm, 3, {1e-4, 1e-2, 0.3, 3});
+      const double moved = (arm[0].x - study.base).cwiseAbs().maxCoeff();
+      study.base = arm[0].x;
+      study.residual = arm[0].residual;
+      study.jacobian = arm[0].jacobian;
+      if (moved > kFar) study.jacobian = base_jacobian(study);
+    }
+    progress(0.5 * (round + 1), fmt::format("robust residual {:.2f} sd", fit::robust_scale(residuals_at(study, study.base).col(0))));
   }
 }
 
 }  // namespace
+
+nlohmann::json to_json(const BaseFit& fit) {
+  return {{"coordinates", std::vector<double>(fit.coordinates.begin(), fit.coordinates.end())}, {"pulls_per_s", fit.pulls_per_s}};
+}
+
+std::optional<BaseFit> read_base_fit(const std::filesystem::path& file, size_t trials) {
+  const nlohmann::json stored = files::read_json(file);
+  if (!stored.contains("coordinates") || !stored.contains("pulls_per_s")) return {};
+  const auto values = stored.at("coordinates").get<std::vector<double>>();
+  BaseFit fit{Eigen::Map<const VectorXd>(values.data(), static_cast<Index>(values.size())), stored.at("pulls_per_s").get<std::vector<double>>()};
+  if (fit.pulls_per_s.size() != trials) return {};
+  return fit;
+}
 
 bool is_mesh_correction(const fit::Objective& objective, size_t trial, const VectorXd& change_mm, const VectorXd& left_mm) {
   constexpr double kLargest_mm = 3;
@@ -145,10 +185,9 @@ void run_free(Study& study) {
   const std::vector<fit::Parameter> base(study.parameters.begin(), study.parameters.begin() + static_cast<std::ptrdiff_t>(study.base_count));
   const VectorXd x = study.base.head(static_cast<Index>(study.base_count));
   study.pulled = false;
-  for (fit::Objective* objective : {study.objective.get(), study.fine.get()}) {
-    objective->set_pulls(std::vector<double>(objective->scenes().size(), 0));
-    objective->rematch(base, x);
-  }
+  for (fit::Objective* objective : {study.objective.get(), study.fine.get()}) objective->set_pulls(std::vector<double>(objective->scenes().size(), 0));
+  study.objective->rematch(base, x);
+  study.fine->take_branches_of(*study.objective);  // seeking them on the fine mesh took a third of a diagnosis
   study.objective->set_mesh_correction({});
   study.mesh_change = mesh_change(*study.objective, *study.fine, base, x);
   study.objective->set_mesh_correction(study.mesh_change);
@@ -189,43 +228,57 @@ Study make_study(const trial::Campaign& campaign, const std::vector<Effect>& eff
     on_fine.branch_of = study.objective.get();  // the equilibrium that was matched to the recording
     study.fine = std::make_shared<fit::Objective>(trials, on_fine, base, x);
     study.fine->set_pulls(study.objective->pulls());
-    study.fine->rematch(base, x);
+    if (!study.pulled) study.fine->rematch(base, x);
   };
-  VectorXd x;
-  const bool is_fitted = options.base_fit && options.base_fit->size() == static_cast<Index>(base.size());
-  if (is_fitted) {
-    x = *options.base_fit;
-    study.objective = std::make_shared<fit::Objective>(trials, objective_on(options.columns), base, x);
-    if (study.pulled) pull_lost_harder(study, base, x);
-    fine_after(x);
-    study.mesh_change = mesh_change(*study.objective, *study.fine, base, x);
-    study.objective->set_mesh_correction(study.mesh_change);
-  } else {
-    x = fit::usual_coordinates(base);
-    if (!study.pulled) {
-      fit::LeastSquaresOptions start;
-      start.progress = fit::part_of(options.progress, 0.02, 0.25, "coarse mesh");
-      x = fit::find_start(trials, objective_on(options.coarse_columns), base, start).coordinates;
-    }
-    study.objective = std::make_shared<fit::Objective>(trials, objective_on(options.columns), base, x);
-    fit::LeastSquaresOptions search;
-    search.max_iterations = 6;
-    search.steps_between = 1;
-    search.only_coordinates = true;
-    search.least_decrease = 1e-3;
-    search.progress = fit::part_of(options.progress, 0.25, 0.45, "base fit");
-    x = fit::minimise_on_branches(*study.objective, base, x, search).coordinates;
-    if (study.pulled && pull_lost_harder(study, base, x)) {
-      search.progress = fit::part_of(options.progress, 0.45, 0.6, "base fit, some trials pulled harder");
-      x = fit::minimise_on_branches(*study.objective, base, x, search).coordinates;
-    }
-    fine_after(x);
+  const bool is_fitted = options.base_fit && options.base_fit->coordinates.size() == static_cast<Index>(base.size());
+  VectorXd x = is_fitted ? options.base_fit->coordinates : fit::usual_coordinates(base);
+  fit::LeastSquaresOptions search;
+  search.max_iterations = 8;
+  search.steps_between = 1;
+  search.only_coordinates = true;
+  search.least_decrease = 1e-3;
+  // Small differences meet edges where a motion folds another way: from 0.03 one fit in four ended far from the bottom.
+  search.difference = 0.1;
+  if (!is_fitted && !study.pulled) {
+    fit::LeastSquaresOptions start;
+    start.progress = fit::part_of(options.progress, 0.02, 0.25, "coarse mesh");
+    x = fit::find_start(trials, objective_on(options.coarse_columns), base, start).coordinates;
+  } else if (!is_fitted) {
+    study.objective = std::make_shared<fit::Objective>(trials, objective_on(options.coarse_columns), base, x);
+    pull_all_harder(study, options.pull_per_s);
+    fit::LeastSquaresOptions start = search;
+    start.least_decrease = 1e-2;
+    start.progress = fit::part_of(options.progress, 0.02, 0.1, "coarse mesh");
+    x = fit::minimise(*study.objective, base, x, start).coordinates;
   }
+  fit::ObjectiveOptions usual_mesh = objective_on(options.columns);
+  usual_mesh.branch_of = study.objective.get();
+  study.objective = std::make_shared<fit::Objective>(trials, usual_mesh, base, x);
+  if (is_fitted) {
+    study.objective->set_pulls(options.base_fit->pulls_per_s);
+  } else {
+    if (study.pulled) pull_all_harder(study, options.pull_per_s);
+    fit::LeastSquaresOptions first = search;
+    first.least_decrease = study.pulled ? 1e-2 : 1e-3;  // pulled fits are refitted below, on another pull
+    first.progress = fit::part_of(options.progress, study.pulled ? 0.1 : 0.25, 0.55, "base fit");
+    const fit::LeastSquaresResult fitted = fit::minimise_on_branches(*study.objective, base, x, first);
+    x = fitted.coordinates;
+    study.evaluations += fitted.evaluations;
+  }
+  fine_after(x);
+  if (!is_fitted && study.pulled) choose_pulls(study, base, x, options.pull_per_s);
+  for (size_t i = 0; i < trials.size(); ++i)
+    if (study.objective->pulls()[i] > options.pull_per_s) study.pulled_harder.push_back(trials[i].name);
   study.rows = std::make_unique<Rows>(*study.objective);
   study.base = fit::usual_coordinates(study.parameters);
   study.base.head(static_cast<Index>(study.base_count)) = x;
-  if (!is_fitted) refit_on_fine_mesh(study, base, fit::part_of(options.progress, 0.6, 0.95, "base fit, finer mesh"));
-  study.jacobian = base_jacobian(study);
+  if (is_fitted) {
+    study.mesh_change = mesh_change(*study.objective, *study.fine, base, x);
+    study.objective->set_mesh_correction(study.mesh_change);
+  } else {
+    refit_on_fine_mesh(study, base, search, fit::part_of(options.progress, 0.55, 0.95, "base fit, finer mesh"));
+  }
+  if (is_fitted) study.jacobian = base_jacobian(study);
   options.progress(1, "base model fitted");
   return study;
 }

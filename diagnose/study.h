@@ -5,10 +5,13 @@
 // their neutral value. Coordinates of effects are zero at neutral.
 #pragma once
 
+#include <filesystem>
 #include <memory>
 #include <optional>
 #include <string>
 #include <vector>
+
+#include <nlohmann/json_fwd.hpp>
 
 #include "capture/trial/trial.h"
 #include "diagnose/effects/effect.h"
@@ -19,12 +22,22 @@
 
 namespace selvedge::diagnose {
 
+// Where a base fit ended.
+struct BaseFit {
+  Eigen::VectorXd coordinates;
+  std::vector<double> pulls_per_s;  // a trial
+};
+
+nlohmann::json to_json(const BaseFit& fit);
+// In the form of `to_json`, of the campaign's `trials` trials; nothing where the file is of another form.
+std::optional<BaseFit> read_base_fit(const std::filesystem::path& file, size_t trials);
+
 struct StudyOptions {
   fit::Drag drag = fit::Drag::nonlinear;
   int coarse_columns = 7, columns = 13, fine_columns = 25;  // start, derivatives, and what they are derivatives of
   double rate_hz = 30, image_rate_hz = 10;
   double pull_per_s = 10;  // fits and judging: simulations are pulled towards the markers (cloth/guide.h); 0: they run free
-  std::optional<Eigen::VectorXd> base_fit;  // coordinates of the base, found before: they are taken as they are
+  std::optional<BaseFit> base_fit;  // found before: it is taken as it is
   report::ProgressCallback progress = [](double, const std::string&) {};
 };
 
@@ -43,7 +56,7 @@ struct Study {
   Eigen::VectorXd residual;                 // whitened, at base
   Eigen::MatrixXd jacobian;                 // whitened residual per base coordinate
   bool pulled = false;                      // simulations are pulled towards markers
-  std::vector<std::string> pulled_harder;   // trials that left the recorded folds all the same
+  std::vector<std::string> pulled_harder;   // trials that leave the recorded folds all the same, or where the meshes part
   std::vector<Eigen::VectorXd> mesh_change; // mm, what the fine mesh adds, one a trial
   int evaluations = 0;
 };

@@ -106,11 +106,15 @@ Objective::Objective(std::vector<ObservedTrial> trials, const ObjectiveOptions& 
     scenes_.push_back({std::move(trial), {}});
   }
   if (options.branch_of) {
-    for (size_t i = 0; i < scenes_.size(); ++i) scenes_[i].start_shape = on_mesh(sheet_.mesh, options.branch_of->sheet(), options.branch_of->scenes()[i].start_shape);
+    take_branches_of(*options.branch_of);
     options_.branch_of = nullptr;
     return;
   }
   tbb::parallel_for(size_t{0}, scenes_.size(), [&](size_t i) { choose_branch(scenes_[i], parameters, usual); });
+}
+
+void Objective::take_branches_of(const Objective& other) {
+  for (size_t i = 0; i < scenes_.size(); ++i) scenes_[i].start_shape = on_mesh(sheet_.mesh, other.sheet(), other.scenes()[i].start_shape);
 }
 
 bool Objective::rematch(const std::vector<Parameter>& parameters, const Eigen::VectorXd& coordinates, const std::vector<size_t>& wanted) {

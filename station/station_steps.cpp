@@ -274,12 +274,10 @@ json StationSteps::diagnose(const Step& step, const report::ProgressCallback& pr
   options.study.progress = progress;
   // An attempt that was cut off goes on from its base fit.
   const fs::path base_fit = folder / "base_fit.json";
-  if (fs::exists(base_fit)) {
-    const auto values = files::read_json(base_fit).at("coordinates").get<std::vector<double>>();
-    options.base_fit = Eigen::Map<const Eigen::VectorXd>(values.data(), static_cast<Eigen::Index>(values.size()));
-  }
-  options.on_base_fit = [&](const Eigen::VectorXd& x) { files::write_json(base_fit, {{"coordinates", std::vector<double>(x.data(), x.data() + x.size())}}); };
-  const diagnose::Diagnosis found = diagnose::diagnose(trial::read_campaign(fabric_folder(step)), effects_of(file_), options);
+  const trial::Campaign campaign = trial::read_campaign(fabric_folder(step));
+  if (fs::exists(base_fit)) options.study.base_fit = diagnose::read_base_fit(base_fit, campaign.trials.size());
+  options.on_base_fit = [&](const diagnose::BaseFit& fit) { files::write_json(base_fit, diagnose::to_json(fit)); };
+  const diagnose::Diagnosis found = diagnose::diagnose(campaign, effects_of(file_), options);
   diagnose::write_diagnosis(found, folder);
   return {{"cause", found.cause}, {"probability", found.probability.at(found.cause)}, {"side", found.side}};
 }

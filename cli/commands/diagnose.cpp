@@ -54,18 +54,17 @@ std::string input_hash(const trial::Campaign& campaign, const DiagnoseArguments&
 }
 
 // A run that was broken off after the base fit goes on from it: DIR/base_fit.json.
-void go_on_from(DiagnoseArguments& a, const std::string& hash) {
+void go_on_from(DiagnoseArguments& a, const std::string& hash, size_t trials) {
   const std::filesystem::path file = a.out / "base_fit.json";
   if (std::filesystem::exists(file)) {
     const nlohmann::json stored = files::read_json(file);
-    if (stored.value("input", "") == hash) {
-      const auto values = stored.at("coordinates").get<std::vector<double>>();
-      a.options.base_fit = Eigen::Map<const Eigen::VectorXd>(values.data(), static_cast<Eigen::Index>(values.size()));
-    }
+    if (stored.value("input", "") == hash) a.options.study.base_fit = diagnose::read_base_fit(file, trials);
   }
-  a.options.on_base_fit = [file, hash](const Eigen::VectorXd& x) {
+  a.options.on_base_fit = [file, hash](const diagnose::BaseFit& fit) {
     std::filesystem::create_directories(file.parent_path());
-    files::write_json(file, {{"input", hash}, {"coordinates", std::vector<double>(x.data(), x.data() + x.size())}});
+    nlohmann::json stored = diagnose::to_json(fit);
+    stored["input"] = hash;
+    files::write_json(file, stored);
   };
 }
 
@@ -96,7 +95,7 @@ void run_diagnose(DiagnoseArguments& a) {
   const std::vector<diagnose::Effect> effects = chosen_effects(a);
   a.options.study.drag = a.base == "linear_drag" ? fit::Drag::linear : a.base == "no_drag" ? fit::Drag::none : fit::Drag::nonlinear;
   a.options.study.progress = report::terminal_progress("diagnose " + campaign.folder.filename().string());
-  go_on_from(a, input_hash(campaign, a));
+  go_on_from(a, input_hash(campaign, a), campaign.trials.size());
   const diagnose::Diagnosis d = diagnose::diagnose(campaign, effects, a.options);
   diagnose::write_diagnosis(d, a.out);
   print_diagnosis(d);

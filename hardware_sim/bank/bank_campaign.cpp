@@ -4,6 +4,7 @@
 #include <cmath>
 #include <map>
 #include <stdexcept>
+#include <tuple>
 
 #include <Eigen/Geometry>
 #include <fmt/format.h>
@@ -75,6 +76,11 @@ struct Motion {
   }
 };
 
+// Zero where the key has not this effect.
+double size_of(const BankKey& key, const std::string& effect) {
+  return key.cause == effect ? key.size : key.second == effect ? key.second_size : 0;
+}
+
 struct Rig {
   Vector3d left_offset = Vector3d::Zero(), right_offset = Vector3d::Zero();
   double slip = 0;
@@ -84,19 +90,20 @@ trial::Trial record(const BankKey& key, const Rig& rig, const std::string& name,
   LatticeOptions options;
   options.cells_across = options.cells_down = kCells;
   Vector3d gravity(0, 0, -9.81);
-  if (key.cause == "rig_tilt") gravity = Eigen::AngleAxisd(key.size, Vector3d(0.8, 0.6, 0)) * gravity;
+  gravity = Eigen::AngleAxisd(size_of(key, "rig_tilt"), Vector3d(0.8, 0.6, 0)) * gravity;
   options.gravity_m_s2 = gravity;
-  if (key.cause == "draught") options.air_m_s = key.size * Vector3d(0.35, 0.93, 0);
+  options.air_m_s = size_of(key, "draught") * Vector3d(0.35, 0.93, 0);
   LatticeSheet sheet(key.truth, options);
   if (key.cause == "unknown") {
     for (const HiddenEffect& effect : hidden_effects())
       if (effect.name == key.hidden) sheet.add_extra(effect.make(key.size), effect.step_share);
   } else {
-    static const std::vector<std::string> of_the_rig = {"none", "camera_delay", "dropped_frames", "rig_tilt", "marker_offset", "grip_slip", "draught"};
-    if (std::find(of_the_rig.begin(), of_the_rig.end(), key.cause) == of_the_rig.end()) {
-      const Extra extra = fabric_extra(key.cause, key.size);
-      sheet.add_extra(extra.extra, extra.step_share);
-    }
+    static const std::vector<std::string> of_the_rig = {"", "none", "camera_delay", "dropped_frames", "rig_tilt", "marker_offset", "grip_slip", "draught"};
+    for (const std::string& effect : {key.cause, key.second})
+      if (std::find(of_the_rig.begin(), of_the_rig.end(), effect) == of_the_rig.end()) {
+        const Extra extra = fabric_extra(effect, size_of(key, effect));
+        sheet.add_extra(extra.extra, extra.step_share);
+      }
   }
 
   // What a slipping grip has lost so far, along the pull.
@@ -152,8 +159,8 @@ trial::Trial record(const BankKey& key, const Rig& rig, const std::string& name,
   for (int i = 0; i < samples; ++i) {
     const double time = i / kRate_hz;
     double delay = 0;
-    if (!still && key.cause == "camera_delay") delay = key.size;
-    if (!still && key.cause == "dropped_frames") delay = -std::floor(time / key.size + 0.5) / kRate_hz;
+    if (!still) delay = size_of(key, "camera_delay");
+    if (const double every_s = size_of(key, "dropped_frames"); !still && every_s > 0) delay -= std::floor(time / every_s + 0.5) / kRate_hz;
     const Eigen::Matrix3Xd shape = shape_at(time - delay);
     for (int k = 0; k < 25; ++k) {
       const double u = 0.1 + 0.2 * (k % 5), v = 0.1 + 0.2 * (k / 5);
@@ -191,10 +198,14 @@ const std::vector<std::string>& bank_effects() {
 BankKey draw_key(const std::string& kind, std::mt19937_64& g) {
   BankKey key;
   key.cause = "none";
-  if (kind == "known") {
-    key.cause = bank_effects()[std::uniform_int_distribution<size_t>(0, bank_effects().size() - 1)(g)];
-    const auto [low, high] = sizes().at(key.cause);
-    key.size = log_uniform(g, low, high);
+  const auto draw_effect = [&] {
+    const std::string name = bank_effects()[std::uniform_int_distribution<size_t>(0, bank_effects().size() - 1)(g)];
+    const auto [low, high] = sizes().at(name);
+    return std::pair{name, log_uniform(g, low, high)};
+  };
+  if (kind == "known" || kind == "pair") {
+    std::tie(key.cause, key.size) = draw_effect();
+    while (kind == "pair" && (key.second.empty() || key.second == key.cause)) std::tie(key.second, key.second_size) = draw_effect();
   } else if (kind == "outside") {
     const std::vector<HiddenEffect> all = hidden_effects();
     key.cause = "unknown";
@@ -207,26 +218,78 @@ BankKey draw_key(const std::string& kind, std::mt19937_64& g) {
 }
 
 nlohmann::json to_json(const BankKey& key) {
-  return {{"cause", key.cause}, {"hidden", key.hidden}, {"size", key.size}, {"seed", key.seed},
-          {"fabric", {{"density", key.truth.density}, {"stretch", key.truth.stretch}, {"shear", key.truth.shear}, {"bend", key.truth.bend},
-                      {"bend_damping", key.truth.bend_damping}, {"drag_normal", key.truth.drag_normal}}}};
+  nlohmann::json out = {{"cause", key.cause}, {"hidden", key.hidden}, {"size", key.size}, {"seed", key.seed},
+                        {"fabric", {{"density", key.truth.density}, {"stretch", key.truth.stretch}, {"shear", key.truth.shear}, {"bend", key.truth.bend},
+                                    {"bend_damping", key.truth.bend_damping}, {"drag_normal", key.truth.drag_normal}}}};
+  if (key.second.empty()) return out;
+  out["cause"] = key.cause + "+" + key.second;
+  out["second_size"] = key.second_size;
+  return out;
+}
+
+BankKey bank_key(const nlohmann::json& json) {
+  BankKey key;
+  key.cause = json.at("cause").get<std::string>();
+  if (const size_t plus = key.cause.find('+'); plus != std::string::npos) {
+    key.second = key.cause.substr(plus + 1);
+    key.cause.resize(plus);
+    key.second_size = json.at("second_size").get<double>();
+  }
+  key.hidden = json.at("hidden").get<std::string>();
+  key.size = json.at("size").get<double>();
+  key.seed = json.at("seed").get<unsigned>();
+  const nlohmann::json& fabric = json.at("fabric");
+  key.truth.width_m = key.truth.height_m = kSide_m;
+  for (const auto& [name, member] : {std::pair{"density", &FabricTruth::density}, {"stretch", &FabricTruth::stretch}, {"shear", &FabricTruth::shear},
+                                     {"bend", &FabricTruth::bend}, {"bend_damping", &FabricTruth::bend_damping}, {"drag_normal", &FabricTruth::drag_normal}})
+    key.truth.*member = fabric.at(name).get<double>();
+  return key;
+}
+
+namespace {
+
+// Drawn whether used or not, so that every campaign spends its random numbers alike.
+Rig draw_rig(const BankKey& key, std::mt19937_64& g) {
+  const Vector3d left = direction(g), right = direction(g);
+  const double offset_m = size_of(key, "marker_offset");
+  return {offset_m * left, offset_m * right, size_of(key, "grip_slip")};
+}
+
+Motion draw_waving(std::mt19937_64& g) {
+  Motion m;
+  m.separation = uniform(g, 0.25, 0.265);
+  m.amplitude = {uniform(g, -0.012, 0.004), uniform(g, 0.03, 0.055), uniform(g, 0.01, 0.03)};
+  m.frequency_hz = uniform(g, 0.8, 1.7);
+  m.phase = uniform(g, 0, 2);
+  return m;
+}
+
+void write_campaign(trial::Campaign campaign, const std::filesystem::path& folder) {
+  for (trial::Trial& t : campaign.trials) {
+    t.fabric.name = campaign.fabric;
+    trial::write_trial(t, folder / t.name);
+  }
+  trial::write_campaign_json(campaign, folder);
+}
+
+}  // namespace
+
+void write_fresh_trials(const BankKey& key, const std::string& name, const std::filesystem::path& folder) {
+  std::mt19937_64 as_before(key.seed), g(key.seed ^ 0x5bd1e995ULL);
+  const Rig rig = draw_rig(key, as_before);
+  trial::Campaign campaign;
+  campaign.fabric = name;
+  for (int i = 1; i <= 3; ++i) campaign.trials.push_back(record(key, rig, "waving-" + std::to_string(i), trial::Experiment::waving, draw_waving(g), g));
+  write_campaign(std::move(campaign), folder);
 }
 
 void write_bank_campaign(const BankKey& key, const std::string& name, const std::filesystem::path& folder) {
   std::mt19937_64 g(key.seed);
-  Rig rig;
-  // Drawn whether used or not, so that every campaign spends its random numbers alike.
-  const Vector3d left = direction(g), right = direction(g);
-  if (key.cause == "marker_offset") {
-    rig.left_offset = key.size * left;
-    rig.right_offset = key.size * right;
-  }
-  if (key.cause == "grip_slip") rig.slip = key.size;
+  const Rig rig = draw_rig(key, g);
   trial::Campaign campaign;
   campaign.fabric = name;
   const auto add = [&](const std::string& trial_name, trial::Experiment kind, const Motion& motion) {
     campaign.trials.push_back(record(key, rig, trial_name, kind, motion, g));
-    campaign.trials.back().fabric.name = name;
   };
   Motion still;
   for (const double separation : {0.262, 0.245}) {
@@ -234,12 +297,8 @@ void write_bank_campaign(const BankKey& key, const std::string& name, const std:
     add(separation > 0.25 ? "static-1" : "static-2", trial::Experiment::static_hang, still);
   }
   for (int i = 1; i <= 3; ++i) {
-    Motion m;
-    m.separation = uniform(g, 0.25, 0.265);
-    m.amplitude = {uniform(g, -0.012, 0.004), uniform(g, 0.03, 0.055), uniform(g, 0.01, 0.03)};
-    m.frequency_hz = uniform(g, 0.8, 1.7);
-    m.phase = uniform(g, 0, 2);
-    add("waving-" + std::to_string(i), trial::Experiment::waving, m);
+    const Motion motion = draw_waving(g);
+    add("waving-" + std::to_string(i), trial::Experiment::waving, motion);
   }
   Motion robot;
   robot.separation = uniform(g, 0.252, 0.262);
@@ -250,8 +309,7 @@ void write_bank_campaign(const BankKey& key, const std::string& name, const std:
     add(trial_name, trial::Experiment::robot, robot);
   }
   campaign.replicates = {{"robot-1", "robot-2"}};
-  for (const trial::Trial& t : campaign.trials) trial::write_trial(t, folder / t.name);
-  trial::write_campaign_json(campaign, folder);
+  write_campaign(std::move(campaign), folder);
 }
 
 }  // namespace selvedge::hardware_sim

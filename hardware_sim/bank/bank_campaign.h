@@ -20,6 +20,8 @@ struct BankKey {
   std::string cause;      // "none", a name of the exchange format, or "unknown"
   std::string hidden;     // the hidden effect behind "unknown"
   double size = 0;        // in the unit of fabric_extras.cpp, or as campaign_of says
+  std::string second;     // another effect at once, empty: none
+  double second_size = 0;
   FabricTruth truth;
   unsigned seed = 0;      // of motion and noise
 };
@@ -27,12 +29,17 @@ struct BankKey {
 // Effects of the format that this world can make, and usual sizes.
 const std::vector<std::string>& bank_effects();
 
-// kind: "none", "known" (one of bank_effects(), each as likely) or "outside".
+// kind: "none", "known" (one of bank_effects(), each as likely), "outside" or "pair" (two of bank_effects()).
 BankKey draw_key(const std::string& kind, std::mt19937_64& generator);
 
+// "cause" of a pair: both names, joined by "+".
 nlohmann::json to_json(const BankKey& key);
+BankKey bank_key(const nlohmann::json& json);
 
 // Simulates and writes the campaign; its files name nothing but `name`.
 void write_bank_campaign(const BankKey& key, const std::string& name, const std::filesystem::path& folder);
+
+// Three more waved trials of the same swatch on the same rig, which no answer was fitted to.
+void write_fresh_trials(const BankKey& key, const std::string& name, const std::filesystem::path& folder);
 
 }  // namespace selvedge::hardware_sim

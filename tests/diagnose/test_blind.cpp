@@ -71,6 +71,62 @@ TEST_F(Blind, ScoresOnlyFinalAnswersAndGoesOn) {
   EXPECT_EQ(s.baselines[0].hits, 2);
 }
 
+TEST_F(Blind, TwoProcessesShareTheWork) {
+  int outer = 0, inner = 0;
+  const auto other = [&](const fs::path&) {
+    ++inner;
+    return says("none");
+  };
+  const auto first = [&](const fs::path&) {
+    ++outer;
+    answer_all(folder_, other, [] { return false; });  // as another process would meanwhile
+    return says("none");
+  };
+  EXPECT_EQ(answer_all(folder_, first, [] { return false; }), 3u);
+  EXPECT_EQ(outer, 1);
+  EXPECT_EQ(inner, 2);
+  EXPECT_NO_THROW(open_keys(folder_, false));
+}
+
+TEST(BlindPairs, AreNamedBothOrNot) {
+  const fs::path folder = fs::path(testing::TempDir()) / ("selvedge_blind_pairs_" + std::to_string(getpid()));
+  fs::remove_all(folder);
+  seal_keys(folder, {{"c1", "s", {{"cause", "hem+draught"}}}, {"c2", "t", {{"cause", "draught+hem"}}}}, "library");
+  answer_all(folder, [](const fs::path& campaign) {
+    Diagnosis d = says("draught");
+    d.probability["draught"] = 0.95;
+    if (campaign.filename() == "c1") d.pair = "draught+hem";
+    return d;
+  }, [] { return false; });
+  const BlindScore s = open_keys(folder, false);
+  const auto row = [&](const std::string& begin) {
+    for (const ScoreRow& r : s.rows)
+      if (r.what.starts_with(begin)) return r;
+    return ScoreRow{};
+  };
+  EXPECT_EQ(row("two effects at once: both").hits, 1);
+  EXPECT_EQ(row("two effects at once: both").of, 2);
+  EXPECT_EQ(row("two effects at once: one").hits, 1);
+  EXPECT_EQ(row("known effect").of, 0);
+  fs::remove_all(folder);
+}
+
+TEST_F(Blind, TellsHowFarToldShrinkIsFromThatOfFreshTrials) {
+  answer_all(folder_, [](const fs::path&) {
+    Diagnosis d = says("draught");
+    d.effects[0].finalist = true;
+    d.effects[0].shrink = {4, 1.6, 0.6, 0.5, 0.7};
+    return d;
+  }, [] { return false; });
+  const BlindScore s = open_keys(folder_, false, [](const SealedKey& key, const nlohmann::json&, const std::string& effect) -> std::optional<double> {
+    EXPECT_EQ(key.id, "c2");
+    EXPECT_EQ(effect, "draught");
+    return 0.45;
+  });
+  EXPECT_EQ(s.shrinks, 1u);
+  EXPECT_NEAR(s.shrink_error, 0.15, 1e-9);
+}
+
 TEST_F(Blind, RefusesChangedAnswersAndKeys) {
   answer_all(folder_, [](const fs::path&) { return says("none"); }, [] { return false; });
   const fs::path one = folder_ / "answers" / "c2" / "diagnosis.json";

@@ -2,10 +2,12 @@
 #include <filesystem>
 
 #include <gtest/gtest.h>
+#include <unistd.h>
 #include <nlohmann/json.hpp>
 
 #include "diagnose/diagnosis_report.h"
 #include "diagnose/effects/library.h"
+#include "diagnose/fresh_shrink.h"
 #include "files/whole_file.h"
 #include "tests/diagnose/simulated_campaign.h"
 
@@ -51,6 +53,26 @@ TEST(Diagnosis, NamesADelayAndMeasuresIt) {
     EXPECT_TRUE(json.contains(key)) << key;
   EXPECT_NE(files::read_whole(folder / "report.html").find("<svg"), std::string::npos);
   fs::remove_all(folder);
+
+  // Trials that nothing was fitted to: the same fault, another motion.
+  trial::Campaign fresh;
+  fresh.trials = {simulated_trial(late, {.half_apart_m = 0.125, .amplitude_m = 0.075, .frequency_hz = 1.7, .samples = 96}, "waving-9", 9)};
+  const FreshShrink there = shrink_on(fresh, effect_library(), json, "camera_delay", 13);
+  EXPECT_GT(there.before_mm, there.after_mm);
+  EXPECT_GT(there.fraction(), 0.5);
+}
+
+TEST(BaseFit, IsReadAsItWasWrittenForAsManyTrials) {
+  const fs::path file = fs::path(testing::TempDir()) / ("selvedge_base_fit_" + std::to_string(getpid()) + ".json");
+  files::write_json(file, to_json(BaseFit{Eigen::Vector3d(0.5, -2, 7), {10, 20}}));
+  const auto fit = read_base_fit(file, 2);
+  ASSERT_TRUE(fit);
+  EXPECT_EQ(fit->coordinates, Eigen::Vector3d(0.5, -2, 7));
+  EXPECT_EQ(fit->pulls_per_s, (std::vector<double>{10, 20}));
+  EXPECT_FALSE(read_base_fit(file, 3));
+  files::write_json(file, {{"coordinates", {1, 2}}});
+  EXPECT_FALSE(read_base_fit(file, 2));
+  fs::remove(file);
 }
 
 TEST(Diagnosis, NamesNothingWhereNothingIsAmiss) { EXPECT_EQ(diagnosed(usual_fabric()).cause, "none"); }

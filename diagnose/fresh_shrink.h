@@ -1,0 +1,23 @@
+// How far an effect takes the error of trials that no answer was fitted to: what a diagnosis' shrink is judged by.
+#pragma once
+
+#include <string>
+
+#include <nlohmann/json_fwd.hpp>
+
+#include "capture/trial/trial.h"
+#include "diagnose/effects/effect.h"
+
+namespace selvedge::diagnose {
+
+struct FreshShrink {
+  double before_mm = 0, after_mm = 0, noise_mm = 0;  // root mean square over all markers of all trials; motions run free
+  double fraction() const { return (before_mm - after_mm) / (before_mm - noise_mm); }
+};
+
+// Predicts trials of markers with both arms of diagnosis.json's `free_fit`, "none" and `hypothesis`, on a mesh of
+// `columns`. Throws std::out_of_range where diagnosis.json has no such arm.
+FreshShrink shrink_on(const trial::Campaign& fresh, const std::vector<Effect>& effects, const nlohmann::json& diagnosis, const std::string& hypothesis,
+                      int columns = 25);
+
+}  // namespace selvedge::diagnose
