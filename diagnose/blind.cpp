@@ -33,8 +33,8 @@ std::string sha256_hex(const std::string& bytes) {
 }
 
 std::string library_hash(const std::vector<Effect>& effects, const Calibration& c) {
-  std::string text = fmt::format("{} {} {} {} {} {} {} {} {} {} {} {} {}\n", c.kappa, c.free_kappa, c.cost_per_parameter, c.cost_unknown, c.prior_none, c.prior_unknown, c.mesh_share, c.still_mesh_share, c.form_mm, c.free_form_mm, c.form_share,
-                                 c.null_mean, c.null_sd);
+  std::string text = fmt::format("{} {} {} {} {} {} {} {} {} {} {} {} {} {} {}\n", c.kappa, c.free_kappa, c.cost_per_parameter, c.cost_unknown, c.prior_none, c.prior_unknown, c.mesh_share, c.still_mesh_share, c.form_mm, c.free_form_mm, c.form_share,
+                                 c.null_mean, c.null_sd, c.free_null_mean, c.free_null_sd);
   for (const Effect& e : effects) {
     text += e.name + "\n";
     for (const fit::Parameter& p : e.parameters) text += fmt::format("  {} {} {} {} {} {}\n", p.name, p.unit, p.start, p.lower, p.upper, p.scale);
@@ -234,11 +234,13 @@ size_t answer_all(const fs::path& folder, const std::function<Diagnosis(const fs
   return answered;
 }
 
-BlindScore open_keys(const fs::path& folder, bool partial, const ShrinkFound& shrink_found) {
+namespace {
+
+// Answers beside their keys, both checked.
+std::vector<Answered> opened(const fs::path& folder, bool partial, const ShrinkFound& shrink_found) {
   const BlindRecord record = read_record(folder);
   if (!partial && record.answers.empty()) refuse((folder / "record.json").string(), "found campaigns without an answer; run `blind answer` first, or open with --partial");
   if (!partial && answers_hash(folder, record) != record.answers) refuse((folder / "answers").string(), "found answers that were changed after they were final");
-  std::map<std::string, std::string> side_of;
   std::vector<Answered> all;
   for (const json& k : files::read_json(folder / "keys.json")) {
     const SealedKey key{k.at("id").get<std::string>(), k.at("salt").get<std::string>(), k.at("key")};
@@ -256,11 +258,40 @@ BlindScore open_keys(const fs::path& folder, bool partial, const ShrinkFound& sh
     a.probability = a.diagnosis.at("probabilities").value(a.named, 0.0);
     const double floor = a.diagnosis.at("gap").at("right_model_mm").get<double>();
     a.ratio = (a.diagnosis.at("gap").at("held_out_mm").get<double>() - floor) / floor;
-    for (const auto& [name, value] : a.diagnosis.at("sides").items()) side_of[name] = value.get<std::string>();
     if (shrink_found && a.named == a.truth && a.diagnosis.at("shrink").contains(a.truth)) a.shrink_found = shrink_found(key, a.diagnosis, a.truth);
     all.push_back(std::move(a));
   }
+  return all;
+}
 
+}  // namespace
+
+std::vector<NamedRight> named_right(const fs::path& folder, bool partial) {
+  std::vector<NamedRight> out;
+  for (const Answered& a : opened(folder, partial, {}))
+    if (a.named == a.truth && a.truth != "none" && a.truth != "unknown") out.push_back({a.id, a.truth});
+  return out;
+}
+
+std::vector<ScoreRow> score_without(const fs::path& folder, const std::vector<NamedRight>& campaigns) {
+  int unknown = 0, none = 0, of = 0;
+  for (const NamedRight& c : campaigns) {
+    const fs::path file = folder / "without" / c.id / "diagnosis.json";
+    if (!fs::exists(file)) continue;
+    const std::string named = files::read_json(file).at("cause").get<std::string>();
+    ++of;
+    unknown += named == "unknown";
+    none += named == "none";
+  }
+  return {row("the true effect deleted: unknown", "at least 50 %", unknown, of), row("the true effect deleted: none", "", none, of),
+          row("the true effect deleted: a neighbour's name", "", of - unknown - none, of)};
+}
+
+BlindScore open_keys(const fs::path& folder, bool partial, const ShrinkFound& shrink_found) {
+  const std::vector<Answered> all = opened(folder, partial, shrink_found);
+  std::map<std::string, std::string> side_of;
+  for (const Answered& a : all)
+    for (const auto& [name, value] : a.diagnosis.at("sides").items()) side_of[name] = value.get<std::string>();
   BlindScore out;
   out.answered = all.size();
   int none = 0, alarms = 0, known = 0, known_plain = 0, first = 0, in_set = 0, outside = 0, unknown = 0, confident_wrong = 0, sided = 0, side_right = 0;

@@ -65,6 +65,15 @@ using ShrinkFound = std::function<std::optional<double>(const SealedKey& key, co
 // shrink_found: empty: how far gaps shrink is not scored.
 BlindScore open_keys(const std::filesystem::path& folder, bool partial, const ShrinkFound& shrink_found = {});
 
+struct NamedRight {
+  std::string id, cause;
+};
+// Campaigns with one effect of the library whose name was the answer. Keys are opened as in open_keys.
+std::vector<NamedRight> named_right(const std::filesystem::path& folder, bool partial);
+
+// Of answers without/ID/diagnosis.json, given with the true cause's effect deleted: unknown, none, another name.
+std::vector<ScoreRow> score_without(const std::filesystem::path& folder, const std::vector<NamedRight>& campaigns);
+
 // Exact binomial interval.
 std::pair<double, double> clopper_pearson(int hits, int of, double level = 0.95);
 

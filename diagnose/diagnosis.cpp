@@ -11,7 +11,6 @@
 
 #include <Eigen/Cholesky>
 
-#include "diagnose/next_experiment.h"
 #include "fit/least_squares.h"
 #include "fit/robust_cost.h"
 
@@ -79,8 +78,9 @@ std::vector<size_t> in_earnest(const std::vector<Hypothesis>& few, const std::ve
   return order;
 }
 
-// Least squares from where each of these has come to, twice, with what the fine mesh adds there.
-void fit_further(Study& study, std::vector<Hypothesis>& arms, const std::vector<size_t>& few) {
+// Least squares from where each of these has come to, with what the fine mesh adds there; once more those that came far.
+void fit_further(Study& study, std::vector<Hypothesis>& arms, std::vector<size_t> few) {
+  constexpr double kFar = 0.15;  // of the cost
   for (const int iterations : {3, 2}) {
     std::vector<Hypothesis> moving;
     for (const size_t i : few) {
@@ -96,6 +96,7 @@ void fit_further(Study& study, std::vector<Hypothesis>& arms, const std::vector<
       search.max_iterations = iterations;
       search.steps_between = 1;
       search.only_coordinates = true;
+      search.difference = kDifference;
       const fit::LeastSquaresResult fitted = fit::minimise(objective, fit::only(study.parameters, h.active, h.x), h.x(h.active), search);
       h.x(h.active) = fitted.coordinates;
       study.evaluations += fitted.evaluations;
@@ -103,9 +104,14 @@ void fit_further(Study& study, std::vector<Hypothesis>& arms, const std::vector<
     }
     refine_mesh(study, moving);
     relinearise(study, moving);
+    std::vector<size_t> far;
     for (size_t k = 0; k < few.size(); ++k) {
-      if (moving[k].cost < arms[few[k]].cost) arms[few[k]] = std::move(moving[k]);
+      Hypothesis& arm = arms[few[k]];
+      if (moving[k].cost < (1 - kFar) * arm.cost) far.push_back(few[k]);
+      if (moving[k].cost < arm.cost) arm = std::move(moving[k]);
     }
+    few = std::move(far);
+    if (few.empty()) break;
   }
 }
 
@@ -419,6 +425,7 @@ Diagnosis diagnose(const trial::Campaign& campaign, const std::vector<Effect>& e
     f.finalist = true;
     f.size = size_of(study, h, held.coordinates[nearest[k]], h.effects[0]);
     f.shrink = shrink_of(before, errors_of(study, free.mm.row(static_cast<Index>(k + 1))), noise);
+    if (f.name == out.cause) out.forecast = forecast(study, arms[0], free.coordinates[0], arms[k + 1], free.coordinates[k + 1], f.shrink.after_mm);
   }
   stages.done("running free");
 

@@ -19,6 +19,7 @@
 
 #include "capture/trial/trial.h"
 #include "diagnose/effects/effect.h"
+#include "diagnose/next_experiment.h"
 #include "diagnose/study.h"
 #include "diagnose/verdict.h"
 #include "diagnose/where.h"
@@ -81,6 +82,7 @@ struct Diagnosis {
   std::map<std::string, std::map<std::string, double>> free_fit;  // by hypothesis ("none": the base), parameters refitted to free motions
   std::vector<Cell> where;
   ResidualMap map;
+  Forecast forecast;                      // where a cause is named
   std::vector<std::string> separates;     // what the next experiment would tell apart
   std::string next_experiment, next_session;  // in words, and as sections of a rig's configuration
   std::vector<std::string> remarks;

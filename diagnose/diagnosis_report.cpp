@@ -54,6 +54,9 @@ void add_effects(report::HtmlReport& html, const Diagnosis& d) {
               "share of the gap it closes (90 %)", "size (90 %)"},
              rows);
   html.paragraph(fmt::format("none {:.3f}, unknown {:.3f}. Held-out error without any: {:.2f} mm.", d.probability.at("none"), d.probability.at("unknown"), d.before_mm));
+  if (!d.forecast.motion.empty())
+    html.paragraph(fmt::format("Forecast, not recorded yet: in {} the base model will be {:.1f} mm off (90 % {:.1f} … {:.1f}), with {} {:.1f} mm.", d.forecast.motion,
+                               d.forecast.before_mm, d.forecast.low_mm, d.forecast.high_mm, d.cause, d.forecast.after_mm));
   if (!d.pair.empty())
     html.paragraph(fmt::format("Two effects predict better than one: {} takes the held-out error to {:.2f} mm, {} of the gap.", d.pair, d.pair_shrink.after_mm,
                                percent(d.pair_shrink.fraction)));
@@ -66,7 +69,7 @@ void add_effects(report::HtmlReport& html, const Diagnosis& d) {
 
 void add_where(report::HtmlReport& html, const Diagnosis& d) {
   html.heading("Where");
-  if (!d.map.uv.empty()) html.svg(fabric_map(d.map), "Held-out error of the base model at each marker, mm, on the flat fabric; the top edge is held");
+  if (!d.map.uv.empty()) html.svg(fabric_map(d.map), "Held-out error of the base model at each marker, or about each spot that stripes and outline showed, mm, on the flat fabric; the top edge is held");
   std::vector<report::Series> series;
   for (const auto& t : d.map.over_time) series.push_back({t.trial, t.time_s, t.mm});
   report::PlotOptions plot;
@@ -132,6 +135,8 @@ json to_json(const Diagnosis& d) {
               {"cpu_s", d.cpu_s},
               {"wall_s", d.wall_s}};
   if (std::isfinite(d.replicate_mm)) out["gap"]["replicates_mm"] = d.replicate_mm;
+  if (!d.forecast.motion.empty())
+    out["forecast"] = {{"motion", d.forecast.motion}, {"before_mm", d.forecast.before_mm}, {"interval_mm", {d.forecast.low_mm, d.forecast.high_mm}}, {"after_mm", d.forecast.after_mm}};
   if (!d.pair.empty()) {
     out["pair"] = shrink_json(d.pair_shrink);
     out["pair"]["effects"] = d.pair;

@@ -68,12 +68,12 @@ std::vector<Candidate> candidates(double width_m, double height_m, double mass_k
   return list;
 }
 
-fit::Prediction predicted(const Study& study, const Hypothesis& h, size_t trial) {
+fit::Prediction predicted(const Study& study, const VectorXd& x, size_t trial) {
   fit::Prediction p;
   p.experiment = study.objective->scenes()[trial].trial.experiment;
   p.experiment.start_shape = study.objective->scenes()[trial].start_shape;
   for (size_t k = 0; k < study.parameters.size(); ++k)
-    study.parameters[k].apply(p, fit::to_value(study.parameters[k], h.x(static_cast<Index>(k))));
+    study.parameters[k].apply(p, fit::to_value(study.parameters[k], x(static_cast<Index>(k))));
   return p;
 }
 
@@ -123,6 +123,13 @@ std::string session_of(const Candidate& c, const fit::ObservedTrial& t, const fi
   return text;
 }
 
+// The number of trials where none moves.
+size_t first_moving(const Study& study) {
+  size_t i = 0;
+  while (i < study.rows->trials() && study.objective->scenes()[i].trial.still) ++i;
+  return i;
+}
+
 }  // namespace
 
 NextExperiment propose_experiment(const Study& study, const std::vector<Hypothesis>& hypotheses,
@@ -134,20 +141,18 @@ NextExperiment propose_experiment(const Study& study, const std::vector<Hypothes
     if (h.effects.size() <= 1) order.push_back(&h);
   const auto chance = [&](const Hypothesis* h) { return probability.at(name_of(study, *h)); };
   std::stable_sort(order.begin(), order.end(), [&](const Hypothesis* a, const Hypothesis* b) { return chance(a) > chance(b); });
-  size_t moving = study.rows->trials();
-  for (size_t i = 0; i < study.rows->trials(); ++i)
-    if (!study.objective->scenes()[i].trial.still && moving == study.rows->trials()) moving = i;
+  const size_t moving = first_moving(study);
   if (order.size() < 2 || moving == study.rows->trials()) {
     out.what = "record a trial in which the fabric moves";
     return out;
   }
-  const fit::Prediction a = predicted(study, *order[0], moving);
+  const fit::Prediction a = predicted(study, order[0]->x, moving);
   const fit::ObservedTrial& t = study.objective->scenes()[moving].trial;
   const double mass_kg = t.experiment.material.density * t.width_m * t.height_m, least_mm = study.objective->sd_mm(moving).minCoeff();
   out.like_trial = t.name;
   // The second likeliest, or the next one where no experiment shows what differs.
   for (size_t k = 1; k < order.size(); ++k) {
-    const fit::Prediction b = predicted(study, *order[k], moving);
+    const fit::Prediction b = predicted(study, order[k]->x, moving);
     const std::vector<std::string> pair = {name_of(study, *order[0]), name_of(study, *order[k])};
     const double present_mm = apart_mm(study, a, b);
     for (const Candidate& c : candidates(t.width_m, t.height_m, mass_kg)) {
@@ -167,6 +172,30 @@ NextExperiment propose_experiment(const Study& study, const std::vector<Hypothes
   }
   out.what = fmt::format("none of the experiments that the rig can run takes {} and the effects that come nearest further apart than {:.1f} mm",
                          name_of(study, *order[0]), least_mm);
+  return out;
+}
+
+Forecast forecast(const Study& study, const Hypothesis& base, const Eigen::MatrixXd& base_folds, const Hypothesis& named, const Eigen::MatrixXd& named_folds,
+                  double named_left_mm) {
+  constexpr double kFaster = 1.2;
+  Forecast out;
+  const size_t moving = first_moving(study);
+  if (moving == study.rows->trials()) return out;
+  const auto before = [&](const VectorXd& x, const VectorXd& corrected) {
+    fit::Prediction a = predicted(study, x, moving), b = predicted(study, corrected, moving);
+    speed_up(a, kFaster);
+    speed_up(b, kFaster);
+    return std::hypot(apart_mm(study, a, b), named_left_mm);
+  };
+  out.motion = fmt::format("{} at {:.1f} times its speed", study.objective->scenes()[moving].trial.name, kFaster);
+  out.before_mm = before(base.x, named.x);
+  out.after_mm = named_left_mm;
+  VectorXd folds(base_folds.cols());
+  for (Index g = 0; g < folds.size(); ++g) folds(g) = before(base_folds.col(g), named_folds.col(g));
+  const auto n = static_cast<double>(folds.size());
+  const double sd = std::sqrt((n - 1) / n * (folds.array() - folds.mean()).square().sum());
+  out.low_mm = std::max(out.after_mm, out.before_mm - 1.645 * sd);
+  out.high_mm = out.before_mm + 1.645 * sd;
   return out;
 }
 

@@ -27,4 +27,15 @@ struct NextExperiment {
 NextExperiment propose_experiment(const Study& study, const std::vector<Hypothesis>& hypotheses,
                                   const std::map<std::string, double>& probability);
 
+// A motion that was not recorded, as the base model and the corrected one tell it.
+struct Forecast {
+  std::string motion;                             // in words; empty: nothing moves
+  double before_mm = 0, low_mm = 0, high_mm = 0;  // error that the base model will have; 90 %, jackknife over groups of trials
+  double after_mm = 0;                            // error that the corrected one will have: what it leaves of held-out trials
+};
+
+// base_folds, named_folds: parameters × group, each fitted without a group. named_left_mm: of held-out trials.
+Forecast forecast(const Study& study, const Hypothesis& base, const Eigen::MatrixXd& base_folds, const Hypothesis& named, const Eigen::MatrixXd& named_folds,
+                  double named_left_mm);
+
 }  // namespace selvedge::diagnose

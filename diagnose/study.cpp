@@ -121,8 +121,57 @@ void choose_pulls(Study& study, const std::vector<fit::Parameter>& base, const V
   for (fit::Objective* objective : {study.objective.get(), study.fine.get()}) objective->set_pulls(pulls);
 }
 
+fit::ObjectiveOptions on_mesh_of(int columns, const StudyOptions& options) {
+  fit::ObjectiveOptions o;
+  o.columns = columns;
+  o.pull_per_s = options.pull_per_s;
+  o.shared_rests = true;
+  // A hundredth of a millimetre is far below what a tracker sees, and half of all work is relaxation.
+  o.simulation.rest_change_m = 1e-5;
+  o.simulation.rest_speed_m_s = 5e-4;
+  o.simulation.longest_rest_s = 5;
+  return o;
+}
+
+fit::LeastSquaresOptions search_options(int max_iterations, double least_decrease = 1e-3) {
+  fit::LeastSquaresOptions o;
+  o.max_iterations = max_iterations;
+  o.steps_between = 1;
+  o.only_coordinates = true;
+  o.least_decrease = least_decrease;
+  o.difference = kDifference;
+  return o;
+}
+
+// The base fit on the coarse mesh and on the usual one, which becomes the study's objective. Where markers pull, moving trials are
+// pulled twice as hard, and the end need not be exact: it is refitted on another pull.
+VectorXd fit_base(Study& study, const std::vector<fit::ObservedTrial>& trials, const std::vector<fit::Parameter>& base, const StudyOptions& options) {
+  constexpr double kNearEnough = 1e-2;
+  VectorXd x = fit::usual_coordinates(base);
+  if (study.pulled) {
+    study.objective = std::make_shared<fit::Objective>(trials, on_mesh_of(options.coarse_columns, options), base, x);
+    pull_all_harder(study, options.pull_per_s);
+    fit::LeastSquaresOptions start = search_options(8, kNearEnough);
+    start.progress = fit::part_of(options.progress, 0.02, 0.1, "coarse mesh");
+    x = fit::minimise(*study.objective, base, x, start).coordinates;
+  } else {
+    fit::LeastSquaresOptions start;
+    start.progress = fit::part_of(options.progress, 0.02, 0.25, "coarse mesh");
+    x = fit::find_start(trials, on_mesh_of(options.coarse_columns, options), base, start).coordinates;
+  }
+  fit::ObjectiveOptions usual_mesh = on_mesh_of(options.columns, options);
+  usual_mesh.branch_of = study.objective.get();
+  study.objective = std::make_shared<fit::Objective>(trials, usual_mesh, base, x);
+  if (study.pulled) pull_all_harder(study, options.pull_per_s);
+  fit::LeastSquaresOptions search = search_options(8, study.pulled ? kNearEnough : 1e-3);
+  search.progress = fit::part_of(options.progress, study.pulled ? 0.1 : 0.25, 0.55, "base fit");
+  const fit::LeastSquaresResult fitted = fit::minimise_on_branches(*study.objective, base, x, search);
+  study.evaluations += fitted.evaluations;
+  return fitted.coordinates;
+}
+
 // The base fit to what the fine mesh predicts: what it adds is found, and found again after a refit.
-void refit_on_fine_mesh(Study& study, const std::vector<fit::Parameter>& base, const fit::LeastSquaresOptions& search, const report::ProgressCallback& progress) {
+void refit_on_fine_mesh(Study& study, const std::vector<fit::Parameter>& base, const report::ProgressCallback& progress) {
   constexpr double kFar = 0.2;  // ln: derivatives brought up to date by Broyden's rule serve within it
   const auto n = static_cast<Index>(study.base_count);
   for (int round = 0; round < 2; ++round) {
@@ -130,9 +179,7 @@ void refit_on_fine_mesh(Study& study, const std::vector<fit::Parameter>& base, c
     study.objective->set_mesh_correction(study.mesh_change);
     study.evaluations += 2;
     if (round == 0) {
-      fit::LeastSquaresOptions few = search;
-      few.max_iterations = 3;
-      const fit::LeastSquaresResult fitted = fit::minimise(*study.objective, base, study.base.head(n), few);
+      const fit::LeastSquaresResult fitted = fit::minimise(*study.objective, base, study.base.head(n), search_options(3));
       study.base.head(n) = fitted.coordinates;
       study.evaluations += fitted.evaluations;
     } else {
@@ -212,60 +259,20 @@ Study make_study(const trial::Campaign& campaign, const std::vector<Effect>& eff
   study.groups = group_trials(campaign, trials);
   study.pulled = options.pull_per_s > 0 && std::any_of(trials.begin(), trials.end(), [](const fit::ObservedTrial& t) { return t.markers.has_value(); });
 
-  const auto objective_on = [&](int columns) {
-    fit::ObjectiveOptions o;
-    o.columns = columns;
-    o.pull_per_s = options.pull_per_s;
-    o.shared_rests = true;
-    // A hundredth of a millimetre is far below what a tracker sees, and half of all work is relaxation.
-    o.simulation.rest_change_m = 1e-5;
-    o.simulation.rest_speed_m_s = 5e-4;
-    o.simulation.longest_rest_s = 5;
-    return o;
-  };
-  const auto fine_after = [&](const VectorXd& x) {
-    fit::ObjectiveOptions on_fine = objective_on(options.fine_columns);
-    on_fine.branch_of = study.objective.get();  // the equilibrium that was matched to the recording
-    study.fine = std::make_shared<fit::Objective>(trials, on_fine, base, x);
-    study.fine->set_pulls(study.objective->pulls());
-    if (!study.pulled) study.fine->rematch(base, x);
-  };
   const bool is_fitted = options.base_fit && options.base_fit->coordinates.size() == static_cast<Index>(base.size());
-  VectorXd x = is_fitted ? options.base_fit->coordinates : fit::usual_coordinates(base);
-  fit::LeastSquaresOptions search;
-  search.max_iterations = 8;
-  search.steps_between = 1;
-  search.only_coordinates = true;
-  search.least_decrease = 1e-3;
-  // Small differences meet edges where a motion folds another way: from 0.03 one fit in four ended far from the bottom.
-  search.difference = 0.1;
-  if (!is_fitted && !study.pulled) {
-    fit::LeastSquaresOptions start;
-    start.progress = fit::part_of(options.progress, 0.02, 0.25, "coarse mesh");
-    x = fit::find_start(trials, objective_on(options.coarse_columns), base, start).coordinates;
-  } else if (!is_fitted) {
-    study.objective = std::make_shared<fit::Objective>(trials, objective_on(options.coarse_columns), base, x);
-    pull_all_harder(study, options.pull_per_s);
-    fit::LeastSquaresOptions start = search;
-    start.least_decrease = 1e-2;
-    start.progress = fit::part_of(options.progress, 0.02, 0.1, "coarse mesh");
-    x = fit::minimise(*study.objective, base, x, start).coordinates;
-  }
-  fit::ObjectiveOptions usual_mesh = objective_on(options.columns);
-  usual_mesh.branch_of = study.objective.get();
-  study.objective = std::make_shared<fit::Objective>(trials, usual_mesh, base, x);
+  VectorXd x;
   if (is_fitted) {
+    x = options.base_fit->coordinates;
+    study.objective = std::make_shared<fit::Objective>(trials, on_mesh_of(options.columns, options), base, x);
     study.objective->set_pulls(options.base_fit->pulls_per_s);
   } else {
-    if (study.pulled) pull_all_harder(study, options.pull_per_s);
-    fit::LeastSquaresOptions first = search;
-    first.least_decrease = study.pulled ? 1e-2 : 1e-3;  // pulled fits are refitted below, on another pull
-    first.progress = fit::part_of(options.progress, study.pulled ? 0.1 : 0.25, 0.55, "base fit");
-    const fit::LeastSquaresResult fitted = fit::minimise_on_branches(*study.objective, base, x, first);
-    x = fitted.coordinates;
-    study.evaluations += fitted.evaluations;
+    x = fit_base(study, trials, base, options);
   }
-  fine_after(x);
+  fit::ObjectiveOptions on_fine = on_mesh_of(options.fine_columns, options);
+  on_fine.branch_of = study.objective.get();  // the equilibrium that was matched to the recording
+  study.fine = std::make_shared<fit::Objective>(trials, on_fine, base, x);
+  study.fine->set_pulls(study.objective->pulls());
+  if (!study.pulled) study.fine->rematch(base, x);
   if (!is_fitted && study.pulled) choose_pulls(study, base, x, options.pull_per_s);
   for (size_t i = 0; i < trials.size(); ++i)
     if (study.objective->pulls()[i] > options.pull_per_s) study.pulled_harder.push_back(trials[i].name);
@@ -275,10 +282,10 @@ Study make_study(const trial::Campaign& campaign, const std::vector<Effect>& eff
   if (is_fitted) {
     study.mesh_change = mesh_change(*study.objective, *study.fine, base, x);
     study.objective->set_mesh_correction(study.mesh_change);
+    study.jacobian = base_jacobian(study);
   } else {
-    refit_on_fine_mesh(study, base, search, fit::part_of(options.progress, 0.55, 0.95, "base fit, finer mesh"));
+    refit_on_fine_mesh(study, base, fit::part_of(options.progress, 0.55, 0.95, "base fit, finer mesh"));
   }
-  if (is_fitted) study.jacobian = base_jacobian(study);
   options.progress(1, "base model fitted");
   return study;
 }

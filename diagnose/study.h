@@ -32,6 +32,10 @@ nlohmann::json to_json(const BaseFit& fit);
 // In the form of `to_json`, of the campaign's `trials` trials; nothing where the file is of another form.
 std::optional<BaseFit> read_base_fit(const std::filesystem::path& file, size_t trials);
 
+// Of derivatives, in coordinates: small differences meet edges where a motion folds another way; from 0.03 one base fit in
+// four ended far from the bottom.
+inline constexpr double kDifference = 0.1;
+
 struct StudyOptions {
   fit::Drag drag = fit::Drag::nonlinear;
   int coarse_columns = 7, columns = 13, fine_columns = 25;  // start, derivatives, and what they are derivatives of

@@ -61,6 +61,15 @@ double mesh_mm(const Study& study, size_t trial) {
   return std::sqrt((study.objective->scenes()[trial].trial.markers ? 3 : 1) * d.squaredNorm() / static_cast<double>(d.size()));
 }
 
+// Without the largest and the smallest of four or more.
+double trimmed_mean(std::vector<double> values) {
+  std::sort(values.begin(), values.end());
+  const size_t off = values.size() >= 4 ? 1 : 0;
+  double sum = 0;
+  for (size_t i = off; i + off < values.size(); ++i) sum += values[i];
+  return sum / static_cast<double>(values.size() - 2 * off);
+}
+
 }  // namespace
 
 Floor floor_of(const Study& study, const Calibration& calibration) {
@@ -87,15 +96,16 @@ Scores score(const Study& study, const std::vector<Hypothesis>& hypotheses, cons
              const Calibration& c) {
   Scores out;
   const double kappa = study.pulled ? c.kappa : c.free_kappa;
-  const std::vector<double> base = group_mm(study, held_out.mm.row(0));
-  std::vector<double> right = group_mm(study, floor.right_mm);
-  const std::vector<double> least = right;  // what the base leaves where nothing lacks
-  for (size_t g = 0; g < right.size(); ++g) right[g] = std::hypot(right[g], c.form_share * base[g]);
+  const std::vector<double> base = group_mm(study, held_out.mm.row(0)), right = group_mm(study, floor.right_mm), noise = group_mm(study, floor.noise_mm);
+  const auto form2 = [&](size_t g) { return right[g] * right[g] - noise[g] * noise[g]; };
+  const auto beyond_noise = [&](size_t g, double mm) { return std::max(mm * mm - noise[g] * noise[g], 0.0); };
   const auto mean_log_ratio = [&](const std::vector<double>& after) {
-    double sum = 0;
-    for (size_t g = 0; g < base.size(); ++g) sum += 2 * std::log(base[g] / after[g]);
-    return sum / static_cast<double>(base.size());
+    std::vector<double> logs;
+    for (size_t g = 0; g < base.size(); ++g) logs.push_back(std::log((beyond_noise(g, base[g]) + form2(g)) / (beyond_noise(g, after[g]) + form2(g))));
+    return trimmed_mean(std::move(logs));
   };
+  std::vector<double> of_right;  // what an effect of another form than nature's leaves
+  for (size_t g = 0; g < base.size(); ++g) of_right.push_back(std::sqrt(right[g] * right[g] + c.form_share * c.form_share * beyond_noise(g, base[g])));
   std::map<std::string, double> score_of;
   const double prior_effect = (1 - c.prior_none - c.prior_unknown) / static_cast<double>(std::max<size_t>(1, study.effects.size()));
   for (const Effect& e : study.effects)
@@ -107,14 +117,16 @@ Scores score(const Study& study, const std::vector<Hypothesis>& hypotheses, cons
     out.log_ratio.push_back(ratio);
     if (h.effects.size() == 1) score_of[study.effects[h.effects[0]].name] += kappa * ratio;
   }
-  out.log_ratio_unknown = mean_log_ratio(right);
+  out.log_ratio_unknown = mean_log_ratio(of_right);
   score_of["none"] = std::log(c.prior_none);
   score_of["unknown"] = std::log(c.prior_unknown) + kappa * out.log_ratio_unknown - c.cost_unknown;
   double most = -1e300, sum = 0;
   for (const auto& [name, value] : score_of) most = std::max(most, value);
   for (const auto& [name, value] : score_of) sum += std::exp(value - most);
   for (const auto& [name, value] : score_of) out.probability[name] = std::exp(value - most) / sum;
-  const double z = (0.5 * mean_log_ratio(least) - c.null_mean) / c.null_sd;
+  double above = 0;
+  for (size_t g = 0; g < base.size(); ++g) above += std::log(base[g] / right[g]) / static_cast<double>(base.size());
+  const double z = study.pulled ? (above - c.null_mean) / c.null_sd : (above - c.free_null_mean) / c.free_null_sd;
   out.p_value = 0.5 * std::erfc(z / std::sqrt(2.0));
   return out;
 }

@@ -150,23 +150,68 @@ void look_at_markers(Look& look, ResidualMap& map, const VectorXd& residual, siz
   if (!t.still) map.over_time.push_back(over);
 }
 
-void look_at_stripes(Look& look, ResidualMap& map, const VectorXd& residual, size_t group, size_t trial, std::map<int, Sum>& rows) {
+// Which spot of the fabric a pixel shows, as the base model has it there and then: the vertex nearest to what was seen.
+class SpotsSeen {
+ public:
+  SpotsSeen(const Study& study, size_t trial)
+      : mesh_(study.objective->sheet().mesh),
+        camera_(study.objective->scenes()[trial].trial.stripes->camera),
+        experiment_(study.objective->predictions(study.parameters, study.base, trial, 0, 1).front().experiment),
+        trajectory_(study.objective->trajectory(study.parameters, study.base, trial)) {}
+
+  bool finite() const { return trajectory_.finite; }
+  void at_time(double t_s) { position_ = fit::position_at(experiment_, trajectory_, t_s); }
+  Eigen::Vector2d uv(const fit::DepthPoint& p) const {
+    const Vector3d point = geometry::centre(camera_) + p.depth_m * p.ray_m_per_depth_m * geometry::ray(camera_, p.pixel);
+    return nearest((position_.colwise() - point).colwise().squaredNorm());
+  }
+  Eigen::Vector2d uv(const fit::OutlinePoint& p) const {
+    const Vector3d along = geometry::ray(camera_, p.pixel);
+    const Eigen::Matrix3Xd from = position_.colwise() - geometry::centre(camera_);
+    return nearest((from - along * (along.transpose() * from)).colwise().squaredNorm());
+  }
+
+ private:
+  Eigen::Vector2d nearest(const Eigen::RowVectorXd& squared) const {
+    Index at = 0;
+    squared.minCoeff(&at);
+    return mesh_.rest_uv[static_cast<size_t>(at)];
+  }
+
+  const geometry::TriangleMesh& mesh_;
+  const geometry::Projection& camera_;
+  cloth::Experiment experiment_;
+  cloth::Trajectory trajectory_;
+  Eigen::Matrix3Xd position_;
+};
+
+void look_at_stripes(Look& look, ResidualMap& map, const VectorXd& residual, size_t group, size_t trial, std::map<int, Sum>& rows,
+                     std::map<std::pair<double, double>, Sum>& spots) {
+  constexpr double kSpotsAcross = 6;  // of the map
   const fit::ObservedTrial& t = look.study.objective->scenes()[trial].trial;
+  SpotsSeen seen(look.study, trial);
   Index row = look.study.rows->first(trial);
   const double noise2 = look.noise_mm(static_cast<Index>(trial)) * look.noise_mm(static_cast<Index>(trial));
   ResidualMap::OverTime over{t.name, {}, {}};
   for (const fit::StripeFrame& f : t.stripes->frames) {
     Sum here;
-    const auto point = [&](const Eigen::Vector2d& pixel) {
+    if (seen.finite()) seen.at_time(f.time_s);
+    const auto point = [&](const auto& p) {
+      const Eigen::Vector2d& pixel = p.pixel;
       const double mm = value_mm(look.study, residual, trial, row++), mm2 = mm * mm;
       look.add("regime", regime(t, f.time_s), group, mm2, noise2);
       if (!t.still) look.add("time", quarter(f.time_s, t.stripes->frames.front().time_s, t.stripes->frames.back().time_s), group, mm2, noise2);
       look.add("image", image_third(pixel.y(), t.stripes->camera.height_px), group, mm2, noise2);
       rows[static_cast<int>(pixel.y() / 40)].add(mm2, noise2);
       here.add(mm2, noise2);
+      if (!seen.finite()) return;
+      const Eigen::Vector2d uv = seen.uv(p);
+      look.add("region", region(uv, t.width_m, t.height_m), group, mm2, noise2);
+      const auto middle = [&](double x, double size) { return (std::min(std::floor(kSpotsAcross * x / size), kSpotsAcross - 1) + 0.5) * size / kSpotsAcross; };
+      spots[{middle(uv.x(), t.width_m), middle(uv.y(), t.height_m)}].add(mm2, noise2);
     };
-    for (const fit::DepthPoint& p : f.depth) point(p.pixel);
-    for (const fit::OutlinePoint& p : f.outline) point(p.pixel);
+    for (const fit::DepthPoint& p : f.depth) point(p);
+    for (const fit::OutlinePoint& p : f.outline) point(p);
     if (here.count > 0) {
       over.time_s.push_back(f.time_s);
       over.mm.push_back(std::sqrt(here.square / here.count));
@@ -247,7 +292,7 @@ Where split_residual(const Study& study, const VectorXd& residual, const VectorX
   for (size_t g = 0; g < study.groups.size(); ++g)
     for (const size_t trial : study.groups[g]) {
       if (study.objective->scenes()[trial].trial.markers) look_at_markers(look, out.map, residual, g, trial, bands, rows, spots);
-      else look_at_stripes(look, out.map, residual, g, trial, rows);
+      else look_at_stripes(look, out.map, residual, g, trial, rows, spots);
     }
   out.cells = cells_of(look.table);
   for (const auto& [uv, sum] : spots) {

@@ -23,7 +23,7 @@ struct Cell {
 // For pictures: root mean square at each marker, at each time of each trial, and in each frequency band.
 struct ResidualMap {
   double width_m = 0, height_m = 0;
-  std::vector<Eigen::Vector2d> uv;       // markers, or centres of a grid
+  std::vector<Eigen::Vector2d> uv;       // markers, or centres of a grid where images were compared
   std::vector<double> at_mm;
   struct OverTime {
     std::string trial;

@@ -63,4 +63,27 @@ Campaign read_campaign(const fs::path& folder) {
   return campaign;
 }
 
+Campaign joined(const std::vector<Campaign>& campaigns) {
+  Campaign all = campaigns.front();
+  for (size_t i = 1; i < campaigns.size(); ++i) {
+    const Campaign& more = campaigns[i];
+    if (more.fabric != all.fabric)
+      refuse(more.folder.string(), "found the fabric {}, expected {} as in {}", in_quotes(more.fabric), in_quotes(all.fabric), all.folder.string());
+    const size_t before = all.trials.size();
+    const auto unused = [&](const std::string& name) {
+      const bool taken = std::any_of(all.trials.begin(), all.trials.begin() + static_cast<std::ptrdiff_t>(before), [&](const Trial& t) { return t.name == name; });
+      return taken ? name + " of " + more.folder.filename().string() : name;
+    };
+    for (Trial trial : more.trials) {
+      trial.name = unused(trial.name);
+      all.trials.push_back(std::move(trial));
+    }
+    for (std::vector<std::string> group : more.replicates) {
+      for (std::string& name : group) name = unused(name);
+      all.replicates.push_back(std::move(group));
+    }
+  }
+  return all;
+}
+
 }  // namespace selvedge::trial

@@ -102,6 +102,10 @@ Trial read_trial(const std::filesystem::path& folder);
 // A folder with campaign.json, or one trial's folder (a campaign of that one trial).
 Campaign read_campaign(const std::filesystem::path& folder);
 
+// One campaign out of several of the same fabric: trials and replicates one after another, a name that an earlier one has
+// followed by " of " and its folder's name. Throws BadInput where a fabric's name differs from the first one's.
+Campaign joined(const std::vector<Campaign>& campaigns);
+
 // 8-bit grey image of frame `index` into Frames, row major, height_px × width_px of trial.camera.
 // Throws BadInput where the file is damaged or its size is not the camera's.
 GreyImage read_frame(const Trial& trial, size_t index);

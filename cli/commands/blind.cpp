@@ -1,4 +1,4 @@
-// ./selvedge blind make|answer|open: diagnoses of campaigns whose keys are sealed until all are answered.
+// ./selvedge blind make|answer|open|without: diagnoses of campaigns whose keys are sealed until all are answered.
 #include <algorithm>
 #include <chrono>
 #include <filesystem>
@@ -11,6 +11,7 @@
 
 #include "cli/command.h"
 #include "diagnose/blind.h"
+#include "diagnose/diagnosis_report.h"
 #include "diagnose/effects/library.h"
 #include "diagnose/fresh_shrink.h"
 #include "files/bad_input.h"
@@ -79,7 +80,14 @@ void answer_bank(const BlindArguments& a) {
   const auto one = [&](const fs::path& campaign) {
     diagnose::DiagnosisOptions options;
     options.study.progress = report::terminal_progress("blind answer " + campaign.filename().string());
-    return diagnose::diagnose(trial::read_campaign(campaign), diagnose::effect_library(), options);
+    const fs::path base_fit = a.folder / "answers" / campaign.filename() / "base_fit.json";
+    options.on_base_fit = [&](const diagnose::BaseFit& fit) {
+      fs::create_directories(base_fit.parent_path());
+      files::write_json(base_fit, diagnose::to_json(fit));
+    };
+    const trial::Campaign recorded = trial::read_campaign(campaign);
+    if (fs::exists(base_fit)) options.study.base_fit = diagnose::read_base_fit(base_fit, recorded.trials.size());
+    return diagnose::diagnose(recorded, diagnose::effect_library(), options);
   };
   const size_t answered = diagnose::answer_all(a.folder, one, enough);
   fmt::print("{} of {} campaigns are answered{}\n", answered, total, answered == total ? "; the answers are final" : "; run the command again to go on");
@@ -112,6 +120,28 @@ void open_bank(const BlindArguments& a) {
   for (const std::string& line : s.confusion) fmt::print("{}\n", line);
 }
 
+// Campaigns whose cause was named right, diagnosed once more by a library that lacks its effect.
+void answer_without(const BlindArguments& a) {
+  const auto begin = std::chrono::steady_clock::now();
+  const std::vector<diagnose::NamedRight> campaigns = diagnose::named_right(a.folder, a.partial);
+  for (const diagnose::NamedRight& c : campaigns) {
+    const fs::path out = a.folder / "without" / c.id;
+    if (fs::exists(out / "diagnosis.json")) continue;
+    if (std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count() > 60 * a.minutes) break;
+    std::vector<diagnose::Effect> effects = diagnose::effect_library();
+    std::erase_if(effects, [&](const diagnose::Effect& e) { return e.name == c.cause; });
+    diagnose::DiagnosisOptions options;
+    options.study.progress = report::terminal_progress("blind without " + c.id);
+    const trial::Campaign recorded = trial::read_campaign(a.folder / "campaigns" / c.id);
+    const fs::path base_fit = a.folder / "answers" / c.id / "base_fit.json";
+    if (fs::exists(base_fit)) options.study.base_fit = diagnose::read_base_fit(base_fit, recorded.trials.size());
+    const diagnose::Diagnosis d = diagnose::diagnose(recorded, effects, options);
+    diagnose::write_diagnosis(d, out);
+    fmt::print("{}: {} with its effect deleted is answered {} ({:.2f})\n", c.id, c.cause, d.cause, d.probability.at(d.cause));
+  }
+  print_rows(diagnose::score_without(a.folder, campaigns));
+}
+
 }  // namespace
 
 void add_blind(CLI::App& app, int&) {
@@ -133,6 +163,11 @@ void add_blind(CLI::App& app, int&) {
   auto* opened = command->add_subcommand("open", "check seals and answers, then score");
   opened->add_option("DIR", a->folder, "folder of the blind check")->required();
   opened->add_flag("--partial", a->partial, "score what is answered so far");
+  auto* without = command->add_subcommand("without", "diagnose what was named right once more, with the true effect deleted from the library; opens the keys");
+  without->add_option("DIR", a->folder, "folder of the blind check")->required();
+  without->add_option("--minutes", a->minutes, "begin no further campaign after this time")->check(CLI::PositiveNumber);
+  without->add_flag("--partial", a->partial, "of what is answered so far");
+  without->callback([a] { answer_without(*a); });
   opened->callback([a] { open_bank(*a); });
 }
 

@@ -22,6 +22,7 @@ namespace {
 
 struct DiagnoseArguments {
   std::filesystem::path path, out;
+  std::vector<std::filesystem::path> with;
   std::string base = "nonlinear_drag";
   std::vector<std::string> effects, without;
   diagnose::DiagnosisOptions options;
@@ -90,7 +91,9 @@ void print_diagnosis(const diagnose::Diagnosis& d) {
 }
 
 void run_diagnose(DiagnoseArguments& a) {
-  const trial::Campaign campaign = trial::read_campaign(a.path);
+  std::vector<trial::Campaign> campaigns = {trial::read_campaign(a.path)};
+  for (const std::filesystem::path& more : a.with) campaigns.push_back(trial::read_campaign(more));
+  const trial::Campaign campaign = trial::joined(campaigns);
   if (std::filesystem::exists(a.out) && !std::filesystem::is_directory(a.out)) refuse("--out " + a.out.string(), "found a file, expected a folder");
   const std::vector<diagnose::Effect> effects = chosen_effects(a);
   a.options.study.drag = a.base == "linear_drag" ? fit::Drag::linear : a.base == "no_drag" ? fit::Drag::none : fit::Drag::nonlinear;
@@ -109,6 +112,7 @@ void add_diagnose(CLI::App& app, int&) {
   auto a = std::make_shared<DiagnoseArguments>();
   command->add_option("CAMPAIGN", a->path, "folder of a campaign (or of one trial)")->required();
   command->add_option("--out", a->out, "folder for diagnosis.json and report.html")->required();
+  command->add_option("--with", a->with, "a further campaign of the same fabric on the same rig, diagnosed together with it; may be given more than once");
   command->add_option("--base", a->base, "drag law of the base model")->check(CLI::IsMember({"nonlinear_drag", "linear_drag", "no_drag"}))->capture_default_str();
   command->add_option("--effects", a->effects, "try these effects alone, comma between")->delimiter(',');
   command->add_option("--without", a->without, "leave these effects out, comma between")->delimiter(',');

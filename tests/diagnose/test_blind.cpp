@@ -111,6 +111,20 @@ TEST(BlindPairs, AreNamedBothOrNot) {
   fs::remove_all(folder);
 }
 
+TEST_F(Blind, CountsWhatIsSaidWithTheEffectDeleted) {
+  answer_all(folder_, [](const fs::path&) { return says("draught"); }, [] { return false; });
+  const std::vector<NamedRight> right = named_right(folder_, false);
+  ASSERT_EQ(right.size(), 1u);
+  EXPECT_EQ(right[0].id, "c2");
+  EXPECT_EQ(right[0].cause, "draught");
+  EXPECT_EQ(score_without(folder_, right)[0].of, 0);
+  fs::create_directories(folder_ / "without" / "c2");
+  files::write_json(folder_ / "without" / "c2" / "diagnosis.json", {{"cause", "unknown"}});
+  EXPECT_EQ(score_without(folder_, right)[0].hits, 1);
+  files::write_json(folder_ / "without" / "c2" / "diagnosis.json", {{"cause", "hem"}});
+  EXPECT_EQ(score_without(folder_, right)[2].hits, 1);
+}
+
 TEST_F(Blind, TellsHowFarToldShrinkIsFromThatOfFreshTrials) {
   answer_all(folder_, [](const fs::path&) {
     Diagnosis d = says("draught");

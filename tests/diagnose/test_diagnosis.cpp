@@ -54,6 +54,10 @@ TEST(Diagnosis, NamesADelayAndMeasuresIt) {
   EXPECT_NE(files::read_whole(folder / "report.html").find("<svg"), std::string::npos);
   fs::remove_all(folder);
 
+  EXPECT_GT(d.forecast.before_mm, d.forecast.after_mm);
+  EXPECT_LE(d.forecast.low_mm, d.forecast.before_mm);
+  EXPECT_GE(d.forecast.high_mm, d.forecast.before_mm);
+
   // Trials that nothing was fitted to: the same fault, another motion.
   trial::Campaign fresh;
   fresh.trials = {simulated_trial(late, {.half_apart_m = 0.125, .amplitude_m = 0.075, .frequency_hz = 1.7, .samples = 96}, "waving-9", 9)};
