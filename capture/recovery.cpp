@@ -1,15 +1,12 @@
 // What a recorder that was killed left behind: recover and number_gaps of capture/recorder.h.
 #include <set>
 
-#include <fcntl.h>
-#include <sys/file.h>
-#include <unistd.h>
-
 #include "capture/recorder.h"
 #include "capture/trial/trial_writer.h"
 #include "files/bad_input.h"
 #include "files/csv_table.h"
 #include "files/json_reader.h"
+#include "files/lock.h"
 #include "files/whole_file.h"
 
 namespace selvedge::capture {
@@ -17,21 +14,6 @@ namespace selvedge::capture {
 namespace fs = std::filesystem;
 
 namespace {
-
-class FolderLock {
- public:
-  explicit FolderLock(const fs::path& folder) : descriptor_(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC)) {
-    if (descriptor_ >= 0 && ::flock(descriptor_, LOCK_EX | LOCK_NB) == 0) return;
-    if (descriptor_ >= 0) ::close(descriptor_);
-    refuse(folder.string(), "found a trial that is being recorded, expected one whose recorder has ended");
-  }
-  ~FolderLock() { ::close(descriptor_); }
-  FolderLock(const FolderLock&) = delete;
-  FolderLock& operator=(const FolderLock&) = delete;
-
- private:
-  int descriptor_;
-};
 
 void cut_torn_line(const fs::path& path) {
   if (!fs::exists(path)) return;
@@ -72,7 +54,8 @@ nlohmann::json number_gaps(const std::vector<int>& numbers) {
 bool recover(const fs::path& trial_folder) {
   const files::JsonReader reader(trial_folder / "trial.json");
   if (!reader.has("state") || reader.text("state") != to_text(trial::State::recording)) return false;
-  const FolderLock lock(trial_folder);
+  const files::Lock lock(trial_folder);
+  if (!lock.held()) refuse(trial_folder.string(), "found a trial that is being recorded, expected one whose recorder has ended");
   for (const char* name : {"corners.csv", "frames.csv", "markers.csv", "robot.csv"}) cut_torn_line(trial_folder / name);
   const std::vector<int> numbers = listed_frames(trial_folder);
   remove_unlisted_images(trial_folder, numbers);

@@ -5,10 +5,6 @@
 #include <map>
 #include <set>
 
-#include <fcntl.h>
-#include <sys/file.h>
-#include <unistd.h>
-
 #include <boost/math/distributions/beta.hpp>
 #include <fmt/format.h>
 #include <openssl/evp.h>
@@ -16,6 +12,7 @@
 #include "diagnose/diagnosis_report.h"
 #include "files/bad_input.h"
 #include "files/json_reader.h"
+#include "files/lock.h"
 #include "files/whole_file.h"
 
 namespace selvedge::diagnose {
@@ -70,24 +67,6 @@ std::set<std::string> both_of(const std::string& pair) {
   const size_t plus = pair.find('+');
   return {pair.substr(0, plus), pair.substr(plus + 1)};
 }
-
-// Held by one process while it answers a campaign; let go of when it ends, however it ends.
-class Claim {
- public:
-  explicit Claim(const fs::path& file) : descriptor_(::open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644)) {
-    holds_ = descriptor_ >= 0 && ::flock(descriptor_, LOCK_EX | LOCK_NB) == 0;
-  }
-  ~Claim() {
-    if (descriptor_ >= 0) ::close(descriptor_);
-  }
-  Claim(const Claim&) = delete;
-  Claim& operator=(const Claim&) = delete;
-  bool holds() const { return holds_; }
-
- private:
-  int descriptor_;
-  bool holds_;
-};
 
 // What the named cause should be, for the side.
 std::string true_side(const std::string& cause, const std::map<std::string, std::string>& side_of) {
@@ -220,8 +199,8 @@ size_t answer_all(const fs::path& folder, const std::function<Diagnosis(const fs
     if (!fs::exists(out / "diagnosis.json")) {
       if (enough()) continue;
       fs::create_directories(folder / "answers");
-      const Claim claim(folder / "answers" / (id + ".lock"));
-      if (!claim.holds()) continue;
+      const files::Lock claim(folder / "answers" / (id + ".lock"));
+      if (!claim.held()) continue;
       if (!fs::exists(out / "diagnosis.json")) write_diagnosis(diagnose(folder / "campaigns" / id), out);
     }
   }

@@ -80,7 +80,7 @@ std::vector<size_t> in_earnest(const std::vector<Hypothesis>& few, const std::ve
 
 // Least squares from where each of these has come to, with what the fine mesh adds there; once more those that came far.
 void fit_further(Study& study, std::vector<Hypothesis>& arms, std::vector<size_t> few) {
-  constexpr double kFar = 0.15;  // of the cost
+  constexpr double kFar = 0.15, kEnough = 2e-4;  // of the cost
   for (const int iterations : {3, 2}) {
     std::vector<Hypothesis> moving;
     for (const size_t i : few) {
@@ -92,12 +92,7 @@ void fit_further(Study& study, std::vector<Hypothesis>& arms, std::vector<size_t
         correction[trial] += h.mesh_offset.segment(first, count).cwiseProduct(study.rows->sd_mm().segment(first, count));
       }
       objective.set_mesh_correction(correction);
-      fit::LeastSquaresOptions search;
-      search.max_iterations = iterations;
-      search.steps_between = 1;
-      search.only_coordinates = true;
-      search.difference = kDifference;
-      const fit::LeastSquaresResult fitted = fit::minimise(objective, fit::only(study.parameters, h.active, h.x), h.x(h.active), search);
+      const fit::LeastSquaresResult fitted = fit::minimise(objective, fit::only(study.parameters, h.active, h.x), h.x(h.active), search_options(iterations, kEnough));
       h.x(h.active) = fitted.coordinates;
       study.evaluations += fitted.evaluations;
       moving.push_back(std::move(h));
@@ -292,10 +287,6 @@ void list_parameters(Diagnosis& out, const Study& study, const Hypothesis* named
   }
 }
 
-const char* drag_text(fit::Drag drag) {
-  return drag == fit::Drag::nonlinear ? "nonlinear_drag" : drag == fit::Drag::linear ? "linear_drag" : "no_drag";
-}
-
 report::ProgressCallback part(const report::ProgressCallback& whole, double from, double to) {
   return [=](double done, const std::string& what) { whole(from + (to - from) * done, what); };
 }
@@ -329,6 +320,11 @@ std::map<std::string, double> values_of(const Study& study, const Hypothesis& h)
 
 }  // namespace
 
+void keep_base_fit(DiagnosisOptions& options, const std::filesystem::path& file, size_t trials, const std::string& input) {
+  options.study.base_fit = read_base_fit(file, trials, input);
+  options.on_base_fit = [file, input](const BaseFit& fit) { write_base_fit(file, fit, input); };
+}
+
 Diagnosis diagnose(const trial::Campaign& campaign, const std::vector<Effect>& effects, const DiagnosisOptions& options) {
   Diagnosis out;
   Stages stages(out);
@@ -341,7 +337,7 @@ Diagnosis diagnose(const trial::Campaign& campaign, const std::vector<Effect>& e
   out.campaign = study.campaign;
   if (!study.pulled_harder.empty())
     out.remarks.push_back(fmt::format("pulled twice as hard as the others, as the base model leaves the recorded folds there, or a finer mesh goes another way: {}", fmt::join(study.pulled_harder, ", ")));
-  out.base = drag_text(options.study.drag);
+  out.base = fit::to_text(options.study.drag);
   stages.done("base fit");
 
   progress(0.5, "changing every effect by a finite size");

@@ -91,6 +91,9 @@ struct Diagnosis {
   double wall_s = 0, cpu_s = 0;
 };
 
+// Goes on from the base fit that `file` holds of this input and so many trials, and keeps it there once it is found.
+void keep_base_fit(DiagnosisOptions& options, const std::filesystem::path& file, size_t trials, const std::string& input = "");
+
 Diagnosis diagnose(const trial::Campaign& campaign, const std::vector<Effect>& effects, const DiagnosisOptions& options = {});
 
 }  // namespace selvedge::diagnose

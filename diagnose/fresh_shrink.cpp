@@ -15,10 +15,6 @@ using Eigen::VectorXd;
 
 namespace {
 
-fit::Drag drag_of(const std::string& base) {
-  return base == "no_drag" ? fit::Drag::none : base == "linear_drag" ? fit::Drag::linear : fit::Drag::nonlinear;
-}
-
 struct Arm {
   std::vector<fit::Parameter> parameters;
   VectorXd coordinates;
@@ -42,7 +38,7 @@ FreshShrink shrink_on(const trial::Campaign& fresh, const std::vector<Effect>& e
   fit::ObjectiveOptions free;
   free.columns = columns;
   const nlohmann::json& fitted = diagnosis.at("free_fit");
-  const fit::Drag drag = drag_of(diagnosis.at("base").get<std::string>());
+  const fit::Drag drag = fit::drag_named(diagnosis.at("base").get<std::string>());
   const auto error_mm = [&](const nlohmann::json& values) {
     const Arm arm = arm_of(values, drag, effects);
     const fit::Objective objective(trials, free, arm.parameters, arm.coordinates);

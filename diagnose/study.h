@@ -11,12 +11,10 @@
 #include <string>
 #include <vector>
 
-#include <nlohmann/json_fwd.hpp>
-
 #include "capture/trial/trial.h"
 #include "diagnose/effects/effect.h"
 #include "diagnose/rows.h"
-#include "fit/objective.h"
+#include "fit/least_squares.h"
 #include "geometry/projection.h"
 #include "report/progress.h"
 
@@ -28,13 +26,13 @@ struct BaseFit {
   std::vector<double> pulls_per_s;  // a trial
 };
 
-nlohmann::json to_json(const BaseFit& fit);
-// In the form of `to_json`, of the campaign's `trials` trials; nothing where the file is of another form.
-std::optional<BaseFit> read_base_fit(const std::filesystem::path& file, size_t trials);
+// input: what the fit rests on, as its keeper names it.
+void write_base_fit(const std::filesystem::path& file, const BaseFit& fit, const std::string& input = "");
+// Nothing where there is no such file, or where it is of another form, another input or another number of trials.
+std::optional<BaseFit> read_base_fit(const std::filesystem::path& file, size_t trials, const std::string& input = "");
 
-// Of derivatives, in coordinates: small differences meet edges where a motion folds another way; from 0.03 one base fit in
-// four ended far from the bottom.
-inline constexpr double kDifference = 0.1;
+// Descents of the base and of hypotheses.
+fit::LeastSquaresOptions search_options(int max_iterations, double least_decrease);
 
 struct StudyOptions {
   fit::Drag drag = fit::Drag::nonlinear;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <stdexcept>
 
 namespace selvedge::fit {
 
@@ -14,6 +15,14 @@ Parameter material(const std::string& name, const std::string& unit, double star
 }
 
 }  // namespace
+
+const char* to_text(Drag drag) { return drag == Drag::nonlinear ? "nonlinear_drag" : drag == Drag::linear ? "linear_drag" : "no_drag"; }
+
+Drag drag_named(const std::string& text) {
+  for (const Drag drag : {Drag::nonlinear, Drag::linear, Drag::none})
+    if (text == to_text(drag)) return drag;
+  throw std::invalid_argument("drag_named: found " + text);
+}
 
 std::vector<Parameter> base_parameters(Drag drag) {
   using M = cloth::Material;

@@ -41,6 +41,9 @@ struct Parameter {
 // The base model: names and units of the exchange format. Mass is taken from the trial.
 // drag "nonlinear" (Bhat et al. 2003), "linear", or "none".
 enum class Drag { nonlinear, linear, none };
+const char* to_text(Drag drag);  // nonlinear_drag, linear_drag, no_drag
+// Throws std::invalid_argument where the text is none of these.
+Drag drag_named(const std::string& text);
 std::vector<Parameter> base_parameters(Drag drag = Drag::nonlinear);
 
 // Those of the rows alone; the others stay at these coordinates.

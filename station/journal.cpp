@@ -3,10 +3,7 @@
 #include <ctime>
 #include <sstream>
 
-#include <fcntl.h>
 #include <fmt/chrono.h>
-#include <sys/file.h>
-#include <unistd.h>
 
 #include "files/bad_input.h"
 #include "files/whole_file.h"
@@ -64,17 +61,12 @@ std::map<std::string, StepRecord> read_journal(const fs::path& folder) {
 
 Journal::Journal(const fs::path& folder, const std::string& session_text) {
   fs::create_directories(folder);
-  lock_ = ::open((folder / "session.lock").c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
-  if (lock_ < 0 || ::flock(lock_, LOCK_EX | LOCK_NB) != 0) {
-    if (lock_ >= 0) ::close(lock_);
-    refuse(folder.string(), "another session runs in this folder");
-  }
+  lock_ = std::make_unique<files::Lock>(folder / "session.lock");
+  if (!lock_->held()) refuse(folder.string(), "another session runs in this folder");
   const fs::path journal = folder / kJournalFile, copy = folder / "session.toml";
   if (fs::exists(journal)) {
-    if (!fs::exists(copy) || files::read_whole(copy) != session_text) {
-      ::close(lock_);
+    if (!fs::exists(copy) || files::read_whole(copy) != session_text)
       refuse(folder.string(), "its journal belongs to another session, or the session file was changed since it began; {} is that file. Expected the same, or another --out", copy.string());
-    }
     file_ = std::make_unique<files::AppendFile>(journal);
     records_ = read_journal(folder);
   } else {
@@ -82,8 +74,6 @@ Journal::Journal(const fs::path& folder, const std::string& session_text) {
     file_ = std::make_unique<files::AppendFile>(journal, json{{"format", "session-journal/1"}}.dump() + "\n");
   }
 }
-
-Journal::~Journal() { ::close(lock_); }
 
 StepRecord Journal::record(const std::string& step) const {
   const auto found = records_.find(step);

@@ -15,6 +15,7 @@
 #include <nlohmann/json.hpp>
 
 #include "files/append_file.h"
+#include "files/lock.h"
 
 namespace selvedge::station {
 
@@ -37,7 +38,6 @@ class Journal {
   // FOLDER/journal.jsonl, and FOLDER/session.toml, the session file as it was at the start. Throws BadInput where the
   // folder's journal belongs to another file, or another process holds it.
   Journal(const std::filesystem::path& folder, const std::string& session_text);
-  ~Journal();
   Journal(const Journal&) = delete;
   Journal& operator=(const Journal&) = delete;
 
@@ -52,7 +52,7 @@ class Journal {
 
   std::unique_ptr<files::AppendFile> file_;
   std::map<std::string, StepRecord> records_;
-  int lock_ = -1;
+  std::unique_ptr<files::Lock> lock_;
 };
 
 }  // namespace selvedge::station

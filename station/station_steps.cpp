@@ -273,10 +273,8 @@ json StationSteps::diagnose(const Step& step, const report::ProgressCallback& pr
   options.study.fine_columns = file_.diagnosis_fine_columns;
   options.study.progress = progress;
   // An attempt that was cut off goes on from its base fit.
-  const fs::path base_fit = folder / "base_fit.json";
   const trial::Campaign campaign = trial::read_campaign(fabric_folder(step));
-  if (fs::exists(base_fit)) options.study.base_fit = diagnose::read_base_fit(base_fit, campaign.trials.size());
-  options.on_base_fit = [&](const diagnose::BaseFit& fit) { files::write_json(base_fit, diagnose::to_json(fit)); };
+  diagnose::keep_base_fit(options, folder / "base_fit.json", campaign.trials.size());
   const diagnose::Diagnosis found = diagnose::diagnose(campaign, effects_of(file_), options);
   diagnose::write_diagnosis(found, folder);
   return {{"cause", found.cause}, {"probability", found.probability.at(found.cause)}, {"side", found.side}};

@@ -67,12 +67,18 @@ Campaign joined(const std::vector<Campaign>& campaigns) {
   Campaign all = campaigns.front();
   for (size_t i = 1; i < campaigns.size(); ++i) {
     const Campaign& more = campaigns[i];
+    for (size_t earlier = 0; earlier < i; ++earlier)
+      if (fs::weakly_canonical(fs::absolute(more.folder)) == fs::weakly_canonical(fs::absolute(campaigns[earlier].folder)))
+        refuse(more.folder.string(), "found the same campaign twice, expected each once");
     if (more.fabric != all.fabric)
       refuse(more.folder.string(), "found the fabric {}, expected {} as in {}", in_quotes(more.fabric), in_quotes(all.fabric), all.folder.string());
     const size_t before = all.trials.size();
-    const auto unused = [&](const std::string& name) {
-      const bool taken = std::any_of(all.trials.begin(), all.trials.begin() + static_cast<std::ptrdiff_t>(before), [&](const Trial& t) { return t.name == name; });
-      return taken ? name + " of " + more.folder.filename().string() : name;
+    const auto taken = [&](const std::string& name) {
+      return std::any_of(all.trials.begin(), all.trials.begin() + static_cast<std::ptrdiff_t>(before), [&](const Trial& t) { return t.name == name; });
+    };
+    const auto unused = [&](std::string name) {
+      while (taken(name)) name += " of " + more.folder.filename().string();
+      return name;
     };
     for (Trial trial : more.trials) {
       trial.name = unused(trial.name);

@@ -103,7 +103,8 @@ Trial read_trial(const std::filesystem::path& folder);
 Campaign read_campaign(const std::filesystem::path& folder);
 
 // One campaign out of several of the same fabric: trials and replicates one after another, a name that an earlier one has
-// followed by " of " and its folder's name. Throws BadInput where a fabric's name differs from the first one's.
+// followed by " of " and its folder's name. Throws BadInput where a fabric's name differs from the
+// first one's, or where a folder is there twice.
 Campaign joined(const std::vector<Campaign>& campaigns);
 
 // 8-bit grey image of frame `index` into Frames, row major, height_px × width_px of trial.camera.

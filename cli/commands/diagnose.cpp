@@ -54,21 +54,6 @@ std::string input_hash(const trial::Campaign& campaign, const DiagnoseArguments&
   return diagnose::sha256_hex(all);
 }
 
-// A run that was broken off after the base fit goes on from it: DIR/base_fit.json.
-void go_on_from(DiagnoseArguments& a, const std::string& hash, size_t trials) {
-  const std::filesystem::path file = a.out / "base_fit.json";
-  if (std::filesystem::exists(file)) {
-    const nlohmann::json stored = files::read_json(file);
-    if (stored.value("input", "") == hash) a.options.study.base_fit = diagnose::read_base_fit(file, trials);
-  }
-  a.options.on_base_fit = [file, hash](const diagnose::BaseFit& fit) {
-    std::filesystem::create_directories(file.parent_path());
-    nlohmann::json stored = diagnose::to_json(fit);
-    stored["input"] = hash;
-    files::write_json(file, stored);
-  };
-}
-
 void print_diagnosis(const diagnose::Diagnosis& d) {
   fmt::print("{}: cause {} (probability {:.2f}), side {}\n", d.campaign, d.cause, d.probability.at(d.cause), d.side);
   fmt::print("held-out error {:.2f} mm, noise {:.2f} mm, a right model about {:.2f} mm; gap {:.2f} mm ({:.2f} … {:.2f}), p {:.3g}\n", d.before_mm, d.noise_floor_mm,
@@ -82,6 +67,9 @@ void print_diagnosis(const diagnose::Diagnosis& d) {
     fmt::print("{:<20} {:>11.3f} {:>9.2f} {:>9.2f} {:>7.2f} {}\n", f.name, f.probability, f.shrink.after_mm, f.shrink.fraction, f.absorbed, size);
   }
   if (!d.pair.empty()) fmt::print("two effects: {} leaves {:.2f} mm\n", d.pair, d.pair_shrink.after_mm);
+  if (!d.forecast.motion.empty())
+    fmt::print("forecast: in {} the base model will be {:.1f} mm off ({:.1f} … {:.1f}), with {} {:.1f} mm\n", d.forecast.motion, d.forecast.before_mm, d.forecast.low_mm,
+               d.forecast.high_mm, d.cause, d.forecast.after_mm);
   if (d.cause != "none") {
     std::string set;
     for (const std::string& name : d.confusable) set += " " + name;
@@ -96,9 +84,9 @@ void run_diagnose(DiagnoseArguments& a) {
   const trial::Campaign campaign = trial::joined(campaigns);
   if (std::filesystem::exists(a.out) && !std::filesystem::is_directory(a.out)) refuse("--out " + a.out.string(), "found a file, expected a folder");
   const std::vector<diagnose::Effect> effects = chosen_effects(a);
-  a.options.study.drag = a.base == "linear_drag" ? fit::Drag::linear : a.base == "no_drag" ? fit::Drag::none : fit::Drag::nonlinear;
+  a.options.study.drag = fit::drag_named(a.base);
   a.options.study.progress = report::terminal_progress("diagnose " + campaign.folder.filename().string());
-  go_on_from(a, input_hash(campaign, a), campaign.trials.size());
+  diagnose::keep_base_fit(a.options, a.out / "base_fit.json", campaign.trials.size(), input_hash(campaign, a));
   const diagnose::Diagnosis d = diagnose::diagnose(campaign, effects, a.options);
   diagnose::write_diagnosis(d, a.out);
   print_diagnosis(d);

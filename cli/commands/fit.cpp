@@ -28,10 +28,6 @@ struct FitArguments {
   fit::FitOptions options;
 };
 
-fit::Drag drag_of(const std::string& base) {
-  return base == "linear_drag" ? fit::Drag::linear : base == "no_drag" ? fit::Drag::none : fit::Drag::nonlinear;
-}
-
 void print_outcome(const fit::FitOutcome& out) {
   fmt::print("{:<16} {:>11} {:<11} {:>23}  {:>9}\n", "parameter", "value", "unit", "90 % interval", "1 % error");
   for (const fit::FittedParameter& p : out.parameters)
@@ -69,7 +65,7 @@ void run_fit(FitArguments& a, const CLI::App& command) {
   if (a.optimiser == "least_squares") refuse_what_least_squares_has_not(command);
   const trial::Campaign campaign = trial::read_campaign(a.path);
   if (std::filesystem::exists(a.out) && !std::filesystem::is_directory(a.out)) refuse("--out " + a.out.string(), "found a file, expected a folder");
-  a.options.drag = drag_of(a.base);
+  a.options.drag = fit::drag_named(a.base);
   a.options.hold_out = a.hold_out == "trials" ? fit::HoldOut::trials : a.hold_out == "frames" ? fit::HoldOut::frames : fit::HoldOut::automatic;
   if (a.integrator == "runge_kutta_45") a.options.integrator = cloth::Options::Integrator::runge_kutta_45;
   if (speaks) a.options.progress = report::terminal_progress("fit " + campaign.folder.filename().string());

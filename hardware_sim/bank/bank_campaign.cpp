@@ -264,28 +264,7 @@ Motion draw_waving(std::mt19937_64& g) {
   return m;
 }
 
-void write_campaign(trial::Campaign campaign, const std::filesystem::path& folder) {
-  for (trial::Trial& t : campaign.trials) {
-    t.fabric.name = campaign.fabric;
-    trial::write_trial(t, folder / t.name);
-  }
-  trial::write_campaign_json(campaign, folder);
-}
-
-}  // namespace
-
-void write_fresh_trials(const BankKey& key, const std::string& name, const std::filesystem::path& folder) {
-  std::mt19937_64 as_before(key.seed), g(key.seed ^ 0x5bd1e995ULL);
-  const Rig rig = draw_rig(key, as_before);
-  trial::Campaign campaign;
-  campaign.fabric = name;
-  for (int i = 1; i <= 3; ++i) campaign.trials.push_back(record(key, rig, "waving-" + std::to_string(i), trial::Experiment::waving, draw_waving(g), g));
-  write_campaign(std::move(campaign), folder);
-}
-
-void write_bank_campaign(const BankKey& key, const std::string& name, const std::filesystem::path& folder) {
-  std::mt19937_64 g(key.seed);
-  const Rig rig = draw_rig(key, g);
+trial::Campaign recorded(const BankKey& key, const Rig& rig, const std::string& name, std::mt19937_64& g) {
   trial::Campaign campaign;
   campaign.fabric = name;
   const auto add = [&](const std::string& trial_name, trial::Experiment kind, const Motion& motion) {
@@ -309,7 +288,29 @@ void write_bank_campaign(const BankKey& key, const std::string& name, const std:
     add(trial_name, trial::Experiment::robot, robot);
   }
   campaign.replicates = {{"robot-1", "robot-2"}};
-  write_campaign(std::move(campaign), folder);
+  return campaign;
+}
+
+void write_campaign(trial::Campaign campaign, const std::filesystem::path& folder) {
+  for (trial::Trial& t : campaign.trials) {
+    t.fabric.name = campaign.fabric;
+    trial::write_trial(t, folder / t.name);
+  }
+  trial::write_campaign_json(campaign, folder);
+}
+
+}  // namespace
+
+void write_fresh_trials(const BankKey& key, const std::string& name, const std::filesystem::path& folder) {
+  std::mt19937_64 as_before(key.seed), g(key.seed ^ 0x5bd1e995ULL);
+  const Rig rig = draw_rig(key, as_before);
+  write_campaign(recorded(key, rig, name, g), folder);
+}
+
+void write_bank_campaign(const BankKey& key, const std::string& name, const std::filesystem::path& folder) {
+  std::mt19937_64 g(key.seed);
+  const Rig rig = draw_rig(key, g);
+  write_campaign(recorded(key, rig, name, g), folder);
 }
 
 }  // namespace selvedge::hardware_sim

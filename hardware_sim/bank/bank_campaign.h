@@ -39,7 +39,7 @@ BankKey bank_key(const nlohmann::json& json);
 // Simulates and writes the campaign; its files name nothing but `name`.
 void write_bank_campaign(const BankKey& key, const std::string& name, const std::filesystem::path& folder);
 
-// Three more waved trials of the same swatch on the same rig, which no answer was fitted to.
+// Seven more trials, other motions of the same kinds, of the same swatch on the same rig: no answer was fitted to them.
 void write_fresh_trials(const BankKey& key, const std::string& name, const std::filesystem::path& folder);
 
 }  // namespace selvedge::hardware_sim

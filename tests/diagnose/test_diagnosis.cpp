@@ -68,12 +68,14 @@ TEST(Diagnosis, NamesADelayAndMeasuresIt) {
 
 TEST(BaseFit, IsReadAsItWasWrittenForAsManyTrials) {
   const fs::path file = fs::path(testing::TempDir()) / ("selvedge_base_fit_" + std::to_string(getpid()) + ".json");
-  files::write_json(file, to_json(BaseFit{Eigen::Vector3d(0.5, -2, 7), {10, 20}}));
-  const auto fit = read_base_fit(file, 2);
+  EXPECT_FALSE(read_base_fit(file, 2));
+  write_base_fit(file, BaseFit{Eigen::Vector3d(0.5, -2, 7), {10, 20}}, "input");
+  const auto fit = read_base_fit(file, 2, "input");
   ASSERT_TRUE(fit);
   EXPECT_EQ(fit->coordinates, Eigen::Vector3d(0.5, -2, 7));
   EXPECT_EQ(fit->pulls_per_s, (std::vector<double>{10, 20}));
-  EXPECT_FALSE(read_base_fit(file, 3));
+  EXPECT_FALSE(read_base_fit(file, 3, "input"));
+  EXPECT_FALSE(read_base_fit(file, 2, "another"));
   files::write_json(file, {{"coordinates", {1, 2}}});
   EXPECT_FALSE(read_base_fit(file, 2));
   fs::remove(file);

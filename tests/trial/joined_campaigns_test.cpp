@@ -29,6 +29,14 @@ TEST(JoinedCampaigns, KeepTrialsApartWhoseNamesAreAlike) {
   EXPECT_EQ(all.replicates, (std::vector<std::vector<std::string>>{{"robot-1 of next", "robot-2"}}));
 }
 
+TEST(JoinedCampaigns, FoldersOfOneNameAreKeptApartToo) {
+  const Campaign all = joined({campaign("a/x", "denim", {"robot-1"}), campaign("b/x", "denim", {"robot-1"}), campaign("c/x", "denim", {"robot-1"})});
+  EXPECT_EQ(all.trials[1].name, "robot-1 of x");
+  EXPECT_EQ(all.trials[2].name, "robot-1 of x of x");
+}
+
+TEST(JoinedCampaigns, AreEachThereOnce) { EXPECT_THROW(joined({campaign("a", "denim", {"x"}), campaign("./a", "denim", {"x"})}), BadInput); }
+
 TEST(JoinedCampaigns, AreOfOneFabric) { EXPECT_THROW(joined({campaign("a", "denim", {"x"}), campaign("b", "knit", {"y"})}), BadInput); }
 
 }  // namespace
