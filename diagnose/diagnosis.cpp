@@ -4,6 +4,8 @@
 #include <chrono>
 #include <cmath>
 #include <ctime>
+#include <numeric>
+#include <optional>
 #include <random>
 
 #include <fmt/format.h>
@@ -66,6 +68,36 @@ std::vector<Hypothesis> finalists(const std::vector<Hypothesis>& all, size_t cou
   std::vector<Hypothesis> few = {all[0]};
   for (size_t k = 0; k < std::min(count, order.size()); ++k) few.push_back(all[order[k]]);
   return few;
+}
+
+// Effects of how the fabric deforms are refitted from the other start as well; what leaves less is kept.
+void refit_from_other_start(Study& study, std::vector<Hypothesis>& all) {
+  const std::optional<Hypothesis> there = base_at(study, *study.other_start);
+  if (!there) return;
+  std::vector<size_t> effects;
+  for (size_t e = 0; e < study.effects.size(); ++e)
+    if (const Effect& effect = study.effects[e]; (effect.side == Side::elastic || effect.side == Side::dissipative) && effect.starts.empty()) effects.push_back(e);
+  const MatrixXd columns = screen(study, *there, effects);
+  std::vector<Hypothesis> arms;
+  for (const size_t e : effects) arms.push_back(make_hypothesis(study, *there, {e}, columns));
+  refit(study, arms, 3);
+  for (Hypothesis& arm : arms) {
+    Hypothesis& before = all[arm.effects[0] + 1];
+    arm.screened_gain = before.screened_gain;
+    if (arm.cost < before.cost) before = std::move(arm);
+  }
+}
+
+// Derivatives afresh for those that came far from the base fit.
+void relinearise_far(Study& study, std::vector<Hypothesis>& arms) {
+  constexpr double kFar = 0.3;  // ln, of a base coordinate
+  const auto n = static_cast<Index>(study.base_count);
+  for (Hypothesis& arm : arms) {
+    if ((arm.x - study.base).head(n).cwiseAbs().maxCoeff() < kFar) continue;
+    std::vector<Hypothesis> one = {std::move(arm)};
+    relinearise(study, one);
+    arm = std::move(one[0]);
+  }
 }
 
 // What to fit in earnest: the effect that predicts best, and that of the others whose finite change explains most.
@@ -341,9 +373,11 @@ Diagnosis diagnose(const trial::Campaign& campaign, const std::vector<Effect>& e
   stages.done("base fit");
 
   progress(0.5, "changing every effect by a finite size");
-  const MatrixXd columns = screen(study);
   std::vector<Hypothesis> all = {base_hypothesis(study)};
-  for (size_t e = 0; e < study.effects.size(); ++e) all.push_back(make_hypothesis(study, {e}, columns));
+  std::vector<size_t> every(study.effects.size());
+  std::iota(every.begin(), every.end(), 0);
+  const MatrixXd columns = screen(study, all[0], every);
+  for (const size_t e : every) all.push_back(make_hypothesis(study, all[0], {e}, columns));
   stages.done("screening");
   for (size_t e = 0; e < study.effects.size(); ++e) {
     const Effect& effect = study.effects[e];
@@ -353,11 +387,13 @@ Diagnosis diagnose(const trial::Campaign& campaign, const std::vector<Effect>& e
 
   progress(0.62, "refitting with every effect");
   refit(study, all, 1);
+  if (study.other_start) refit_from_other_start(study, all);
   std::vector<Hypothesis> few = finalists(all, options.finalists);
   refit(study, few, 1);
   stages.done("refitting");
   progress(0.75, "finer mesh for the best");
   refine_mesh(study, few);
+  relinearise_far(study, few);
   refit(study, few, 2);
   stages.done("finer mesh for the best");
   progress(0.88, "predicting held-out trials");

@@ -60,27 +60,28 @@ std::string name_of(const Study& study, const Hypothesis& hypothesis) {
 
 double cauchy_constant(const Study& study) { return 3 * fit::robust_scale(study.residual); }
 
-MatrixXd screen(Study& study) {
-  const auto total = static_cast<Index>(study.parameters.size()), base = static_cast<Index>(study.base_count);
+MatrixXd screen(Study& study, const Hypothesis& from, const std::vector<size_t>& effects) {
+  const auto total = static_cast<Index>(study.parameters.size());
   // Both signs of what has two.
   std::vector<std::pair<Index, double>> probes;
-  for (Index k = base; k < total; ++k) {
-    const fit::Parameter& p = study.parameters[static_cast<size_t>(k)];
-    probes.push_back({k, 1});
-    if (bound(p, false) <= study.base(k) - 1) probes.push_back({k, -1});
-  }
+  for (const size_t e : effects)
+    for (size_t i = 0; i < study.effects[e].parameters.size(); ++i) {
+      const auto k = static_cast<Index>(study.first_parameter[e] + i);
+      probes.push_back({k, 1});
+      if (bound(study.parameters[static_cast<size_t>(k)], false) <= from.x(k) - 1) probes.push_back({k, -1});
+    }
   MatrixXd sets(total, static_cast<Index>(probes.size()));
   for (size_t i = 0; i < probes.size(); ++i) {
-    sets.col(static_cast<Index>(i)) = study.base;
+    sets.col(static_cast<Index>(i)) = from.x;
     sets(probes[i].first, static_cast<Index>(i)) += probes[i].second;
   }
-  const MatrixXd r = residuals_at(study, sets);
+  const MatrixXd r = residuals_of(study, {from}, sets);
   study.evaluations += static_cast<int>(sets.cols());
   MatrixXd columns = MatrixXd::Constant(study.rows->size(), total, std::numeric_limits<double>::quiet_NaN());
   VectorXd count = VectorXd::Zero(total);
   for (size_t i = 0; i < probes.size(); ++i) {
     const auto [k, sign] = probes[i];
-    const VectorXd slope = (r.col(static_cast<Index>(i)) - study.residual) / sign;
+    const VectorXd slope = (r.col(static_cast<Index>(i)) - from.residual) / sign;
     if (!slope.allFinite()) continue;
     if (count(k) == 0) columns.col(k) = slope;
     else columns.col(k) = (columns.col(k) * count(k) + slope) / (count(k) + 1);
@@ -99,10 +100,19 @@ Hypothesis base_hypothesis(const Study& study) {
   return h;
 }
 
-Hypothesis make_hypothesis(Study& study, const std::vector<size_t>& effects, const MatrixXd& columns) {
-  Hypothesis h = base_hypothesis(study);
+std::optional<Hypothesis> base_at(Study& study, const VectorXd& x) {
+  std::vector<Hypothesis> one = {base_hypothesis(study)};
+  one[0].x = x;
+  refine_mesh(study, one);
+  if (one[0].mesh_offset.size() == 0) return {};
+  relinearise(study, one);
+  return one[0];
+}
+
+Hypothesis make_hypothesis(Study& study, const Hypothesis& from, const std::vector<size_t>& effects, const MatrixXd& columns) {
+  Hypothesis h = from;
   h.effects = effects;
-  const VectorXd weights = fit::cauchy_weights(study.residual, cauchy_constant(study));
+  const VectorXd weights = fit::cauchy_weights(from.residual, cauchy_constant(study));
   MatrixXd own(study.rows->size(), 0);
   for (const size_t e : effects) {
     const Effect& effect = study.effects[e];
@@ -112,16 +122,16 @@ Hypothesis make_hypothesis(Study& study, const std::vector<size_t>& effects, con
       // The best of the starting points, with derivatives of every parameter there.
       MatrixXd sets(h.x.size(), static_cast<Index>(effect.starts.size()));
       for (Index i = 0; i < sets.cols(); ++i) {
-        sets.col(i) = study.base;
+        sets.col(i) = from.x;
         for (Index k = 0; k < count; ++k)
           sets(first + k, i) = fit::to_coordinate(effect.parameters[static_cast<size_t>(k)], effect.starts[static_cast<size_t>(i)][static_cast<size_t>(k)]);
       }
-      const MatrixXd r = residuals_at(study, sets);
+      const MatrixXd r = residuals_of(study, {from}, sets);
       Index best = 0;
       double most = -1;
       for (Index i = 0; i < sets.cols(); ++i) {
         if (!r.col(i).allFinite()) continue;
-        const double gain = gain_of(study.jacobian, r.col(i) - study.residual, study.residual, weights);
+        const double gain = gain_of(from.jacobian, r.col(i) - from.residual, from.residual, weights);
         if (gain > most) {
           most = gain;
           best = i;
@@ -132,7 +142,7 @@ Hypothesis make_hypothesis(Study& study, const std::vector<size_t>& effects, con
         around.col(k) = sets.col(best);
         around(first + k, k) += k == 0 ? 1.0 : 0.3;
       }
-      const MatrixXd moved = residuals_at(study, around);
+      const MatrixXd moved = residuals_of(study, {from}, around);
       study.evaluations += static_cast<int>(sets.cols() + count);
       h.x = sets.col(best);
       h.residual = r.col(best);
@@ -145,7 +155,7 @@ Hypothesis make_hypothesis(Study& study, const std::vector<size_t>& effects, con
       own.col(before + k) = here.col(k).allFinite() ? VectorXd(here.col(k)) : VectorXd::Zero(own.rows());
     }
   }
-  h.screened_gain = gain_of(study.jacobian, own, study.residual, weights);
+  h.screened_gain = gain_of(from.jacobian, own, from.residual, weights);
   h.jacobian.conservativeResize(Eigen::NoChange, h.jacobian.cols() + own.cols());
   h.jacobian.rightCols(own.cols()) = own;
   h.cost = fit::cauchy_cost(h.residual, cauchy_constant(study));

@@ -5,6 +5,7 @@
 // the step really did (Broyden's rank-one update), so that a refit costs a few simulations.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -25,13 +26,17 @@ struct Hypothesis {
 
 std::string name_of(const Study& study, const Hypothesis& hypothesis);
 
-// Finite-size change of the residual per unit of each effect coordinate (columns beyond study.base_count), from
-// neutral; NaN columns where the simulation blew up.
-Eigen::MatrixXd screen(Study& study);
-
 Hypothesis base_hypothesis(const Study& study);
-// One hypothesis for these effects; columns: from `screen`.
-Hypothesis make_hypothesis(Study& study, const std::vector<size_t>& effects, const Eigen::MatrixXd& columns);
+// The base model at coordinates that are not its fit's, with what the fine mesh adds there and derivatives of its own; nothing
+// where a simulation blew up.
+std::optional<Hypothesis> base_at(Study& study, const Eigen::VectorXd& x);
+
+// Finite-size change of the residual per unit of each coordinate of these effects, from neutral, the base as in `from`; NaN
+// columns where the simulation blew up, and of everything else.
+Eigen::MatrixXd screen(Study& study, const Hypothesis& from, const std::vector<size_t>& effects);
+
+// The base as in `from` with these effects; columns: from `screen`.
+Hypothesis make_hypothesis(Study& study, const Hypothesis& from, const std::vector<size_t>& effects, const Eigen::MatrixXd& columns);
 
 // Refits all of them side by side, `rounds` simulated steps each, of which the best of some dampings is taken.
 void refit(Study& study, std::vector<Hypothesis>& hypotheses, int rounds, const std::vector<double>& dampings = {1e-3, 0.3});

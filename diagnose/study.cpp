@@ -22,7 +22,7 @@ using Eigen::VectorXd;
 
 namespace {
 
-constexpr double kEnough = 1e-3;  // of the cost: smaller decreases end a base fit
+constexpr double kEnough = 1e-3, kNearEnough = 1e-2;  // of the cost: smaller decreases end a base fit; one that is refitted after
 
 bool applies(const Effect& effect, const std::vector<fit::ObservedTrial>& trials, fit::Drag drag) {
   if (effect.applies_to == AppliesTo::simple_drag) return drag != fit::Drag::nonlinear;
@@ -138,7 +138,6 @@ fit::ObjectiveOptions on_mesh_of(int columns, const StudyOptions& options) {
 // The base fit on the coarse mesh and on the usual one, which becomes the study's objective. Where markers pull, moving trials are
 // pulled twice as hard, and the end need not be exact: it is refitted on another pull.
 VectorXd fit_base(Study& study, const std::vector<fit::ObservedTrial>& trials, const std::vector<fit::Parameter>& base, const StudyOptions& options) {
-  constexpr double kNearEnough = 1e-2;
   VectorXd x = fit::usual_coordinates(base);
   if (study.pulled) {
     study.objective = std::make_shared<fit::Objective>(trials, on_mesh_of(options.coarse_columns, options), base, x);
@@ -162,22 +161,16 @@ VectorXd fit_base(Study& study, const std::vector<fit::ObservedTrial>& trials, c
   return fitted.coordinates;
 }
 
-// The base fit to what the fine mesh predicts: what it adds is found, and found again after a refit.
-void refit_on_fine_mesh(Study& study, const std::vector<fit::Parameter>& base, const report::ProgressCallback& progress) {
-  constexpr double kFar = 0.2;  // ln: derivatives brought up to date by Broyden's rule serve within it
-  const auto n = static_cast<Index>(study.base_count);
-  const auto correct_mesh = [&] {
-    study.mesh_change = mesh_change(*study.objective, *study.fine, base, study.base.head(n));
-    study.objective->set_mesh_correction(study.mesh_change);
-    study.evaluations += 2;
-  };
-  correct_mesh();
-  const fit::LeastSquaresResult fitted = fit::minimise(*study.objective, base, study.base.head(n), search_options(3, kEnough));
-  study.base.head(n) = fitted.coordinates;
-  study.evaluations += fitted.evaluations;
-  progress(0.5, fmt::format("robust residual {:.2f} sd", fitted.scale));
+void correct_mesh(Study& study, const std::vector<fit::Parameter>& base) {
+  study.mesh_change = mesh_change(*study.objective, *study.fine, base, study.base.head(static_cast<Index>(study.base_count)));
+  study.objective->set_mesh_correction(study.mesh_change);
+  study.evaluations += 2;
+}
 
-  correct_mesh();
+// Finds derivatives and what the fine mesh adds, both at the base fit, and refits by them.
+void settle(Study& study, const std::vector<fit::Parameter>& base) {
+  constexpr double kFar = 0.2;  // ln: derivatives brought up to date by Broyden's rule serve within it
+  correct_mesh(study, base);
   study.jacobian = base_jacobian(study);
   std::vector<Hypothesis> arm = {base_hypothesis(study)};
   refit(study, arm, 3, {1e-4, 1e-2, 0.3, 3});
@@ -186,7 +179,46 @@ void refit_on_fine_mesh(Study& study, const std::vector<fit::Parameter>& base, c
   study.residual = arm[0].residual;
   study.jacobian = arm[0].jacobian;
   if (moved > kFar) study.jacobian = base_jacobian(study);
+}
+
+// The base fit to what the fine mesh predicts: what it adds is found, and found again after a refit.
+void refit_on_fine_mesh(Study& study, const std::vector<fit::Parameter>& base, const report::ProgressCallback& progress) {
+  const auto n = static_cast<Index>(study.base_count);
+  correct_mesh(study, base);
+  const fit::LeastSquaresResult fitted = fit::minimise(*study.objective, base, study.base.head(n), search_options(3, kEnough));
+  study.base.head(n) = fitted.coordinates;
+  study.evaluations += fitted.evaluations;
+  progress(0.5, fmt::format("robust residual {:.2f} sd", fitted.scale));
+  settle(study, base);
   progress(1, fmt::format("robust residual {:.2f} sd", fit::robust_scale(study.residual)));
+}
+
+std::optional<VectorXd> with_isotropic_shear(const Study& study) {
+  constexpr double kShare = 0.4;  // of the stretch stiffness: an isotropic sheet of Poisson's ratio 1/4
+  constexpr double kNear = 0.2;   // ln
+  const auto named = [&](const char* name) {
+    return std::find_if(study.parameters.begin(), study.parameters.end(), [&](const fit::Parameter& p) { return p.name == name; }) - study.parameters.begin();
+  };
+  const Index stretch = named("stretch"), shear = named("shear");
+  VectorXd x = study.base;
+  x(shear) = fit::to_coordinate(study.parameters[static_cast<size_t>(shear)], kShare * fit::to_value(study.parameters[static_cast<size_t>(stretch)], x(stretch)));
+  if (std::abs(x(shear) - study.base(shear)) < kNear) return {};
+  return x;
+}
+
+// Fits the base model from x as well, and keeps what leaves less.
+void fit_from(Study& study, const std::vector<fit::Parameter>& base, const VectorXd& x) {
+  constexpr double kLess = 0.99;  // of the cost
+  const std::optional<Hypothesis> there = base_at(study, x);
+  if (!there) return;
+  std::vector<Hypothesis> arm = {*there};
+  refit(study, arm, 3, {1e-3, 0.03, 0.3, 3});
+  relinearise(study, arm);
+  refit(study, arm, 2, {1e-3, 0.03, 0.3, 3});
+  refine_mesh(study, arm);
+  if (arm[0].cost > kLess * base_hypothesis(study).cost) return;
+  study.base = arm[0].x;
+  settle(study, base);
 }
 
 }  // namespace
@@ -294,7 +326,13 @@ Study make_study(const trial::Campaign& campaign, const std::vector<Effect>& eff
     study.objective->set_mesh_correction(study.mesh_change);
     study.jacobian = base_jacobian(study);
   } else {
-    refit_on_fine_mesh(study, base, fit::part_of(options.progress, 0.55, 0.95, "base fit, finer mesh"));
+    refit_on_fine_mesh(study, base, fit::part_of(options.progress, 0.55, 0.9, "base fit, finer mesh"));
+  }
+  study.other_start = with_isotropic_shear(study);
+  if (study.other_start && !is_fitted) {
+    options.progress(0.9, "base fit from another start");
+    fit_from(study, base, *study.other_start);
+    study.other_start = with_isotropic_shear(study);
   }
   options.progress(1, "base model fitted");
   return study;

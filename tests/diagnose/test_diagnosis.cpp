@@ -1,5 +1,6 @@
 // A campaign whose fault is known, simulated by the model itself: answered, and written as a user gets it.
 #include <filesystem>
+#include <set>
 
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -16,15 +17,25 @@ namespace {
 
 namespace fs = std::filesystem;
 
-Diagnosis diagnosed(const SimulatedSwatch& c) {
+Diagnosis diagnosed(const SimulatedSwatch& c, const std::set<std::string>& effects = {"camera_delay", "bend_friction", "draught", "mass_error"},
+                    DiagnosisOptions options = {}) {
   std::vector<Effect> few;
   for (const Effect& e : effect_library())
-    if (e.name == "camera_delay" || e.name == "bend_friction" || e.name == "draught" || e.name == "mass_error") few.push_back(e);
-  DiagnosisOptions options;
+    if (effects.count(e.name)) few.push_back(e);
   options.study.columns = 9;
   options.study.fine_columns = 13;
   options.study.rate_hz = 20;
   return diagnose(simulated_campaign(c), few, options);
+}
+
+// Coordinates of the base model that made a swatch, but for what is given.
+Eigen::VectorXd base_of(const SimulatedSwatch& c, double stretch, double shear) {
+  const std::vector<fit::Parameter> base = fit::base_parameters();
+  Eigen::VectorXd x = fit::usual_coordinates(base);
+  for (size_t k = 0; k < base.size(); ++k)
+    for (const auto& [name, value] : {std::pair{"stretch", stretch}, {"shear", shear}, {"bend", c.material.bend}})
+      if (base[k].name == name) x(static_cast<Eigen::Index>(k)) = fit::to_coordinate(base[k], value);
+  return x;
 }
 
 TEST(Diagnosis, NamesADelayAndMeasuresIt) {
@@ -79,6 +90,21 @@ TEST(BaseFit, IsReadAsItWasWrittenForAsManyTrials) {
   files::write_json(file, {{"coordinates", {1, 2}}});
   EXPECT_FALSE(read_base_fit(file, 2));
   fs::remove(file);
+}
+
+// A base fit that put all of the coupling into shear, where no derivative leads back.
+TEST(Diagnosis, FindsTheWayBackFromStiffShear) {
+  SimulatedSwatch coupled = usual_fabric();
+  coupled.material.coupling = 0.4;
+  DiagnosisOptions options;
+  options.study.base_fit = BaseFit{base_of(coupled, 80, 450), {10, 10, 10}};
+  const Diagnosis d = diagnosed(coupled, {"coupling", "draught", "creep"}, options);
+  EXPECT_EQ(d.cause, "coupling");
+  for (const EffectFinding& f : d.effects)
+    if (f.name == "coupling") {
+      ASSERT_EQ(f.size.size(), 1u);
+      EXPECT_NEAR(f.size[0].value, 0.4, 0.1);
+    }
 }
 
 TEST(Diagnosis, NamesNothingWhereNothingIsAmiss) { EXPECT_EQ(diagnosed(usual_fabric()).cause, "none"); }
