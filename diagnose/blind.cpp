@@ -7,6 +7,7 @@
 
 #include <boost/math/distributions/beta.hpp>
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <openssl/evp.h>
 
 #include "diagnose/diagnosis_report.h"
@@ -30,8 +31,9 @@ std::string sha256_hex(const std::string& bytes) {
 }
 
 std::string library_hash(const std::vector<Effect>& effects, const Calibration& c) {
-  std::string text = fmt::format("{} {} {} {} {} {} {} {} {} {} {} {} {} {} {}\n", c.kappa, c.free_kappa, c.cost_per_parameter, c.cost_unknown, c.prior_none, c.prior_unknown, c.mesh_share, c.still_mesh_share, c.form_mm, c.free_form_mm, c.form_share,
-                                 c.null_mean, c.null_sd, c.free_null_mean, c.free_null_sd);
+  const std::vector<double> constants = {c.kappa, c.free_kappa, c.cost_per_parameter, c.cost_unknown, c.prior_none, c.prior_unknown, c.mesh_share, c.still_mesh_share, c.form_mm,
+                                         c.free_form_mm, c.form_share, c.null_mean, c.null_sd, c.free_null_mean, c.free_null_sd, c.null_freedom, c.plain_gap};
+  std::string text = fmt::format("{}\n", fmt::join(constants, " "));
   for (const Effect& e : effects) {
     text += e.name + "\n";
     for (const fit::Parameter& p : e.parameters) text += fmt::format("  {} {} {} {} {} {}\n", p.name, p.unit, p.start, p.lower, p.upper, p.scale);

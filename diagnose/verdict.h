@@ -7,8 +7,9 @@
 // The largest and the smallest of four groups or more are left out: one trial that takes another fold proves nothing.
 // `unknown` stands for an effect that would explain the gap down to what a right one leaves,
 //   m² = n² + f² + (form share)² · (m_base² − n²),   at a cost c_unknown.
+// `none` loses ln(p / 0.05) where a campaign that lacks nothing would show such a gap with a probability p below that.
 // So a name wins where it explains the gap about as well as any right answer could; unknown where a gap is
-// plain and no effect closes it; none where nothing predicts better than the base.
+// plain and no effect closes it; none where nothing predicts better than the base, and no gap is plain.
 // f² = form² + (mesh share · what the last refinement changed)². Samples of one motion err together, so κ is not their number.
 #pragma once
 
@@ -36,6 +37,8 @@ struct Calibration {
   // Of ln(held-out base error / what a right model leaves) in campaigns that lack nothing: mean and spread. Pulled: five of the bank
   // (-0.21 … 0.02); free: supposed from two of images.
   double null_mean = -0.12, null_sd = 0.1, free_null_mean = 0.1, free_null_sd = 0.2;
+  double null_freedom = 4;   // of Student's distribution about it
+  double plain_gap = 0.05;   // p-value from which `none` loses by as much as it is smaller
 };
 
 struct Floor {
