@@ -72,11 +72,12 @@ std::vector<Hypothesis> finalists(const std::vector<Hypothesis>& all, size_t cou
 
 // Effects of how the fabric deforms are refitted from the other start as well; what leaves less is kept.
 void refit_from_other_start(Study& study, std::vector<Hypothesis>& all) {
-  const std::optional<Hypothesis> there = base_at(study, *study.other_start);
-  if (!there) return;
   std::vector<size_t> effects;
   for (size_t e = 0; e < study.effects.size(); ++e)
     if (const Effect& effect = study.effects[e]; (effect.side == Side::elastic || effect.side == Side::dissipative) && effect.starts.empty()) effects.push_back(e);
+  if (effects.empty()) return;
+  const std::optional<Hypothesis> there = base_at(study, *study.other_start);
+  if (!there) return;
   const MatrixXd columns = screen(study, *there, effects);
   std::vector<Hypothesis> arms;
   for (const size_t e : effects) arms.push_back(make_hypothesis(study, *there, {e}, columns));
