@@ -150,7 +150,7 @@ std::optional<ClockMap> PassiveClock::from_arrivals() const {
 }
 
 // Weighted line through the middles of the brackets. How a request's time splits between way and way back is
-// unknown and the same each time, so half a bracket does not average down.
+// unknown and the same each time, so half a bracket does not average down; the slope's error does.
 std::optional<ClockMap> PassiveClock::from_brackets() const {
   if (brackets_.size() < kFewestBrackets) return std::nullopt;
   double weights = 0, mean_device_s = 0, mean_offset_s = 0, half_width_s = 0;
@@ -174,7 +174,16 @@ std::optional<ClockMap> PassiveClock::from_brackets() const {
   }
   const double limit = options_.largest_drift_ppm * 1e-6;
   const double drift = spread > 0 ? std::clamp(slope / spread, -limit, limit) : 0;
-  return to_map(mean_offset_s - drift * mean_device_s, drift, half_width_s / weights / std::sqrt(3.0));
+  // Where few narrow brackets set the slope, the newest sample lies far from them.
+  double slope_variance = 0;
+  for (const Bracket& bracket : brackets_) {
+    const double arm_s = bracket.device_s - mean_device_s, half_s = 0.5 * (bracket.after_s - bracket.before_s + kHostResolution_s);
+    slope_variance += std::pow(weight(bracket) * arm_s * half_s, 2) / 3;
+  }
+  const double slope_sd = spread > 0 ? std::min(std::sqrt(slope_variance) / spread, limit) : limit;
+  const double newest_s = std::max(brackets_.back().device_s, earliest_.empty() ? 0 : earliest_.back().device_s);
+  const double uncertainty_s = std::hypot(half_width_s / weights / std::sqrt(3.0), slope_sd * (newest_s - mean_device_s));
+  return to_map(mean_offset_s - drift * mean_device_s, drift, uncertainty_s);
 }
 
 ClockMap PassiveClock::to_map(double intercept_s, double drift, double uncertainty_s) const {

@@ -86,6 +86,33 @@ TEST(PassiveClock, BracketsAreUsedWhereTheyAreTighter) {
   EXPECT_LE(clock.map()->uncertainty_s, 1e-4);
 }
 
+// On a busy machine few readings are quick, and the newest sample may lie far from them.
+TEST(PassiveClock, CoversTheErrorWhereFewReadingsAreQuick) {
+  for (const double wait_s : {1e-5, 1e-4, 1e-3}) {
+    for (const double seconds : {2.0, 10.0}) {
+      int covered = 0;
+      const int runs = 200;
+      double squares = 0, stated = 0;
+      for (int run = 0; run < runs; ++run) {
+        Device device;
+        device.random.seed(static_cast<unsigned>(run));
+        std::exponential_distribution<double> waits(1 / wait_s);
+        PassiveClock clock;
+        for (double t = 1000; t < 1000 + seconds; t += 0.5) {
+          const double way_s = 2e-5 + waits(device.random), back_s = 2e-5 + waits(device.random);
+          clock.add_bracket(device.ticks(t), std::llround((t - way_s) * 1e6), std::llround((t + back_s) * 1e6));
+        }
+        const double error_s = device.error_s(clock, 1000 + seconds - 0.5);
+        covered += std::abs(error_s) <= 2 * clock.map()->uncertainty_s;
+        squares += error_s * error_s;
+        stated += clock.map()->uncertainty_s / runs;
+      }
+      EXPECT_GE(covered, runs * 19 / 20) << wait_s << " s of waiting, " << seconds << " s of readings";
+      if (wait_s >= 1e-4) { EXPECT_LE(stated, 3 * std::sqrt(squares / runs)); }
+    }
+  }
+}
+
 TEST(PassiveClock, StartsAnewAfterAJumpEitherWay) {
   for (const double step_s : {-0.5, 0.5}) {
     Device device;
