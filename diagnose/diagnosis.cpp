@@ -5,7 +5,6 @@
 #include <cmath>
 #include <ctime>
 #include <numeric>
-#include <optional>
 #include <random>
 
 #include <fmt/format.h>
@@ -76,11 +75,9 @@ void refit_from_other_start(Study& study, std::vector<Hypothesis>& all) {
   for (size_t e = 0; e < study.effects.size(); ++e)
     if (const Effect& effect = study.effects[e]; (effect.side == Side::elastic || effect.side == Side::dissipative) && effect.starts.empty()) effects.push_back(e);
   if (effects.empty()) return;
-  const std::optional<Hypothesis> there = base_at(study, *study.other_start);
-  if (!there) return;
-  const MatrixXd columns = screen(study, *there, effects);
+  const MatrixXd columns = screen(study, *study.other_start, effects);
   std::vector<Hypothesis> arms;
-  for (const size_t e : effects) arms.push_back(make_hypothesis(study, *there, {e}, columns));
+  for (const size_t e : effects) arms.push_back(make_hypothesis(study, *study.other_start, {e}, columns));
   refit(study, arms, 3);
   for (Hypothesis& arm : arms) {
     Hypothesis& before = all[arm.effects[0] + 1];

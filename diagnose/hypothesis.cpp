@@ -100,15 +100,6 @@ Hypothesis base_hypothesis(const Study& study) {
   return h;
 }
 
-std::optional<Hypothesis> base_at(Study& study, const VectorXd& x) {
-  std::vector<Hypothesis> one = {base_hypothesis(study)};
-  one[0].x = x;
-  refine_mesh(study, one);
-  if (one[0].mesh_offset.size() == 0) return {};
-  relinearise(study, one);
-  return one[0];
-}
-
 Hypothesis make_hypothesis(Study& study, const Hypothesis& from, const std::vector<size_t>& effects, const MatrixXd& columns) {
   Hypothesis h = from;
   h.effects = effects;

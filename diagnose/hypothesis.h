@@ -5,7 +5,6 @@
 // the step really did (Broyden's rank-one update), so that a refit costs a few simulations.
 #pragma once
 
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -27,9 +26,6 @@ struct Hypothesis {
 std::string name_of(const Study& study, const Hypothesis& hypothesis);
 
 Hypothesis base_hypothesis(const Study& study);
-// The base model at coordinates that are not its fit's, with what the fine mesh adds there and derivatives of its own; nothing
-// where a simulation blew up.
-std::optional<Hypothesis> base_at(Study& study, const Eigen::VectorXd& x);
 
 // Finite-size change of the residual per unit of each coordinate of these effects, from neutral, the base as in `from`; NaN
 // columns where the simulation blew up, and of everything else.

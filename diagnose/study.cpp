@@ -193,32 +193,36 @@ void refit_on_fine_mesh(Study& study, const std::vector<fit::Parameter>& base, c
   progress(1, fmt::format("robust residual {:.2f} sd", fit::robust_scale(study.residual)));
 }
 
-std::optional<VectorXd> with_isotropic_shear(const Study& study) {
+// Nothing where shear is near that of an isotropic sheet, or where a simulation of it blew up.
+std::shared_ptr<const Hypothesis> with_isotropic_shear(Study& study) {
   constexpr double kShare = 0.4;  // of the stretch stiffness: an isotropic sheet of Poisson's ratio 1/4
   constexpr double kNear = 0.2;   // ln
   const auto named = [&](const char* name) {
     return std::find_if(study.parameters.begin(), study.parameters.end(), [&](const fit::Parameter& p) { return p.name == name; }) - study.parameters.begin();
   };
   const Index stretch = named("stretch"), shear = named("shear");
-  VectorXd x = study.base;
-  x(shear) = fit::to_coordinate(study.parameters[static_cast<size_t>(shear)], kShare * fit::to_value(study.parameters[static_cast<size_t>(stretch)], x(stretch)));
-  if (std::abs(x(shear) - study.base(shear)) < kNear) return {};
-  return x;
+  std::vector<Hypothesis> arm = {base_hypothesis(study)};
+  double& x = arm[0].x(shear);
+  x = fit::to_coordinate(study.parameters[static_cast<size_t>(shear)], kShare * fit::to_value(study.parameters[static_cast<size_t>(stretch)], study.base(stretch)));
+  if (std::abs(x - study.base(shear)) < kNear) return nullptr;
+  refine_mesh(study, arm);
+  if (arm[0].mesh_offset.size() == 0) return nullptr;
+  relinearise(study, arm);
+  return std::make_shared<const Hypothesis>(std::move(arm[0]));
 }
 
-// Fits the base model from x as well, and keeps what leaves less.
-void fit_from(Study& study, const std::vector<fit::Parameter>& base, const VectorXd& x) {
+// Fits the base model from there as well, and keeps what leaves less. Whether that is the new one.
+bool fit_from(Study& study, const std::vector<fit::Parameter>& base, const Hypothesis& there) {
   constexpr double kLess = 0.99;  // of the cost
-  const std::optional<Hypothesis> there = base_at(study, x);
-  if (!there) return;
-  std::vector<Hypothesis> arm = {*there};
+  std::vector<Hypothesis> arm = {there};
   refit(study, arm, 3, {1e-3, 0.03, 0.3, 3});
   relinearise(study, arm);
   refit(study, arm, 2, {1e-3, 0.03, 0.3, 3});
   refine_mesh(study, arm);
-  if (arm[0].cost > kLess * base_hypothesis(study).cost) return;
+  if (arm[0].cost > kLess * base_hypothesis(study).cost) return false;
   study.base = arm[0].x;
   settle(study, base);
+  return true;
 }
 
 }  // namespace
@@ -322,18 +326,14 @@ Study make_study(const trial::Campaign& campaign, const std::vector<Effect>& eff
   study.base = fit::usual_coordinates(study.parameters);
   study.base.head(static_cast<Index>(study.base_count)) = x;
   if (is_fitted) {
-    study.mesh_change = mesh_change(*study.objective, *study.fine, base, x);
-    study.objective->set_mesh_correction(study.mesh_change);
+    correct_mesh(study, base);
     study.jacobian = base_jacobian(study);
   } else {
     refit_on_fine_mesh(study, base, fit::part_of(options.progress, 0.55, 0.9, "base fit, finer mesh"));
   }
+  options.progress(0.9, "base fit from another start");
   study.other_start = with_isotropic_shear(study);
-  if (study.other_start && !is_fitted) {
-    options.progress(0.9, "base fit from another start");
-    fit_from(study, base, *study.other_start);
-    study.other_start = with_isotropic_shear(study);
-  }
+  if (study.other_start && !is_fitted && fit_from(study, base, *study.other_start)) study.other_start = with_isotropic_shear(study);
   options.progress(1, "base model fitted");
   return study;
 }

@@ -43,6 +43,8 @@ struct StudyOptions {
   report::ProgressCallback progress = [](double, const std::string&) {};
 };
 
+struct Hypothesis;
+
 struct Study {
   std::string campaign;
   std::vector<Effect> effects;
@@ -57,9 +59,9 @@ struct Study {
   Eigen::VectorXd base;                     // coordinates of all parameters, effects neutral
   Eigen::VectorXd residual;                 // whitened, at base
   Eigen::MatrixXd jacobian;                 // whitened residual per base coordinate
-  // The base fit with shear as in an isotropic sheet, where the fit has it otherwise: shear may have swallowed what an effect
-  // in the plane of the fabric does, where no derivative finds the way back.
-  std::optional<Eigen::VectorXd> other_start;
+  // The base fit with shear as in an isotropic sheet, where the fit has it otherwise, with what the fine mesh adds there and
+  // derivatives of its own: shear may have swallowed what an effect in the plane of the fabric does, where no derivative finds the way back.
+  std::shared_ptr<const Hypothesis> other_start;
   bool pulled = false;                      // simulations are pulled towards markers
   std::vector<std::string> pulled_harder;   // trials that leave the recorded folds all the same, or where the meshes part
   std::vector<Eigen::VectorXd> mesh_change; // mm, what the fine mesh adds, one a trial

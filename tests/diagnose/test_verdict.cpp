@@ -1,0 +1,55 @@
+// From held-out errors to probabilities.
+#include <cmath>
+
+#include <gtest/gtest.h>
+
+#include "diagnose/effects/library.h"
+#include "diagnose/verdict.h"
+#include "tests/diagnose/simulated_campaign.h"
+
+namespace selvedge::diagnose {
+namespace {
+
+// A study whose base model leaves in every group e^above times what a right one leaves; judged with the base alone.
+class Verdict : public testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    std::vector<Effect> delay;
+    for (const Effect& e : effect_library())
+      if (e.name == "camera_delay") delay.push_back(e);
+    StudyOptions options;
+    options.columns = 9;
+    options.fine_columns = 13;
+    options.rate_hz = 20;
+    options.base_fit = BaseFit{fit::usual_coordinates(fit::base_parameters()), {10, 10, 10}};
+    study_ = new Study(make_study(simulated_campaign(usual_fabric()), delay, options));
+  }
+  static void TearDownTestSuite() { delete study_; }
+
+  static Scores with_gap(double above) {
+    const Floor floor = floor_of(*study_, calibration_);
+    HeldOut held;
+    held.mm = std::exp(above) * floor.right_mm.transpose();
+    return score(*study_, {base_hypothesis(*study_)}, held, floor, calibration_);
+  }
+  static double none_against_delay(const Scores& s) { return s.probability.at("none") / s.probability.at("camera_delay"); }
+
+  static inline const Calibration calibration_;
+  static inline Study* study_ = nullptr;
+};
+
+TEST_F(Verdict, NoneLosesByAsMuchAsAPlainGapIsRare) {
+  const Scores nothing = with_gap(calibration_.null_mean), plain = with_gap(calibration_.null_mean + 6 * calibration_.null_sd);
+  EXPECT_NEAR(nothing.p_value, 0.5, 1e-9);
+  EXPECT_NEAR(plain.p_value, 0.00194, 2e-5);  // Student's distribution with 4 degrees of freedom, six spreads away
+  EXPECT_NEAR(none_against_delay(plain) / none_against_delay(nothing), plain.p_value / calibration_.plain_gap, 1e-6);
+}
+
+TEST_F(Verdict, NoneLosesNothingWhereSuchGapsAreUsual) {
+  const Scores usual = with_gap(calibration_.null_mean + calibration_.null_sd);
+  EXPECT_GT(usual.p_value, calibration_.plain_gap);
+  EXPECT_NEAR(none_against_delay(usual), none_against_delay(with_gap(calibration_.null_mean)), 1e-9);
+}
+
+}  // namespace
+}  // namespace selvedge::diagnose
