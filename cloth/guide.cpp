@@ -41,6 +41,12 @@ GuideTrack::Seen GuideTrack::at(double t_s) const {
   return seen;
 }
 
+bool LetGo::is_free(double since_start_s) const {
+  if (free_s <= 0) return false;
+  const double turns = (since_start_s - first_s) / (2 * free_s);
+  return turns - std::floor(turns) < 0.5;
+}
+
 void add_pull(const Guide& guide, double mass_kg, double t_s, const double* position, const double* velocity, double* force) {
   const GuideTrack& track = *guide.track;
   const GuideTrack::Seen seen = track.at(guide.seen_at(t_s));
@@ -58,15 +64,17 @@ void add_pull(const Guide& guide, double mass_kg, double t_s, const double* posi
 
 kernel::StepFilter guided(std::shared_ptr<const Guide> guide, kernel::StepFilter after) {
   return [guide = std::move(guide), after = std::move(after), force = std::vector<double>()](const kernel::Step& step) mutable {
-    const size_t n = step.vertex_count;
-    double mass = 0;
-    for (size_t v = 0; v < n; ++v) mass += step.inverse_mass[v] > 0 ? 1 / step.inverse_mass[v] : 0;
-    force.assign(3 * n, 0);
-    add_pull(*guide, mass, step.start_s, step.before, step.velocity, force.data());
-    for (size_t i = 0; i < 3 * n; ++i) {
-      const double change = step.since_s * step.inverse_mass[i / 3] * force[i];
-      step.velocity[i] += change;
-      step.after[i] += step.step_s * change;
+    if (!guide->let_go.is_free(step.start_s - guide->start_s)) {
+      const size_t n = step.vertex_count;
+      double mass = 0;
+      for (size_t v = 0; v < n; ++v) mass += step.inverse_mass[v] > 0 ? 1 / step.inverse_mass[v] : 0;
+      force.assign(3 * n, 0);
+      add_pull(*guide, mass, step.start_s, step.before, step.velocity, force.data());
+      for (size_t i = 0; i < 3 * n; ++i) {
+        const double change = step.since_s * step.inverse_mass[i / 3] * force[i];
+        step.velocity[i] += change;
+        step.after[i] += step.step_s * change;
+      }
     }
     if (after) after(step);
   };

@@ -31,12 +31,21 @@ struct GuideTrack {
   Seen at(double t_s) const;
 };
 
+// The pull may let go now and then, so that what a model predicts for a short time ahead is seen.
+struct LetGo {
+  double free_s = 0;   // so long at a time, and held for as long in between; 0: never
+  double first_s = 0;  // the first time, after Guide::start_s
+
+  bool is_free(double since_start_s) const;
+};
+
 struct Guide {
   std::shared_ptr<const GuideTrack> track;
   double pull_per_s = 10;  // ω: a point that is Δ from where it was seen is accelerated by ω² Δ
   double delay_s = 0;      // the track shows the fabric as it was so much earlier
   double drift = 0;        // s/s: and earlier by so much more a second
   double start_s = 0;      // from when the drift counts
+  LetGo let_go = {};       // of motions; equilibria are pulled all the same
 
   // The time on the track at which the fabric is seen as it is at t.
   double seen_at(double t_s) const { return (t_s + delay_s - drift * start_s) / (1 - drift); }

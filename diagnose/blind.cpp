@@ -278,7 +278,7 @@ BlindScore open_keys(const fs::path& folder, bool partial, const ShrinkFound& sh
   int none = 0, alarms = 0, known = 0, known_plain = 0, first = 0, in_set = 0, outside = 0, unknown = 0, confident_wrong = 0, sided = 0, side_right = 0;
   std::vector<size_t> set_sizes;
   std::map<std::string, int> confusion;
-  int pairs = 0, both_named = 0, one_alone = 0, held = 0;
+  int pairs = 0, both_named = 0, one_alone = 0, two_told = 0, held = 0;
   std::vector<double> shrink_errors;
   for (const Answered& a : all) {
     ++confusion[fmt::format("{} → {}", a.truth, a.named)];
@@ -297,6 +297,7 @@ BlindScore open_keys(const fs::path& folder, bool partial, const ShrinkFound& sh
       one_alone += !both && a.probability > 0.9 && both_of(a.truth).count(a.named) > 0;
     } else {
       ++known;
+      two_told += a.diagnosis.contains("pair");
       const std::string side = true_side(a.truth, side_of);
       if (a.named != "none" && a.named != "unknown") {
         ++sided;
@@ -323,7 +324,8 @@ BlindScore open_keys(const fs::path& folder, bool partial, const ShrinkFound& sh
               row("known, some effect named: measurement or physics", "at least 95 %", side_right, sided),
               row("shrink, named right: the 90 % interval holds that of fresh trials", "85 to 95 %", held, static_cast<int>(shrink_errors.size())),
               row("two effects at once: both named", "at least 60 %", both_named, pairs),
-              row("two effects at once: one above 0.9, the other's gap left", "never", one_alone, pairs)};
+              row("two effects at once: one above 0.9, the other's gap left", "never", one_alone, pairs),
+              row("one effect of the library: two said to be there", "shown", two_told, known)};
   out.shrinks = shrink_errors.size();
   if (!shrink_errors.empty()) {
     std::nth_element(shrink_errors.begin(), shrink_errors.begin() + static_cast<std::ptrdiff_t>(shrink_errors.size() / 2), shrink_errors.end());

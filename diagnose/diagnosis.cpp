@@ -10,8 +10,11 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <boost/math/distributions/students_t.hpp>
+
 #include <Eigen/Cholesky>
 
+#include "diagnose/ahead.h"
 #include "fit/least_squares.h"
 #include "fit/robust_cost.h"
 
@@ -28,7 +31,7 @@ constexpr int kBootstraps = 2000;
 constexpr double kCredible = 0.9;       // of the confusable set
 constexpr size_t kRunFree = 2;          // effects whose shrink is looked at; where the answer is none, one
 constexpr double kPlainlyNone = 0.65;   // probability of none from which no effect is fitted further
-constexpr double kPairGain = 0.15;      // ln of the error's square that a second effect must win on held-out trials
+constexpr double kPairGain = 0.2;       // ln of the error's square that a second effect must win on held-out trials
 
 class Stages {
  public:
@@ -194,6 +197,21 @@ std::pair<double, double> bootstrap(size_t groups, const Figure& figure) {
   return {at(0.05), at(0.95)};
 }
 
+// Standard deviation of a figure by leaving groups out, one at a time.
+template <class Figure>
+double jackknife_sd(size_t groups, const Figure& figure) {
+  VectorXd without(static_cast<Index>(groups));
+  for (size_t g = 0; g < groups; ++g) {
+    std::vector<size_t> rest = in_order(groups);
+    rest.erase(rest.begin() + static_cast<std::ptrdiff_t>(g));
+    without(static_cast<Index>(g)) = figure(rest);
+  }
+  return std::sqrt(static_cast<double>(groups - 1) / static_cast<double>(groups) * (without.array() - without.mean()).square().sum());
+}
+
+// Half of a 90 % interval over its standard deviation, where that was found from so many groups.
+double half_width(size_t groups) { return boost::math::quantile(boost::math::students_t(static_cast<double>(groups - 1)), 0.95); }
+
 Shrink shrink_of(const GroupErrors& before, const GroupErrors& after, const GroupErrors& floor) {
   const size_t groups = before.square.size();
   const auto fraction = [&](const std::vector<size_t>& draw) {
@@ -201,8 +219,9 @@ Shrink shrink_of(const GroupErrors& before, const GroupErrors& after, const Grou
     return gap > 1e-6 ? (before.mm(draw) - after.mm(draw)) / gap : 0;
   };
   const std::vector<size_t> all = in_order(groups);
-  const auto [low, high] = bootstrap(groups, fraction);
-  return {before.mm(all), after.mm(all), fraction(all), low, high};
+  // Trials to come vary as much as these: hence √2.
+  const double half = groups > 1 ? half_width(groups) * std::sqrt(2.0) * jackknife_sd(groups, fraction) : std::numeric_limits<double>::quiet_NaN();
+  return {before.mm(all), after.mm(all), fraction(all), fraction(all) - half, fraction(all) + half};
 }
 
 // Value at the fit to all trials, interval by the jackknife over groups.
@@ -214,10 +233,9 @@ std::vector<SizedParameter> size_of(const Study& study, const Hypothesis& h, con
     const auto at = static_cast<Index>(study.first_parameter[effect] + k);
     const VectorXd values = folds.row(at);
     const auto n = static_cast<double>(values.size());
-    const double sd = std::sqrt((n - 1) / n * (values.array() - values.mean()).square().sum());
+    const double half = n > 1 ? half_width(study.groups.size()) * std::sqrt((n - 1) / n * (values.array() - values.mean()).square().sum()) : 0;
     const double x = h.x(at);
-    out.push_back({p.name, p.unit, fit::to_value(p, x), std::max(p.lower, fit::to_value(p, x - 1.645 * sd)),
-                   std::min(p.upper, fit::to_value(p, x + 1.645 * sd))});
+    out.push_back({p.name, p.unit, fit::to_value(p, x), std::max(p.lower, fit::to_value(p, x - half)), std::min(p.upper, fit::to_value(p, x + half))});
   }
   return out;
 }
@@ -246,24 +264,21 @@ std::string best_of(const std::map<std::string, double>& probability) {
   return std::max_element(probability.begin(), probability.end(), [](const auto& a, const auto& b) { return a.second < b.second; })->first;
 }
 
-// Two effects at once: the best one with each of the others that may add to it. Returns the better pairs.
-std::vector<Hypothesis> pairs_with(Study& study, const std::vector<Hypothesis>& held, size_t best, const MatrixXd& columns) {
+// Two effects at once: the best one with those of all others whose change of a finite size, from where it was fitted, explains
+// most of what it leaves. An effect that a larger one hides is no finalist of its own.
+std::vector<Hypothesis> pairs_with(Study& study, const Hypothesis& best) {
+  constexpr size_t kTried = 3;
+  std::vector<size_t> others;
+  for (size_t e = 0; e < study.effects.size(); ++e)
+    if (e != best.effects[0] && study.effects[e].name != "mesh_resolution") others.push_back(e);
+  const MatrixXd columns = screen(study, best, others);
   std::vector<Hypothesis> pairs;
-  for (size_t i = 1; i < held.size(); ++i) {
-    if (i == best || held[i].effects[0] == held[best].effects[0]) continue;
-    if (!study.effects[held[i].effects[0]].starts.empty()) continue;
-    Hypothesis pair = held[best];
-    const size_t other = held[i].effects[0];
-    pair.effects.push_back(other);
-    const auto first = static_cast<Index>(study.first_parameter[other]);
-    for (size_t k = 0; k < study.effects[other].parameters.size(); ++k) {
-      const Index at = first + static_cast<Index>(k);
-      pair.active.push_back(at);
-      pair.jacobian.conservativeResize(Eigen::NoChange, pair.jacobian.cols() + 1);
-      pair.jacobian.rightCols(1) = columns.col(at).allFinite() ? VectorXd(columns.col(at)) : VectorXd::Zero(columns.rows());
-    }
-    pairs.push_back(std::move(pair));
+  for (const size_t e : others) {
+    pairs.push_back(make_hypothesis(study, best, {e}, columns));
+    pairs.back().effects = {best.effects[0], e};
   }
+  std::stable_sort(pairs.begin(), pairs.end(), [](const Hypothesis& a, const Hypothesis& b) { return a.screened_gain > b.screened_gain; });
+  pairs.resize(std::min(pairs.size(), kTried), best);
   return pairs;
 }
 
@@ -286,6 +301,19 @@ HeldOut only_rows(const HeldOut& all, const std::vector<size_t>& others) {
     out.residual.push_back(all.residual[from]);
   }
   return out;
+}
+
+// Predictions kAhead_s ahead of what was held out, arms × trial.
+MatrixXd held_out_ahead(Study& study, const HeldOut& held) {
+  MatrixXd mm = MatrixXd::Constant(static_cast<Index>(held.coordinates.size()), static_cast<Index>(study.rows->trials()), std::numeric_limits<double>::quiet_NaN());
+  for (size_t g = 0; g < study.groups.size(); ++g) {
+    MatrixXd sets(study.base.size(), mm.rows());
+    for (Index k = 0; k < sets.cols(); ++k) sets.col(k) = held.coordinates[static_cast<size_t>(k)].col(static_cast<Index>(g));
+    const MatrixXd found = ahead_mm(*study.fine, study.parameters, sets, study.groups[g]);
+    for (const size_t t : study.groups[g]) mm.col(static_cast<Index>(t)) = found.col(static_cast<Index>(t));
+  }
+  study.evaluations += 2 * static_cast<int>(mm.rows());
+  return mm;
 }
 
 // Each refitted from where the pull has led it, and held out, without the pull.
@@ -379,7 +407,12 @@ Diagnosis diagnose(const trial::Campaign& campaign, const std::vector<Effect>& e
   stages.done("screening");
   for (size_t e = 0; e < study.effects.size(); ++e) {
     const Effect& effect = study.effects[e];
-    out.effects.push_back({effect.name, effect.summary, effect.side, absorbed_share(study, all[e + 1]), all[e + 1].screened_gain, false, {}, {}, 0});
+    EffectFinding& found = out.effects.emplace_back();
+    found.name = effect.name;
+    found.summary = effect.summary;
+    found.side = effect.side;
+    found.absorbed = absorbed_share(study, all[e + 1]);
+    found.screened_gain = all[e + 1].screened_gain;
     if (out.effects.back().absorbed > kAbsorbed) out.cannot_tell.push_back(effect.name);
   }
 
@@ -420,30 +453,41 @@ Diagnosis diagnose(const trial::Campaign& campaign, const std::vector<Effect>& e
   size_t best = 0;
   for (size_t i = 1; i < few.size(); ++i)
     if (best == 0 || scores.log_ratio[i] > scores.log_ratio[best]) best = i;
-  if (best > 0 && out.cause != "none" && scores.log_ratio_unknown - scores.log_ratio[best] > kPairGain) {
+  if (best > 0 && out.cause != "none" && scores.log_ratio_right - scores.log_ratio[best] > kPairGain) {
     progress(0.92, "two effects at once");
-    const GroupErrors before = errors_of(study, held.mm.row(0)), noise = errors_of(study, floor.noise_mm);
-    std::vector<Hypothesis> pairs = pairs_with(study, few, best, columns);
+    std::vector<Hypothesis> pairs = pairs_with(study, few[best]);
     if (!pairs.empty()) {
       refit(study, pairs, 2);
       std::vector<Hypothesis> with_base = {few[0]};
       with_base.insert(with_base.end(), pairs.begin(), pairs.end());
       const HeldOut held_pairs = hold_out(study, with_base);
       const Scores both = score(study, with_base, held_pairs, floor, options.calibration);
-      for (size_t i = 1; i < with_base.size(); ++i)
-        if (both.log_ratio[i] > scores.log_ratio[best] + kPairGain && both.log_ratio[i] + 1e-9 >= *std::max_element(both.log_ratio.begin() + 1, both.log_ratio.end())) {
-          out.pair = name_of(study, with_base[i]);
-          out.pair_shrink = shrink_of(before, errors_of(study, held_pairs.mm.row(static_cast<Index>(i))), noise);
-        }
+      const size_t nearest_pair = static_cast<size_t>(std::max_element(both.log_ratio.begin() + 1, both.log_ratio.end()) - both.log_ratio.begin());
+      if (both.log_ratio[nearest_pair] > scores.log_ratio[best] + kPairGain) {
+        out.pair = name_of(study, with_base[nearest_pair]);
+        out.fit[out.pair] = values_of(study, with_base[nearest_pair]);
+        const HeldOut pair = only_rows(held_pairs, {nearest_pair});
+        const MatrixXd mm = study.pulled ? held_out_ahead(study, pair) : pair.mm;
+        out.pair_shrink = shrink_of(errors_of(study, mm.row(0)), errors_of(study, mm.row(1)), errors_of(study, floor.noise_mm));
+      }
     }
     stages.done("two effects");
   }
 
-  // How large the gap is, and how far the nearest effects close it, in motions that nothing pulls.
-  progress(0.94, "running free");
+  // How far the nearest effects close the gap.
   const std::vector<size_t> nearest = nearest_by(scores.log_ratio, out.cause == "none" ? 1 : kRunFree);
   std::vector<Hypothesis> arms = {few[0]};
   for (const size_t i : nearest) arms.push_back(few[i]);
+  for (const Hypothesis& h : arms) out.fit[name_of(study, h)] = values_of(study, h);
+  MatrixXd ahead;
+  if (study.pulled) {
+    progress(0.93, "predicting a short time ahead");
+    ahead = held_out_ahead(study, only_rows(held, nearest));
+    stages.done("a short time ahead");
+  }
+
+  // How large it is in motions that nothing pulls.
+  progress(0.94, "running free");
   const HeldOut free = study.pulled ? held_out_free(study, arms) : only_rows(held, nearest);
   const Floor free_floor = floor_of(study, options.calibration);
   const GroupErrors before = errors_of(study, free.mm.row(0)), noise = errors_of(study, free_floor.noise_mm);
@@ -454,8 +498,11 @@ Diagnosis diagnose(const trial::Campaign& campaign, const std::vector<Effect>& e
     EffectFinding& f = out.effects[h.effects[0]];
     f.finalist = true;
     f.size = size_of(study, h, held.coordinates[nearest[k]], h.effects[0]);
-    f.shrink = shrink_of(before, errors_of(study, free.mm.row(static_cast<Index>(k + 1))), noise);
-    if (f.name == out.cause) out.forecast = forecast(study, arms[0], free.coordinates[0], arms[k + 1], free.coordinates[k + 1], f.shrink.after_mm);
+    const auto arm = static_cast<Index>(k + 1);
+    f.free_shrink = shrink_of(before, errors_of(study, free.mm.row(arm)), noise);
+    f.is_ahead = ahead.size() > 0 && f.name != "mesh_resolution";  // predictions ahead are made on the fine mesh alone
+    f.shrink = f.is_ahead ? shrink_of(errors_of(study, ahead.row(0)), errors_of(study, ahead.row(arm)), errors_of(study, floor.noise_mm)) : f.free_shrink;
+    if (f.name == out.cause) out.forecast = forecast(study, arms[0], free.coordinates[0], arms[k + 1], free.coordinates[k + 1], f.free_shrink.after_mm);
   }
   stages.done("running free");
 

@@ -6,7 +6,8 @@
 //   3. refit     every effect together with the base; the best few on the fine mesh as well
 //   4. hold out  predict each group of trials from the others, with and without each effect
 //   5. judge     probabilities, confusable set, shrink, size (verdict.h); two effects where one does not suffice
-//   6. free      the gap and how far it shrinks, without the pull towards the markers that steps 1 to 5 have (cloth/guide.h)
+//   6. ahead     how far the gap shrinks, in predictions for a quarter of a second (ahead.h)
+//   7. free      the gap, without the pull towards the markers that steps 1 to 5 have (cloth/guide.h)
 //   7. where     the base's residual split by region, time, frequency, regime and image row (where.h)
 #pragma once
 
@@ -39,7 +40,7 @@ struct SizedParameter {
 };
 
 struct Shrink {
-  double before_mm = 0, after_mm = 0, fraction = 0, low = 0, high = 0;  // 90 %, bootstrap over groups of trials
+  double before_mm = 0, after_mm = 0, fraction = 0, low = 0, high = 0;  // 90 % for as many trials again, jackknife over groups; NaN where there is one group
 };
 
 // What is known of one effect.
@@ -50,7 +51,9 @@ struct EffectFinding {
   double screened_gain = 0;   // share of the base's squared residual that it explains beyond that, linearly
   bool finalist = false;
   std::vector<SizedParameter> size;
-  Shrink shrink;
+  Shrink shrink;              // of predictions kAhead_s ahead, or of motions that run free
+  bool is_ahead = false;      // the former; never where no markers were seen, or where the effect is that of the mesh
+  Shrink free_shrink;         // of motions that run free
   double probability = 0;
 };
 
@@ -79,6 +82,7 @@ struct Diagnosis {
   Shrink pair_shrink;
   std::vector<BaseParameter> parameters;
   Judged judged;
+  std::map<std::string, std::map<std::string, double>> fit;       // by hypothesis ("none": the base), parameters
   std::map<std::string, std::map<std::string, double>> free_fit;  // by hypothesis ("none": the base), parameters refitted to free motions
   std::vector<Cell> where;
   ResidualMap map;

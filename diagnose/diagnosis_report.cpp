@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "diagnose/ahead.h"
 #include "diagnose/fabric_map.h"
 #include "files/whole_file.h"
 #include "report/html.h"
@@ -30,12 +31,18 @@ std::string answer_in_words(const Diagnosis& d) {
                                         d.base, d.before_mm, d.noise_floor_mm, d.right_floor_mm);
   const double p = d.probability.at(d.cause);
   if (d.cause == "none") return fmt::format("No effect is needed (probability {}). {}", percent(p), sizes);
+  if (d.cause == "unknown" && !d.pair.empty())
+    return fmt::format("There is a gap, and no single effect of the library closes it (unknown, probability {}); consistent with two at once: {}, which close {} of it. {}", percent(p),
+                       d.pair, percent(d.pair_shrink.fraction), sizes);
   if (d.cause == "unknown")
     return fmt::format("There is a gap, and no effect of the library closes it: unknown (probability {}). {}", percent(p), sizes);
   for (const EffectFinding& f : d.effects)
     if (f.name == d.cause)
-      return fmt::format("Consistent with {}: {} (probability {}, {} side). Added to the model it takes the held-out error from {:.2f} to {:.2f} mm, {} of the gap. {}",
-                         f.name, f.summary, percent(p), d.side, f.shrink.before_mm, f.shrink.after_mm, percent(f.shrink.fraction), sizes);
+      return fmt::format("Consistent with {}: {} (probability {}, {} side). Added to the model it takes the error of held-out trials{} from {:.2f} to {:.2f} mm, {} of the gap{}. {}",
+                         f.name, f.summary, percent(p), d.side, f.is_ahead ? fmt::format(", predicted {:g} s ahead,", kAhead_s) : "", f.shrink.before_mm, f.shrink.after_mm,
+                         percent(f.shrink.fraction),
+                         f.is_ahead ? fmt::format("; that of whole motions from {:.2f} to {:.2f} mm, {}", f.free_shrink.before_mm, f.free_shrink.after_mm, percent(f.free_shrink.fraction)) : "",
+                         sizes);
   return sizes;
 }
 
@@ -47,11 +54,12 @@ void add_effects(report::HtmlReport& html, const Diagnosis& d) {
     for (const SizedParameter& p : f.size)
       size += fmt::format("{}{} {:.3g} {} ({:.3g} … {:.3g})", size.empty() ? "" : "; ", p.name, p.value, p.unit, p.low, p.high);
     rows.push_back({f.name, to_text(f.side), fmt::format("{:.3f}", f.probability), percent(f.absorbed), percent(f.screened_gain),
-                    f.finalist ? fmt::format("{:.2f}", f.shrink.after_mm) : "–",
-                    f.finalist ? fmt::format("{:.2f} ({:.2f} … {:.2f})", f.shrink.fraction, f.shrink.low, f.shrink.high) : "–", size.empty() ? "–" : size});
+                    f.finalist ? fmt::format("{:.2f} → {:.2f}", f.shrink.before_mm, f.shrink.after_mm) : "–",
+                    f.finalist ? fmt::format("{:.2f} ({:.2f} … {:.2f})", f.shrink.fraction, f.shrink.low, f.shrink.high) : "–",
+                    f.finalist ? fmt::format("{:.2f} → {:.2f}", f.free_shrink.before_mm, f.free_shrink.after_mm) : "–", size.empty() ? "–" : size});
   }
-  html.table({"effect", "side", "probability", "absorbed by refitting the base", "explains of the rest, linearly", "held-out error with it, mm",
-              "share of the gap it closes (90 %)", "size (90 %)"},
+  html.table({"effect", "side", "probability", "absorbed by refitting the base", "explains of the rest, linearly", fmt::format("error of predictions {:g} s ahead, mm", kAhead_s),
+              "share of the gap it closes (90 %)", "error of whole motions, mm", "size (90 %)"},
              rows);
   html.paragraph(fmt::format("none {:.3f}, unknown {:.3f}. Held-out error without any: {:.2f} mm.", d.probability.at("none"), d.probability.at("unknown"), d.before_mm));
   if (!d.forecast.motion.empty())
@@ -109,6 +117,8 @@ json to_json(const Diagnosis& d) {
     if (!f.finalist) continue;
     for (const SizedParameter& p : f.size) sizes[f.name][p.name] = {{"value", p.value}, {"unit", p.unit}, {"interval", {p.low, p.high}}};
     shrink[f.name] = shrink_json(f.shrink);
+    if (f.is_ahead) shrink[f.name]["ahead_s"] = kAhead_s;
+    shrink[f.name]["free"] = shrink_json(f.free_shrink);
   }
   for (const BaseParameter& p : d.parameters) parameters[p.name] = {{"base", p.value}, {"corrected", p.corrected}, {"unit", p.unit}};
   json out = {{"format", "diagnosis/1"},
@@ -128,6 +138,7 @@ json to_json(const Diagnosis& d) {
               {"cannot_tell", d.cannot_tell},
               {"screened", screened},
               {"judged", {{"groups", d.judged.groups}, {"right_model_mm", d.judged.right_model}, {"left_mm", d.judged.left}}},
+              {"fit", d.fit},
               {"free_fit", d.free_fit},
               {"sides", sides},
               {"remarks", d.remarks},

@@ -5,6 +5,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include "diagnose/ahead.h"
+#include "diagnose/verdict.h"
 #include "fit/objective.h"
 #include "fit/stages.h"
 
@@ -30,33 +32,37 @@ Arm arm_of(const nlohmann::json& values, fit::Drag drag, const std::vector<Effec
   return arm;
 }
 
+// Of each trial, running free.
+VectorXd free_mm(const fit::Objective& objective, const Arm& arm) {
+  const fit::Residuals r = objective.evaluate(arm.parameters, arm.coordinates).front();
+  VectorXd mm = VectorXd::Constant(static_cast<Index>(r.mm.size()), std::numeric_limits<double>::quiet_NaN());
+  for (size_t i = 0; r.finite && i < r.mm.size(); ++i) mm(static_cast<Index>(i)) = fit::rms_mm(objective.scenes()[i].trial, r.mm[i], objective.time_s(i));
+  return mm;
+}
+
 }  // namespace
 
 FreshShrink shrink_on(const trial::Campaign& fresh, const std::vector<Effect>& effects, const nlohmann::json& diagnosis, const std::string& hypothesis,
                       int columns) {
   const std::vector<fit::ObservedTrial> trials = fit::observe_campaign(fresh, 30, 10, [](double, const std::string&) {});
-  fit::ObjectiveOptions free;
-  free.columns = columns;
-  const nlohmann::json& fitted = diagnosis.at("free_fit");
+  fit::ObjectiveOptions options;
+  options.columns = columns;
+  const bool is_ahead = diagnosis.at("shrink").at(hypothesis).contains("ahead_s");
+  const nlohmann::json& fitted = diagnosis.at(is_ahead ? "fit" : "free_fit");
   const fit::Drag drag = fit::drag_named(diagnosis.at("base").get<std::string>());
+  VectorXd count(static_cast<Index>(trials.size())), noise_mm(static_cast<Index>(trials.size()));
+  for (size_t i = 0; i < trials.size(); ++i) {
+    const auto& markers = trials[i].markers;
+    count(static_cast<Index>(i)) = markers ? static_cast<double>(markers->position.array().isFinite().count()) : 0;
+    noise_mm(static_cast<Index>(i)) = markers ? marker_noise_mm(trials[i]) : 0;
+  }
+  const auto pooled = [&](const VectorXd& mm) { return std::sqrt(count.dot(mm.cwiseAbs2()) / count.sum()); };
   const auto error_mm = [&](const nlohmann::json& values) {
     const Arm arm = arm_of(values, drag, effects);
-    const fit::Objective objective(trials, free, arm.parameters, arm.coordinates);
-    const fit::Residuals r = objective.evaluate(arm.parameters, arm.coordinates).front();
-    if (!r.finite) return std::numeric_limits<double>::quiet_NaN();
-    double sum = 0, count = 0;
-    for (size_t i = 0; i < trials.size(); ++i)
-      for (const double mm : r.mm[i])
-        if (std::isfinite(mm)) {
-          sum += mm * mm;
-          ++count;
-        }
-    return std::sqrt(3 * sum / std::max(count, 1.0));
+    const fit::Objective objective(trials, options, arm.parameters, arm.coordinates);
+    return pooled(is_ahead ? VectorXd(ahead_mm(objective, arm.parameters, arm.coordinates).row(0)) : free_mm(objective, arm));
   };
-  FreshShrink out{error_mm(fitted.at("none")), error_mm(fitted.at(hypothesis)), 0};
-  for (const fit::ObservedTrial& t : trials)
-    if (t.markers) out.noise_mm = std::max(out.noise_mm, std::sqrt(3.0) * 1e3 * t.markers->noise_m);
-  return out;
+  return {error_mm(fitted.at("none")), error_mm(fitted.at(hypothesis)), pooled(noise_mm)};
 }
 
 }  // namespace selvedge::diagnose

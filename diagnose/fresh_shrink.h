@@ -11,12 +11,13 @@
 namespace selvedge::diagnose {
 
 struct FreshShrink {
-  double before_mm = 0, after_mm = 0, noise_mm = 0;  // root mean square over all markers of all trials; motions run free
+  double before_mm = 0, after_mm = 0, noise_mm = 0;  // root mean square over all markers of all trials
   double fraction() const { return (before_mm - after_mm) / (before_mm - noise_mm); }
 };
 
-// Predicts trials of markers with both arms of diagnosis.json's `free_fit`, "none" and `hypothesis`, on a mesh of
-// `columns`. Throws std::out_of_range where diagnosis.json has no such arm.
+// Predicts trials of markers with both arms, "none" and `hypothesis`, on a mesh of `columns`: a quarter of a second ahead (ahead.h) with
+// diagnosis.json's `fit` where it tells its shrink so, else running free with its `free_fit`. Throws
+// nlohmann::json::out_of_range where diagnosis.json has no such arm.
 FreshShrink shrink_on(const trial::Campaign& fresh, const std::vector<Effect>& effects, const nlohmann::json& diagnosis, const std::string& hypothesis,
                       int columns = 25);
 

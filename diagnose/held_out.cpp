@@ -14,8 +14,6 @@ using Eigen::VectorXd;
 
 namespace {
 
-constexpr double kCut = 6;  // robust standard deviations of the trial's residual
-
 std::vector<size_t> others(const Study& study, const std::vector<size_t>& left_out) {
   std::vector<size_t> rest;
   for (size_t i = 0; i < study.rows->trials(); ++i)
@@ -33,7 +31,7 @@ double trial_rms_mm(const Study& study, const VectorXd& whitened, size_t trial) 
   const Index first = study.rows->first(trial), count = study.rows->count(trial);
   const VectorXd r = whitened.segment(first, count);
   if (!r.allFinite()) return std::numeric_limits<double>::quiet_NaN();
-  const double cut = kCut * fit::robust_scale(r);
+  const double cut = kSampleCut * fit::robust_scale(r);
   double sum = 0, seen = 0;
   for (Index k = 0; k < count; ++k) {
     if (study.rows->seen()(first + k) == 0) continue;

@@ -35,7 +35,7 @@ double noise_from_differences(const Study& study, size_t trial) {
 
 double stated_noise(const Study& study, size_t trial) {
   const fit::ObservedTrial& t = study.objective->scenes()[trial].trial;
-  if (t.markers) return std::sqrt(3.0) * 1e3 * t.markers->noise_m / (t.still ? std::sqrt(20.0) : 1);
+  if (t.markers) return marker_noise_mm(t);
   const VectorXd sd = study.rows->sd_mm().segment(study.rows->first(trial), study.rows->count(trial));
   const double model = study.objective->options().model_sd_mm;
   return std::sqrt(std::max(0.0, sd.squaredNorm() / static_cast<double>(std::max<Index>(sd.size(), 1)) - model * model));
@@ -73,6 +73,8 @@ double trimmed_mean(std::vector<double> values) {
 }
 
 }  // namespace
+
+double marker_noise_mm(const fit::ObservedTrial& trial) { return std::sqrt(3.0) * 1e3 * trial.markers->noise_m / (trial.still ? std::sqrt(20.0) : 1); }
 
 Floor floor_of(const Study& study, const Calibration& calibration) {
   const auto trials = static_cast<Index>(study.rows->trials());
@@ -120,6 +122,7 @@ Scores score(const Study& study, const std::vector<Hypothesis>& hypotheses, cons
     if (h.effects.size() == 1) score_of[study.effects[h.effects[0]].name] += kappa * ratio;
   }
   out.log_ratio_unknown = mean_log_ratio(of_right);
+  out.log_ratio_right = mean_log_ratio(right);
   score_of["none"] = std::log(c.prior_none);
   score_of["unknown"] = std::log(c.prior_unknown) + kappa * out.log_ratio_unknown - c.cost_unknown;
   // How often a campaign that lacks nothing lies so far above what a right model leaves; few are known, so tails are heavy.

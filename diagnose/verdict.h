@@ -47,11 +47,15 @@ struct Floor {
   double replicate_mm = 0;    // half the difference of replicates' residuals; NaN without replicates
 };
 
+// Sensor noise of a trial of markers as it was stated, mm in space.
+double marker_noise_mm(const fit::ObservedTrial& trial);
+
 Floor floor_of(const Study& study, const Calibration& calibration);
 
 struct Scores {
   std::vector<double> log_ratio;           // L of each hypothesis
   double log_ratio_unknown = 0;
+  double log_ratio_right = 0;              // of a model that leaves right_mm
   std::map<std::string, double> probability;  // "none", "unknown", and every effect of the study; adds up to 1
   double p_value = 1;                      // of the gap
 };

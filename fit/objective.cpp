@@ -211,7 +211,7 @@ std::vector<Prediction> Objective::predictions(const std::vector<Parameter>& par
       parameters[k].apply(p, to_value(parameters[k], coordinates(static_cast<Index>(k), set)));
     if (pulls_per_s_[trial] > 0 && guide_tracks_[trial])
       p.experiment.guide = std::make_shared<cloth::Guide>(
-          cloth::Guide{guide_tracks_[trial], pulls_per_s_[trial], p.seeing.delay_s, p.seeing.drift, p.experiment.start_s});
+          cloth::Guide{guide_tracks_[trial], pulls_per_s_[trial], p.seeing.delay_s, p.seeing.drift, p.experiment.start_s, let_go_});
     out.push_back(std::move(p));
   }
   return out;

@@ -82,6 +82,8 @@ class Objective {
   // From now on instead of ObjectiveOptions::pull_per_s, one a trial.
   void set_pulls(std::vector<double> per_s) { pulls_per_s_ = std::move(per_s); }
   const std::vector<double>& pulls() const { return pulls_per_s_; }
+  // When the pull lets go of moving trials.
+  void set_let_go(const cloth::LetGo& let_go) { let_go_ = let_go; }
 
   // Simulated positions of a trial's samples for one set, for pictures and maps.
   cloth::Trajectory trajectory(const std::vector<Parameter>& parameters, const Eigen::VectorXd& coordinates,
@@ -120,6 +122,7 @@ class Objective {
   std::vector<Eigen::VectorXd> mesh_correction_;
   std::vector<std::shared_ptr<const cloth::GuideTrack>> guide_tracks_;  // a trial; null without markers
   std::vector<double> pulls_per_s_;                              // a trial
+  cloth::LetGo let_go_;
 };
 
 // Positions of all vertices between the samples of a trajectory (cubic in time).

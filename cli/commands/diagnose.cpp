@@ -9,6 +9,7 @@
 
 #include "capture/trial/trial.h"
 #include "cli/command.h"
+#include "diagnose/ahead.h"
 #include "diagnose/blind.h"
 #include "diagnose/diagnosis_report.h"
 #include "diagnose/effects/library.h"
@@ -54,17 +55,21 @@ std::string input_hash(const trial::Campaign& campaign, const DiagnoseArguments&
   return diagnose::sha256_hex(all);
 }
 
+std::string before_and_after(const diagnose::Shrink& s) { return fmt::format("{:.2f} → {:.2f}", s.before_mm, s.after_mm); }
+
 void print_diagnosis(const diagnose::Diagnosis& d) {
   fmt::print("{}: cause {} (probability {:.2f}), side {}\n", d.campaign, d.cause, d.probability.at(d.cause), d.side);
   fmt::print("held-out error {:.2f} mm, noise {:.2f} mm, a right model about {:.2f} mm; gap {:.2f} mm ({:.2f} … {:.2f}), p {:.3g}\n", d.before_mm, d.noise_floor_mm,
              d.right_floor_mm, d.gap_mm, d.low_mm, d.high_mm, d.p_value);
   fmt::print("none {:.3f}, unknown {:.3f}\n", d.probability.at("none"), d.probability.at("unknown"));
-  fmt::print("{:<20} {:>11} {:>9} {:>9} {:>7}  {}\n", "effect", "probability", "after, mm", "of gap", "absorbed", "size (90 %)");
+  fmt::print("{:<20} {:>11} {:>11} {:>20} {:>12} {:>8}  {}\n", "effect", "probability", fmt::format("{:g} s ahead", diagnose::kAhead_s), "of the gap (90 %)", "running free", "absorbed",
+             "size (90 %)");
   for (const diagnose::EffectFinding& f : d.effects) {
     if (!f.finalist) continue;
     std::string size;
     for (const diagnose::SizedParameter& p : f.size) size += fmt::format(" {} {:.3g} {} ({:.2g} … {:.2g})", p.name, p.value, p.unit, p.low, p.high);
-    fmt::print("{:<20} {:>11.3f} {:>9.2f} {:>9.2f} {:>7.2f} {}\n", f.name, f.probability, f.shrink.after_mm, f.shrink.fraction, f.absorbed, size);
+    fmt::print("{:<20} {:>11.3f} {:>11} {:>20} {:>12} {:>8.2f} {}\n", f.name, f.probability, f.is_ahead ? before_and_after(f.shrink) : "–",
+               fmt::format("{:.2f} ({:.2f} … {:.2f})", f.shrink.fraction, f.shrink.low, f.shrink.high), before_and_after(f.free_shrink), f.absorbed, size);
   }
   if (!d.pair.empty()) fmt::print("two effects: {} leaves {:.2f} mm\n", d.pair, d.pair_shrink.after_mm);
   if (!d.forecast.motion.empty())

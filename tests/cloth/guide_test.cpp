@@ -76,6 +76,37 @@ TEST_F(Guided, LeavesTheRightModelAloneAndKeepsAWrongOneNear) {
   EXPECT_LT(distance_m(simulate(sheet_, {pulled(seen_)})[0]), 6e-4) << "cubics between 30 pictures a second";
 }
 
+TEST(LetGo, IsFreeAndHeldByTurns) {
+  const LetGo second{0.5, 0.5};
+  EXPECT_FALSE(LetGo{}.is_free(3));
+  for (const double t : {0.0, 0.49, 1.0, 1.49}) EXPECT_FALSE(second.is_free(t)) << t;
+  for (const double t : {0.5, 0.99, 1.5}) EXPECT_TRUE(second.is_free(t)) << t;
+  for (const double t : {0.0, 0.3, 0.7, 1.2}) EXPECT_NE((LetGo{0.5, 0}.is_free(t)), second.is_free(t)) << t;
+}
+
+TEST_F(Guided, RunsFreeWhileItIsLetGo) {
+  Experiment wrong = pulled(seen_);
+  wrong.material.drag_normal *= 3;
+  const auto with = [&](const LetGo& let_go) {
+    Experiment e = wrong;
+    auto guide = std::make_shared<Guide>(*e.guide);
+    guide->let_go = let_go;
+    e.guide = guide;
+    return simulate(sheet_, {e})[0];
+  };
+  const Trajectory held = with({}), at_first = with({0.3, 0}), later = with({0.3, 0.3}), always = with({10, 0});
+  const auto apart_m = [](const Trajectory& a, const Trajectory& b, size_t i) { return (a.samples[i] - b.samples[i]).norm(); };
+  for (size_t i = 0; i < seen_.sample_s.size(); ++i) {
+    const double t = seen_.sample_s[i] - seen_.start_s;
+    if (t <= 0.3) {
+      EXPECT_EQ(apart_m(at_first, always, i), 0) << t;
+      EXPECT_EQ(apart_m(later, held, i), 0) << t;
+    }
+  }
+  EXPECT_GT(apart_m(at_first, always, seen_.sample_s.size() - 1), 0);
+  EXPECT_GT(apart_m(later, held, seen_.sample_s.size() - 1), 0);
+}
+
 TEST_F(Guided, EquilibriumIsPulledToo) {
   Experiment wrong = seen_;
   wrong.material.bend *= 4;

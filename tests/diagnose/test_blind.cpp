@@ -19,7 +19,10 @@ Diagnosis says(const std::string& cause) {
   d.cause = d.side = cause;
   d.probability = {{"none", 0.05}, {"unknown", 0.05}, {"draught", 0.0}};
   d.probability[cause] = 0.9;
-  d.effects.push_back({"draught", "", Side::aerodynamic, 0, 0.1, false, {}, {}, 0});
+  d.effects.resize(1);
+  d.effects[0].name = "draught";
+  d.effects[0].side = Side::aerodynamic;
+  d.effects[0].screened_gain = 0.1;
   d.before_mm = 4;
   d.right_floor_mm = 1;
   if (cause == "draught") {
