@@ -379,11 +379,15 @@ std::map<std::string, double> values_of(const Study& study, const Hypothesis& h)
 }  // namespace
 
 void keep_base_fit(DiagnosisOptions& options, const std::filesystem::path& file, size_t trials, const std::string& input) {
+  const std::filesystem::path finer_file = file.parent_path() / (file.stem().string() + "_finer" + file.extension().string());
+  options.on_finer = [finer_file, trials, input](DiagnosisOptions& finer) { keep_base_fit(finer, finer_file, trials, input); };
   options.study.base_fit = read_base_fit(file, trials, input);
   options.on_base_fit = [file, input](const BaseFit& fit) { write_base_fit(file, fit, input); };
 }
 
-Diagnosis diagnose(const trial::Campaign& campaign, const std::vector<Effect>& effects, const DiagnosisOptions& options) {
+namespace {
+
+Diagnosis diagnose_on_mesh(const trial::Campaign& campaign, const std::vector<Effect>& effects, const DiagnosisOptions& options) {
   Diagnosis out;
   Stages stages(out);
   const std::clock_t cpu = std::clock();
@@ -393,6 +397,10 @@ Diagnosis diagnose(const trial::Campaign& campaign, const std::vector<Effect>& e
   Study study = make_study(campaign, effects, study_options);
   if (options.on_base_fit) options.on_base_fit({study.base.head(static_cast<Index>(study.base_count)), study.objective->pulls()});
   out.campaign = study.campaign;
+  out.columns = options.study.columns;
+  out.fine_columns = options.study.fine_columns;
+  const auto still = std::count_if(study.objective->scenes().begin(), study.objective->scenes().end(), [](const fit::Scene& s) { return s.trial.still; });
+  out.meshes_part = 2 * study.pulled_harder.size() > study.rows->trials() - static_cast<size_t>(still);
   if (!study.pulled_harder.empty())
     out.remarks.push_back(fmt::format("pulled twice as hard as the others, as the base model leaves the recorded folds there, or a finer mesh goes another way: {}", fmt::join(study.pulled_harder, ", ")));
   out.base = fit::to_text(options.study.drag);
@@ -532,7 +540,37 @@ Diagnosis diagnose(const trial::Campaign& campaign, const std::vector<Effect>& e
   out.evaluations = study.evaluations;
   out.wall_s = stages.total();
   out.cpu_s = static_cast<double>(std::clock() - cpu) / CLOCKS_PER_SEC;
-  progress(1, "done");
+  return out;
+}
+
+}  // namespace
+
+bool wants_finer_meshes(const Diagnosis& first, const DiagnosisOptions& options) {
+  return first.cause == "unknown" && first.meshes_part && options.study.columns < options.finer_columns;
+}
+
+Diagnosis diagnose(const trial::Campaign& campaign, const std::vector<Effect>& effects, const DiagnosisOptions& options) {
+  Diagnosis first = diagnose_on_mesh(campaign, effects, options);
+  if (!wants_finer_meshes(first, options)) {
+    options.study.progress(1, "done");
+    return first;
+  }
+  DiagnosisOptions finer = options;
+  finer.study.columns = options.finer_columns;
+  finer.study.fine_columns = options.finest_columns;
+  finer.study.base_fit.reset();
+  finer.on_base_fit = {};
+  if (options.on_finer) options.on_finer(finer);
+  constexpr double kFirstShare = 0.12;  // of the time of both
+  finer.study.progress = [&](double done, const std::string& what) { options.study.progress(kFirstShare + (1 - kFirstShare) * done, "finer meshes: " + what); };
+  Diagnosis out = diagnose_on_mesh(campaign, effects, finer);
+  out.remarks.push_back(fmt::format("answered unknown ({:.2f}) on meshes of {} and {} columns, which follow different folds in most moving trials: this is the answer of {} and {}",
+                                    first.probability.at("unknown"), first.columns, first.fine_columns, out.columns, out.fine_columns));
+  out.stage_s.insert(out.stage_s.begin(), {"coarser meshes", first.wall_s});
+  out.wall_s += first.wall_s;
+  out.cpu_s += first.cpu_s;
+  out.evaluations += first.evaluations;
+  options.study.progress(1, "done");
   return out;
 }
 

@@ -31,6 +31,8 @@ struct DiagnosisOptions {
   StudyOptions study;
   Calibration calibration;
   std::function<void(const BaseFit&)> on_base_fit;  // called once it is there
+  int finer_columns = 25, finest_columns = 33;      // instead of study.columns and study.fine_columns where those part (`diagnose`); 0: never
+  std::function<void(DiagnosisOptions&)> on_finer;  // called with the options of that second pass, before it begins
   size_t finalists = 4;  // effects that are refitted on the fine mesh and held out
 };
 
@@ -91,13 +93,19 @@ struct Diagnosis {
   std::string next_experiment, next_session;  // in words, and as sections of a rig's configuration
   std::vector<std::string> remarks;
   std::vector<std::pair<std::string, double>> stage_s;  // wall time of each stage
+  int columns = 0, fine_columns = 0;      // of the meshes
+  bool meshes_part = false;               // more than half of the moving trials leave the recorded folds, or follow others on the finer mesh
   int evaluations = 0;
   double wall_s = 0, cpu_s = 0;
 };
 
-// Goes on from the base fit that `file` holds of this input and so many trials, and keeps it there once it is found.
+// Goes on from the base fit that `file` holds of this input and so many trials, and keeps it there once it is found; that of a
+// second pass, on finer meshes, beside it.
 void keep_base_fit(DiagnosisOptions& options, const std::filesystem::path& file, size_t trials, const std::string& input = "");
 
+// Nothing is called unknown because of the mesh: where the answer is `unknown` and more than half of the moving trials leave the
+// recorded folds, or follow others on the finer mesh, all is done once more on finer meshes, which takes some ten minutes.
+bool wants_finer_meshes(const Diagnosis& first, const DiagnosisOptions& options);
 Diagnosis diagnose(const trial::Campaign& campaign, const std::vector<Effect>& effects, const DiagnosisOptions& options = {});
 
 }  // namespace selvedge::diagnose

@@ -142,6 +142,7 @@ json to_json(const Diagnosis& d) {
               {"free_fit", d.free_fit},
               {"sides", sides},
               {"remarks", d.remarks},
+              {"mesh_columns", {d.columns, d.fine_columns}},
               {"evaluations", d.evaluations},
               {"cpu_s", d.cpu_s},
               {"wall_s", d.wall_s}};

@@ -77,6 +77,18 @@ TEST(Diagnosis, NamesADelayAndMeasuresIt) {
   EXPECT_GT(there.fraction(), 0.5);
 }
 
+// The draught hides the delay: alone, a delay explains little of what both leave.
+TEST(Diagnosis, FindsASecondEffectBesideALargeOne) {
+  SimulatedSwatch both = usual_fabric();
+  both.delay_s = 0.012;
+  both.air_m_s = {0.1, 0.25, 0};
+  const Diagnosis d = diagnosed(both, {"camera_delay", "draught", "creep", "added_mass", "hem"});
+  EXPECT_TRUE(d.pair == "camera_delay+draught" || d.pair == "draught+camera_delay") << d.pair;
+  EXPECT_GT(d.pair_shrink.fraction, 0.6);
+  ASSERT_TRUE(d.fit.contains(d.pair));
+  EXPECT_NEAR(d.fit.at(d.pair).at("delay"), 0.012, 0.003);
+}
+
 TEST(BaseFit, IsReadAsItWasWrittenForAsManyTrials) {
   const fs::path file = fs::path(testing::TempDir()) / ("selvedge_base_fit_" + std::to_string(getpid()) + ".json");
   EXPECT_FALSE(read_base_fit(file, 2));
@@ -90,6 +102,26 @@ TEST(BaseFit, IsReadAsItWasWrittenForAsManyTrials) {
   files::write_json(file, {{"coordinates", {1, 2}}});
   EXPECT_FALSE(read_base_fit(file, 2));
   fs::remove(file);
+}
+
+TEST(FinerMeshes, AreWantedBeforeUnknownIsSaidOfTrialsThatTheMeshDecides) {
+  Diagnosis first;
+  first.cause = "unknown";
+  first.meshes_part = true;
+  const DiagnosisOptions options;
+  EXPECT_TRUE(wants_finer_meshes(first, options));
+  first.meshes_part = false;
+  EXPECT_FALSE(wants_finer_meshes(first, options));
+  first.meshes_part = true;
+  first.cause = "draught";
+  EXPECT_FALSE(wants_finer_meshes(first, options));
+  first.cause = "unknown";
+  DiagnosisOptions other = options;
+  other.finer_columns = 0;
+  EXPECT_FALSE(wants_finer_meshes(first, other));
+  other = options;
+  other.study.columns = options.finer_columns;
+  EXPECT_FALSE(wants_finer_meshes(first, other)) << "there is no third pass";
 }
 
 // A base fit that put all of the coupling into shear, where no derivative leads back.
