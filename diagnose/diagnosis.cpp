@@ -561,7 +561,7 @@ Diagnosis diagnose(const trial::Campaign& campaign, const std::vector<Effect>& e
   finer.study.base_fit.reset();
   finer.on_base_fit = {};
   if (options.on_finer) options.on_finer(finer);
-  constexpr double kFirstShare = 0.12;  // of the time of both
+  constexpr double kFirstShare = 0.2;   // of the time of both
   finer.study.progress = [&](double done, const std::string& what) { options.study.progress(kFirstShare + (1 - kFirstShare) * done, "finer meshes: " + what); };
   Diagnosis out = diagnose_on_mesh(campaign, effects, finer);
   out.remarks.push_back(fmt::format("answered unknown ({:.2f}) on meshes of {} and {} columns, which follow different folds in most moving trials: this is the answer of {} and {}",

@@ -31,7 +31,7 @@ struct DiagnosisOptions {
   StudyOptions study;
   Calibration calibration;
   std::function<void(const BaseFit&)> on_base_fit;  // called once it is there
-  int finer_columns = 25, finest_columns = 33;      // instead of study.columns and study.fine_columns where those part (`diagnose`); 0: never
+  int finer_columns = 19, finest_columns = 25;      // instead of study.columns and study.fine_columns where those part (`diagnose`); 0: never
   std::function<void(DiagnosisOptions&)> on_finer;  // called with the options of that second pass, before it begins
   size_t finalists = 4;  // effects that are refitted on the fine mesh and held out
 };
@@ -104,7 +104,7 @@ struct Diagnosis {
 void keep_base_fit(DiagnosisOptions& options, const std::filesystem::path& file, size_t trials, const std::string& input = "");
 
 // Nothing is called unknown because of the mesh: where the answer is `unknown` and more than half of the moving trials leave the
-// recorded folds, or follow others on the finer mesh, all is done once more on finer meshes, which takes some ten minutes.
+// recorded folds, or follow others on the finer mesh, all is done once more on finer meshes, which takes four times as long.
 bool wants_finer_meshes(const Diagnosis& first, const DiagnosisOptions& options);
 Diagnosis diagnose(const trial::Campaign& campaign, const std::vector<Effect>& effects, const DiagnosisOptions& options = {});
 
