@@ -111,6 +111,7 @@ void add_diagnose(CLI::App& app, int&) {
   command->add_option("--without", a->without, "leave these effects out, comma between")->delimiter(',');
   command->add_option("--columns", a->options.study.columns, "mesh vertices along the width, for derivatives (9 to 33)")->check(CLI::Range(9, 33))->capture_default_str();
   command->add_option("--fine-columns", a->options.study.fine_columns, "of the mesh that predictions are brought to (13 to 65)")->check(CLI::Range(13, 65))->capture_default_str();
+  command->add_flag_callback("--one-pass", [a] { a->options.finer_columns = 0; }, "never once more on finer meshes, as is done before most trials that follow other folds there are called unknown");
   command->callback([a] { run_diagnose(*a); });
 }
 
