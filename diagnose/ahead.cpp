@@ -36,11 +36,11 @@ MatrixXd ahead_mm(const fit::Objective& objective, const std::vector<fit::Parame
   for (const fit::Scene& scene : objective.scenes()) pulls.push_back(scene.trial.still ? 0 : kHold_per_s);
   std::vector<std::vector<double>> mm(count * static_cast<size_t>(coordinates.cols()));
   std::vector<bool> blew_up(static_cast<size_t>(coordinates.cols()), false);
+  fit::Objective run = objective;
+  run.set_mesh_correction({});
+  run.set_pulls(pulls);
   for (const double first_s : {0.0, kAhead_s}) {
     const cloth::LetGo let_go{kAhead_s, first_s};
-    fit::Objective run = objective;
-    run.set_mesh_correction({});
-    run.set_pulls(pulls);
     run.set_let_go(let_go);
     const std::vector<fit::Residuals> r = run.evaluate(parameters, coordinates, wanted);
     for (const size_t trial : wanted) {

@@ -4,7 +4,7 @@
 // recordings of one fabric then tell different shrinks. Here a simulation is held near the recording (cloth/guide.h), let
 // go, and judged on the quarter of a second that follows; a second run is let go where the first was held, so that every sample
 // is predicted once, from a shape held at most kAhead_s before. Fabric that hangs still is not held. Of 0.15, 0.25 and 0.5 s in
-// four campaigns of the simulated world, 0.25 told shrinks most alike in their own and in fresh trials (docs/diagnosis.md).
+// four campaigns of the simulated world, 0.25 told shrinks most alike in their own and in fresh trials (docs/decisions/0013).
 #pragma once
 
 #include <vector>

@@ -197,16 +197,16 @@ std::pair<double, double> bootstrap(size_t groups, const Figure& figure) {
   return {at(0.05), at(0.95)};
 }
 
-// Standard deviation of a figure by leaving groups out, one at a time.
+// A figure of all groups but one, for each.
 template <class Figure>
-double jackknife_sd(size_t groups, const Figure& figure) {
+VectorXd leaving_one_out(size_t groups, const Figure& figure) {
   VectorXd without(static_cast<Index>(groups));
   for (size_t g = 0; g < groups; ++g) {
     std::vector<size_t> rest = in_order(groups);
     rest.erase(rest.begin() + static_cast<std::ptrdiff_t>(g));
     without(static_cast<Index>(g)) = figure(rest);
   }
-  return std::sqrt(static_cast<double>(groups - 1) / static_cast<double>(groups) * (without.array() - without.mean()).square().sum());
+  return without;
 }
 
 // Half of a 90 % interval over its standard deviation, where that was found from so many groups.
@@ -220,8 +220,8 @@ Shrink shrink_of(const GroupErrors& before, const GroupErrors& after, const Grou
   };
   const std::vector<size_t> all = in_order(groups);
   // Trials to come vary as much as these: hence √2.
-  const double half = groups > 1 ? half_width(groups) * std::sqrt(2.0) * jackknife_sd(groups, fraction) : std::numeric_limits<double>::quiet_NaN();
-  return {before.mm(all), after.mm(all), fraction(all), fraction(all) - half, fraction(all) + half};
+  const double half = groups > 1 ? half_width(groups) * std::sqrt(2.0) * jackknife_sd(leaving_one_out(groups, fraction)) : std::numeric_limits<double>::quiet_NaN();
+  return {before.mm(all), after.mm(all), fraction(all), fraction(all) - half, fraction(all) + half, false};
 }
 
 // Value at the fit to all trials, interval by the jackknife over groups.
@@ -232,8 +232,7 @@ std::vector<SizedParameter> size_of(const Study& study, const Hypothesis& h, con
     const fit::Parameter& p = e.parameters[k];
     const auto at = static_cast<Index>(study.first_parameter[effect] + k);
     const VectorXd values = folds.row(at);
-    const auto n = static_cast<double>(values.size());
-    const double half = n > 1 ? half_width(study.groups.size()) * std::sqrt((n - 1) / n * (values.array() - values.mean()).square().sum()) : 0;
+    const double half = study.groups.size() > 1 ? half_width(study.groups.size()) * jackknife_sd(values) : 0;
     const double x = h.x(at);
     out.push_back({p.name, p.unit, fit::to_value(p, x), std::max(p.lower, fit::to_value(p, x - half)), std::min(p.upper, fit::to_value(p, x + half))});
   }
@@ -477,6 +476,7 @@ Diagnosis diagnose_on_mesh(const trial::Campaign& campaign, const std::vector<Ef
         const HeldOut pair = only_rows(held_pairs, {nearest_pair});
         const MatrixXd mm = study.pulled ? held_out_ahead(study, pair) : pair.mm;
         out.pair_shrink = shrink_of(errors_of(study, mm.row(0)), errors_of(study, mm.row(1)), errors_of(study, floor.noise_mm));
+        out.pair_shrink.is_ahead = study.pulled;
       }
     }
     stages.done("two effects");
@@ -508,8 +508,11 @@ Diagnosis diagnose_on_mesh(const trial::Campaign& campaign, const std::vector<Ef
     f.size = size_of(study, h, held.coordinates[nearest[k]], h.effects[0]);
     const auto arm = static_cast<Index>(k + 1);
     f.free_shrink = shrink_of(before, errors_of(study, free.mm.row(arm)), noise);
-    f.is_ahead = ahead.size() > 0 && f.name != "mesh_resolution";  // predictions ahead are made on the fine mesh alone
-    f.shrink = f.is_ahead ? shrink_of(errors_of(study, ahead.row(0)), errors_of(study, ahead.row(arm)), errors_of(study, floor.noise_mm)) : f.free_shrink;
+    f.shrink = f.free_shrink;
+    if (ahead.size() > 0 && f.name != "mesh_resolution") {  // predictions ahead are made on the fine mesh alone
+      f.shrink = shrink_of(errors_of(study, ahead.row(0)), errors_of(study, ahead.row(arm)), errors_of(study, floor.noise_mm));
+      f.shrink.is_ahead = true;
+    }
     if (f.name == out.cause) out.forecast = forecast(study, arms[0], free.coordinates[0], arms[k + 1], free.coordinates[k + 1], f.free_shrink.after_mm);
   }
   stages.done("running free");
@@ -557,7 +560,7 @@ Diagnosis diagnose(const trial::Campaign& campaign, const std::vector<Effect>& e
   }
   DiagnosisOptions finer = options;
   finer.study.columns = options.finer_columns;
-  finer.study.fine_columns = options.finest_columns;
+  finer.study.fine_columns = std::max(options.finest_columns, options.study.fine_columns);
   finer.study.base_fit.reset();
   finer.on_base_fit = {};
   if (options.on_finer) options.on_finer(finer);

@@ -43,6 +43,7 @@ struct SizedParameter {
 
 struct Shrink {
   double before_mm = 0, after_mm = 0, fraction = 0, low = 0, high = 0;  // 90 % for as many trials again, jackknife over groups; NaN where there is one group
+  bool is_ahead = false;  // told of predictions kAhead_s ahead, else of motions that run free
 };
 
 // What is known of one effect.
@@ -53,8 +54,7 @@ struct EffectFinding {
   double screened_gain = 0;   // share of the base's squared residual that it explains beyond that, linearly
   bool finalist = false;
   std::vector<SizedParameter> size;
-  Shrink shrink;              // of predictions kAhead_s ahead, or of motions that run free
-  bool is_ahead = false;      // the former; never where no markers were seen, or where the effect is that of the mesh
+  Shrink shrink;              // of motions that run free where no markers were seen, or where the effect is that of the mesh
   Shrink free_shrink;         // of motions that run free
   double probability = 0;
 };

@@ -20,8 +20,10 @@ using nlohmann::json;
 json number(double value) { return std::isfinite(value) ? json(value) : json(nullptr); }
 
 json shrink_json(const Shrink& s) {
-  return {{"held_out_before_mm", number(s.before_mm)}, {"held_out_after_mm", number(s.after_mm)}, {"fraction", number(s.fraction)},
-          {"interval", {number(s.low), number(s.high)}}};
+  json out = {{"held_out_before_mm", number(s.before_mm)}, {"held_out_after_mm", number(s.after_mm)}, {"fraction", number(s.fraction)},
+              {"interval", {number(s.low), number(s.high)}}};
+  if (s.is_ahead) out["ahead_s"] = kAhead_s;
+  return out;
 }
 
 std::string percent(double share) { return fmt::format("{:.0f} %", 100 * share); }
@@ -39,9 +41,9 @@ std::string answer_in_words(const Diagnosis& d) {
   for (const EffectFinding& f : d.effects)
     if (f.name == d.cause)
       return fmt::format("Consistent with {}: {} (probability {}, {} side). Added to the model it takes the error of held-out trials{} from {:.2f} to {:.2f} mm, {} of the gap{}. {}",
-                         f.name, f.summary, percent(p), d.side, f.is_ahead ? fmt::format(", predicted {:g} s ahead,", kAhead_s) : "", f.shrink.before_mm, f.shrink.after_mm,
+                         f.name, f.summary, percent(p), d.side, f.shrink.is_ahead ? fmt::format(", predicted {:g} s ahead,", kAhead_s) : "", f.shrink.before_mm, f.shrink.after_mm,
                          percent(f.shrink.fraction),
-                         f.is_ahead ? fmt::format("; that of whole motions from {:.2f} to {:.2f} mm, {}", f.free_shrink.before_mm, f.free_shrink.after_mm, percent(f.free_shrink.fraction)) : "",
+                         f.shrink.is_ahead ? fmt::format("; that of whole motions from {:.2f} to {:.2f} mm, {}", f.free_shrink.before_mm, f.free_shrink.after_mm, percent(f.free_shrink.fraction)) : "",
                          sizes);
   return sizes;
 }
@@ -54,9 +56,8 @@ void add_effects(report::HtmlReport& html, const Diagnosis& d) {
     for (const SizedParameter& p : f.size)
       size += fmt::format("{}{} {:.3g} {} ({:.3g} … {:.3g})", size.empty() ? "" : "; ", p.name, p.value, p.unit, p.low, p.high);
     rows.push_back({f.name, to_text(f.side), fmt::format("{:.3f}", f.probability), percent(f.absorbed), percent(f.screened_gain),
-                    f.finalist ? fmt::format("{:.2f} → {:.2f}", f.shrink.before_mm, f.shrink.after_mm) : "–",
-                    f.finalist ? fmt::format("{:.2f} ({:.2f} … {:.2f})", f.shrink.fraction, f.shrink.low, f.shrink.high) : "–",
-                    f.finalist ? fmt::format("{:.2f} → {:.2f}", f.free_shrink.before_mm, f.free_shrink.after_mm) : "–", size.empty() ? "–" : size});
+                    f.shrink.is_ahead ? before_and_after(f.shrink) : "–", f.finalist ? share_closed(f.shrink) : "–",
+                    f.finalist ? before_and_after(f.free_shrink) : "–", size.empty() ? "–" : size});
   }
   html.table({"effect", "side", "probability", "absorbed by refitting the base", "explains of the rest, linearly", fmt::format("error of predictions {:g} s ahead, mm", kAhead_s),
               "share of the gap it closes (90 %)", "error of whole motions, mm", "size (90 %)"},
@@ -107,6 +108,12 @@ void add_parameters(report::HtmlReport& html, const Diagnosis& d) {
 
 }  // namespace
 
+std::string before_and_after(const Shrink& s) { return fmt::format("{:.2f} → {:.2f}", s.before_mm, s.after_mm); }
+
+std::string share_closed(const Shrink& s) {
+  return std::isfinite(s.low) ? fmt::format("{:.2f} ({:.2f} … {:.2f})", s.fraction, s.low, s.high) : fmt::format("{:.2f}", s.fraction);
+}
+
 json to_json(const Diagnosis& d) {
   json sides = json::object();
   for (const EffectFinding& f : d.effects) sides[f.name] = to_text(f.side);
@@ -117,7 +124,6 @@ json to_json(const Diagnosis& d) {
     if (!f.finalist) continue;
     for (const SizedParameter& p : f.size) sizes[f.name][p.name] = {{"value", p.value}, {"unit", p.unit}, {"interval", {p.low, p.high}}};
     shrink[f.name] = shrink_json(f.shrink);
-    if (f.is_ahead) shrink[f.name]["ahead_s"] = kAhead_s;
     shrink[f.name]["free"] = shrink_json(f.free_shrink);
   }
   for (const BaseParameter& p : d.parameters) parameters[p.name] = {{"base", p.value}, {"corrected", p.corrected}, {"unit", p.unit}};

@@ -54,6 +54,11 @@ double pooled_mm(const Study& study, const VectorXd& mm_of_trial, const std::vec
   return std::sqrt(sum / std::max(weight, 1.0));
 }
 
+double jackknife_sd(const VectorXd& without) {
+  const auto n = static_cast<double>(without.size());
+  return std::sqrt((n - 1) / n * (without.array() - without.mean()).square().sum());
+}
+
 HeldOut hold_out(Study& study, const std::vector<Hypothesis>& hypotheses) {
   const auto count = static_cast<Index>(hypotheses.size()), groups = static_cast<Index>(study.groups.size());
   HeldOut out;

@@ -26,4 +26,7 @@ double trial_rms_mm(const Study& study, const Eigen::VectorXd& whitened, size_t 
 // Over several trials, samples weighed alike.
 double pooled_mm(const Study& study, const Eigen::VectorXd& mm_of_trial, const std::vector<size_t>& trials);
 
+// Standard deviation of a figure by the jackknife. without: the figure with each group left out.
+double jackknife_sd(const Eigen::VectorXd& without);
+
 }  // namespace selvedge::diagnose

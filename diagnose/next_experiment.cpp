@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 
 #include "cloth/simulate.h"
+#include "diagnose/held_out.h"
 
 namespace selvedge::diagnose {
 
@@ -192,8 +193,7 @@ Forecast forecast(const Study& study, const Hypothesis& base, const Eigen::Matri
   out.after_mm = named_left_mm;
   VectorXd folds(base_folds.cols());
   for (Index g = 0; g < folds.size(); ++g) folds(g) = before(base_folds.col(g), named_folds.col(g));
-  const auto n = static_cast<double>(folds.size());
-  const double sd = std::sqrt((n - 1) / n * (folds.array() - folds.mean()).square().sum());
+  const double sd = jackknife_sd(folds);
   out.low_mm = std::max(out.after_mm, out.before_mm - 1.645 * sd);
   out.high_mm = out.before_mm + 1.645 * sd;
   return out;

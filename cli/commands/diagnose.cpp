@@ -55,8 +55,6 @@ std::string input_hash(const trial::Campaign& campaign, const DiagnoseArguments&
   return diagnose::sha256_hex(all);
 }
 
-std::string before_and_after(const diagnose::Shrink& s) { return fmt::format("{:.2f} → {:.2f}", s.before_mm, s.after_mm); }
-
 void print_diagnosis(const diagnose::Diagnosis& d) {
   fmt::print("{}: cause {} (probability {:.2f}), side {}\n", d.campaign, d.cause, d.probability.at(d.cause), d.side);
   fmt::print("held-out error {:.2f} mm, noise {:.2f} mm, a right model about {:.2f} mm; gap {:.2f} mm ({:.2f} … {:.2f}), p {:.3g}\n", d.before_mm, d.noise_floor_mm,
@@ -68,8 +66,8 @@ void print_diagnosis(const diagnose::Diagnosis& d) {
     if (!f.finalist) continue;
     std::string size;
     for (const diagnose::SizedParameter& p : f.size) size += fmt::format(" {} {:.3g} {} ({:.2g} … {:.2g})", p.name, p.value, p.unit, p.low, p.high);
-    fmt::print("{:<20} {:>11.3f} {:>11} {:>20} {:>12} {:>8.2f} {}\n", f.name, f.probability, f.is_ahead ? before_and_after(f.shrink) : "–",
-               fmt::format("{:.2f} ({:.2f} … {:.2f})", f.shrink.fraction, f.shrink.low, f.shrink.high), before_and_after(f.free_shrink), f.absorbed, size);
+    fmt::print("{:<20} {:>11.3f} {:>11} {:>20} {:>12} {:>8.2f} {}\n", f.name, f.probability, f.shrink.is_ahead ? diagnose::before_and_after(f.shrink) : "–",
+               diagnose::share_closed(f.shrink), diagnose::before_and_after(f.free_shrink), f.absorbed, size);
   }
   if (!d.pair.empty()) fmt::print("two effects: {} leaves {:.2f} mm\n", d.pair, d.pair_shrink.after_mm);
   if (!d.forecast.motion.empty())

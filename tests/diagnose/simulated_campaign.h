@@ -2,7 +2,9 @@
 #pragma once
 
 #include <string>
+#include <utility>
 
+#include "fit/model.h"
 #include "tests/simulated_trial.h"
 
 namespace selvedge::diagnose {
@@ -24,6 +26,16 @@ inline SimulatedSwatch usual_fabric() {
   c.material.shear = 45;
   c.material.bend = 6e-5;
   return c;
+}
+
+// Coordinates of the base model that made a swatch, but for what is given.
+inline Eigen::VectorXd base_of(const SimulatedSwatch& c, double stretch, double shear) {
+  const std::vector<fit::Parameter> base = fit::base_parameters();
+  Eigen::VectorXd x = fit::usual_coordinates(base);
+  for (size_t k = 0; k < base.size(); ++k)
+    for (const auto& [name, value] : {std::pair{"stretch", stretch}, {"shear", shear}, {"bend", c.material.bend}})
+      if (base[k].name == name) x(static_cast<Eigen::Index>(k)) = fit::to_coordinate(base[k], value);
+  return x;
 }
 
 }  // namespace selvedge::diagnose

@@ -14,10 +14,7 @@ class Ahead : public testing::Test {
  protected:
   static void SetUpTestSuite() {
     const SimulatedSwatch swatch = usual_fabric();
-    right_ = fit::usual_coordinates(base_);
-    for (size_t k = 0; k < base_.size(); ++k)
-      for (const auto& [name, value] : {std::pair{"stretch", swatch.material.stretch}, {"shear", swatch.material.shear}, {"bend", swatch.material.bend}})
-        if (base_[k].name == name) right_(static_cast<Eigen::Index>(k)) = fit::to_coordinate(base_[k], value);
+    right_ = base_of(swatch, swatch.material.stretch, swatch.material.shear);
     fit::ObjectiveOptions options;
     options.columns = 13;
     objective_ = new fit::Objective(fit::observe_campaign(simulated_campaign(swatch), 20, 10, [](double, const std::string&) {}), options, base_, right_);

@@ -28,16 +28,6 @@ Diagnosis diagnosed(const SimulatedSwatch& c, const std::set<std::string>& effec
   return diagnose(simulated_campaign(c), few, options);
 }
 
-// Coordinates of the base model that made a swatch, but for what is given.
-Eigen::VectorXd base_of(const SimulatedSwatch& c, double stretch, double shear) {
-  const std::vector<fit::Parameter> base = fit::base_parameters();
-  Eigen::VectorXd x = fit::usual_coordinates(base);
-  for (size_t k = 0; k < base.size(); ++k)
-    for (const auto& [name, value] : {std::pair{"stretch", stretch}, {"shear", shear}, {"bend", c.material.bend}})
-      if (base[k].name == name) x(static_cast<Eigen::Index>(k)) = fit::to_coordinate(base[k], value);
-  return x;
-}
-
 TEST(Diagnosis, NamesADelayAndMeasuresIt) {
   SimulatedSwatch late = usual_fabric();
   late.delay_s = 0.012;
