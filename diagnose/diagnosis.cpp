@@ -394,10 +394,13 @@ Diagnosis diagnose_on_mesh(const trial::Campaign& campaign, const std::vector<Ef
   StudyOptions study_options = options.study;
   study_options.progress = part(progress, 0, 0.5);
   Study study = make_study(campaign, effects, study_options);
-  if (options.on_base_fit) options.on_base_fit({study.base.head(static_cast<Index>(study.base_count)), study.objective->pulls()});
+  out.base_fit = {study.base.head(static_cast<Index>(study.base_count)), study.objective->pulls()};
+  if (options.on_base_fit) options.on_base_fit(out.base_fit);
   out.campaign = study.campaign;
   out.columns = options.study.columns;
   out.fine_columns = options.study.fine_columns;
+  for (const trial::Trial& trial : campaign.trials)
+    if (trial.corners.time_s.size() > 0) out.motion_s += trial.corners.time_s.back() - trial.corners.time_s.front();
   const auto still = std::count_if(study.objective->scenes().begin(), study.objective->scenes().end(), [](const fit::Scene& s) { return s.trial.still; });
   out.meshes_part = 2 * study.pulled_harder.size() > study.rows->trials() - static_cast<size_t>(still);
   if (!study.pulled_harder.empty())
@@ -424,6 +427,10 @@ Diagnosis diagnose_on_mesh(const trial::Campaign& campaign, const std::vector<Ef
   }
 
   progress(0.62, "refitting with every effect");
+  if (all.size() > options.refitted + 1) {
+    std::stable_sort(all.begin() + 1, all.end(), [](const Hypothesis& a, const Hypothesis& b) { return a.screened_gain > b.screened_gain; });
+    all.resize(options.refitted + 1, all[0]);
+  }
   refit(study, all, 1);
   if (study.other_start) refit_from_other_start(study, all);
   std::vector<Hypothesis> few = finalists(all, options.finalists);
@@ -549,7 +556,7 @@ Diagnosis diagnose_on_mesh(const trial::Campaign& campaign, const std::vector<Ef
 }  // namespace
 
 bool wants_finer_meshes(const Diagnosis& first, const DiagnosisOptions& options) {
-  return first.cause == "unknown" && first.meshes_part && options.study.columns < options.finer_columns;
+  return first.cause == "unknown" && first.meshes_part && options.study.columns < options.finer_columns && first.motion_s < options.finer_longest_s;
 }
 
 Diagnosis diagnose(const trial::Campaign& campaign, const std::vector<Effect>& effects, const DiagnosisOptions& options) {
@@ -559,16 +566,19 @@ Diagnosis diagnose(const trial::Campaign& campaign, const std::vector<Effect>& e
     return first;
   }
   DiagnosisOptions finer = options;
-  finer.study.columns = options.finer_columns;
-  finer.study.fine_columns = std::max(options.finest_columns, options.study.fine_columns);
+  finer.study.columns = finer.study.fine_columns = std::max(options.finer_columns, options.study.fine_columns);
+  finer.study.coarse_columns = options.finer_coarse_columns;
+  finer.study.skipped_s = options.finer_skipped_s;
+  finer.study.start = first.base_fit;
   finer.study.base_fit.reset();
+  finer.refitted = options.finer_refitted;
   finer.on_base_fit = {};
   if (options.on_finer) options.on_finer(finer);
-  constexpr double kFirstShare = 0.2;   // of the time of both
+  constexpr double kFirstShare = 0.1;   // of the time of both
   finer.study.progress = [&](double done, const std::string& what) { options.study.progress(kFirstShare + (1 - kFirstShare) * done, "finer meshes: " + what); };
   Diagnosis out = diagnose_on_mesh(campaign, effects, finer);
-  out.remarks.push_back(fmt::format("answered unknown ({:.2f}) on meshes of {} and {} columns, which follow different folds in most moving trials: this is the answer of {} and {}",
-                                    first.probability.at("unknown"), first.columns, first.fine_columns, out.columns, out.fine_columns));
+  out.remarks.push_back(fmt::format("answered unknown ({:.2f}) on meshes of {} and {} columns, which follow different folds in most moving trials: this is the answer of {} columns, which leaves out the first {} s of each motion",
+                                    first.probability.at("unknown"), first.columns, first.fine_columns, out.columns, finer.study.skipped_s));
   out.stage_s.insert(out.stage_s.begin(), {"coarser meshes", first.wall_s});
   out.wall_s += first.wall_s;
   out.cpu_s += first.cpu_s;

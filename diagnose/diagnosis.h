@@ -31,9 +31,14 @@ struct DiagnosisOptions {
   StudyOptions study;
   Calibration calibration;
   std::function<void(const BaseFit&)> on_base_fit;  // called once it is there
-  int finer_columns = 19, finest_columns = 25;      // instead of study.columns and study.fine_columns where those part (`diagnose`); 0: never
+  int finer_columns = 33;       // of the one mesh on which all is done again where study's part (`diagnose`); 0: never
+  int finer_coarse_columns = 19; // StudyOptions::coarse_columns there
+  double finer_longest_s = 30;  // of motion in a campaign: what lasts longer would take all day there
+  double finer_skipped_s = 0.5; // StudyOptions::skipped_s there
+  size_t finer_refitted = 8;    // `refitted` there, where a simulation takes twenty times as long
   std::function<void(DiagnosisOptions&)> on_finer;  // called with the options of that second pass, before it begins
-  size_t finalists = 4;  // effects that are refitted on the fine mesh and held out
+  size_t refitted = 1000; // effects that are refitted, of those whose finite change explains most
+  size_t finalists = 4;  // of these, effects that are refitted on the fine mesh and held out
 };
 
 struct SizedParameter {
@@ -94,6 +99,8 @@ struct Diagnosis {
   std::vector<std::string> remarks;
   std::vector<std::pair<std::string, double>> stage_s;  // wall time of each stage
   int columns = 0, fine_columns = 0;      // of the meshes
+  BaseFit base_fit;
+  double motion_s = 0;                    // all moving trials together
   bool meshes_part = false;               // more than half of the moving trials leave the recorded folds, or follow others on the finer mesh
   int evaluations = 0;
   double wall_s = 0, cpu_s = 0;

@@ -227,10 +227,21 @@ MatrixXd residuals_of(const Study& study, const std::vector<Hypothesis>& hypothe
 void refine_mesh(Study& study, std::vector<Hypothesis>& hypotheses) {
   MatrixXd sets(study.base.size(), static_cast<Index>(hypotheses.size()));
   for (Index i = 0; i < sets.cols(); ++i) sets.col(i) = hypotheses[static_cast<size_t>(i)].x;
-  const std::vector<fit::Residuals> fine = study.fine->evaluate(study.parameters, sets);
   const MatrixXd coarse = residuals_at(study, sets);
-  study.evaluations += 2 * static_cast<int>(sets.cols());
   const double c = cauchy_constant(study);
+  study.evaluations += static_cast<int>(sets.cols());
+  if (study.has_one_mesh()) {
+    for (Index i = 0; i < sets.cols(); ++i) {
+      Hypothesis& h = hypotheses[static_cast<size_t>(i)];
+      if (!coarse.col(i).allFinite()) continue;
+      h.mesh_offset = VectorXd::Zero(coarse.rows());
+      h.residual = coarse.col(i);
+      h.cost = fit::cauchy_cost(h.residual, c);
+    }
+    return;
+  }
+  const std::vector<fit::Residuals> fine = study.fine->evaluate(study.parameters, sets);
+  study.evaluations += static_cast<int>(sets.cols());
   for (Index i = 0; i < sets.cols(); ++i) {
     Hypothesis& h = hypotheses[static_cast<size_t>(i)];
     const auto own_mesh = [&](size_t e) { return study.effects[e].name == "mesh_resolution"; };

@@ -56,9 +56,11 @@ std::vector<std::vector<size_t>> group_trials(const trial::Campaign& campaign, c
 
 // What the fine mesh adds to each residual at these parameters, mm; zero where it blew up or went another way.
 // The fine mesh then starts from the equilibria that it found: on it, relaxing takes as long as moving.
-std::vector<VectorXd> mesh_change(const fit::Objective& objective, fit::Objective& fine, const std::vector<fit::Parameter>& parameters,
-                                  const VectorXd& x) {
-  const fit::Residuals coarse_r = objective.evaluate(parameters, x).front(), fine_r = fine.evaluate(parameters, x).front();
+std::vector<VectorXd> mesh_change(Study& study, const std::vector<fit::Parameter>& parameters, const VectorXd& x) {
+  const fit::Objective& objective = *study.objective;
+  fit::Objective& fine = *study.fine;
+  const fit::Residuals coarse_r = objective.evaluate(parameters, x).front();
+  const fit::Residuals fine_r = study.has_one_mesh() ? coarse_r : fine.evaluate(parameters, x).front();
   if (fine_r.finite) fine.set_start(fine_r.start);
   std::vector<VectorXd> change;
   for (size_t i = 0; i < coarse_r.mm.size(); ++i) {
@@ -127,6 +129,7 @@ fit::ObjectiveOptions on_mesh_of(int columns, const StudyOptions& options) {
   fit::ObjectiveOptions o;
   o.columns = columns;
   o.pull_per_s = options.pull_per_s;
+  o.skipped_s = options.skipped_s;
   o.shared_rests = true;
   // A hundredth of a millimetre is far below what a tracker sees, and half of all work is relaxation.
   o.simulation.rest_change_m = 1e-5;
@@ -138,10 +141,14 @@ fit::ObjectiveOptions on_mesh_of(int columns, const StudyOptions& options) {
 // The base fit on the coarse mesh and on the usual one, which becomes the study's objective. Where markers pull, moving trials are
 // pulled twice as hard, and the end need not be exact: it is refitted on another pull.
 VectorXd fit_base(Study& study, const std::vector<fit::ObservedTrial>& trials, const std::vector<fit::Parameter>& base, const StudyOptions& options) {
-  VectorXd x = fit::usual_coordinates(base);
-  if (study.pulled) {
+  VectorXd x = options.start ? options.start->coordinates : fit::usual_coordinates(base);
+  const auto set_pulls = [&] {
+    if (options.start) study.objective->set_pulls(options.start->pulls_per_s);
+    else if (study.pulled) pull_all_harder(study, options.pull_per_s);
+  };
+  if (study.pulled || options.start) {
     study.objective = std::make_shared<fit::Objective>(trials, on_mesh_of(options.coarse_columns, options), base, x);
-    pull_all_harder(study, options.pull_per_s);
+    set_pulls();
     fit::LeastSquaresOptions start = search_options(8, kNearEnough);
     start.progress = fit::part_of(options.progress, 0.02, 0.1, "coarse mesh");
     x = fit::minimise(*study.objective, base, x, start).coordinates;
@@ -153,8 +160,8 @@ VectorXd fit_base(Study& study, const std::vector<fit::ObservedTrial>& trials, c
   fit::ObjectiveOptions usual_mesh = on_mesh_of(options.columns, options);
   usual_mesh.branch_of = study.objective.get();
   study.objective = std::make_shared<fit::Objective>(trials, usual_mesh, base, x);
-  if (study.pulled) pull_all_harder(study, options.pull_per_s);
-  fit::LeastSquaresOptions search = search_options(8, study.pulled ? kNearEnough : kEnough);
+  set_pulls();
+  fit::LeastSquaresOptions search = search_options(options.start ? 3 : 8, study.pulled ? kNearEnough : kEnough);
   search.progress = fit::part_of(options.progress, study.pulled ? 0.1 : 0.25, 0.55, "base fit");
   const fit::LeastSquaresResult fitted = fit::minimise_on_branches(*study.objective, base, x, search);
   study.evaluations += fitted.evaluations;
@@ -162,7 +169,7 @@ VectorXd fit_base(Study& study, const std::vector<fit::ObservedTrial>& trials, c
 }
 
 void correct_mesh(Study& study, const std::vector<fit::Parameter>& base) {
-  study.mesh_change = mesh_change(*study.objective, *study.fine, base, study.base.head(static_cast<Index>(study.base_count)));
+  study.mesh_change = mesh_change(study, base, study.base.head(static_cast<Index>(study.base_count)));
   study.objective->set_mesh_correction(study.mesh_change);
   study.evaluations += 2;
 }
@@ -282,7 +289,7 @@ void run_free(Study& study) {
   study.objective->rematch(base, x);
   study.fine->take_branches_of(*study.objective);  // seeking them on the fine mesh took a third of a diagnosis
   study.objective->set_mesh_correction({});
-  study.mesh_change = mesh_change(*study.objective, *study.fine, base, x);
+  study.mesh_change = mesh_change(study, base, x);
   study.objective->set_mesh_correction(study.mesh_change);
   study.residual = residuals_at(study, study.base).col(0);
   study.evaluations += 3;
@@ -319,7 +326,7 @@ Study make_study(const trial::Campaign& campaign, const std::vector<Effect>& eff
   study.fine = std::make_shared<fit::Objective>(trials, on_fine, base, x);
   study.fine->set_pulls(study.objective->pulls());
   if (!study.pulled) study.fine->rematch(base, x);
-  if (!is_fitted && study.pulled) choose_pulls(study, base, x, options.pull_per_s);
+  if (!is_fitted && !options.start && study.pulled) choose_pulls(study, base, x, options.pull_per_s);
   for (size_t i = 0; i < trials.size(); ++i)
     if (study.objective->pulls()[i] > options.pull_per_s) study.pulled_harder.push_back(trials[i].name);
   study.rows = std::make_unique<Rows>(*study.objective);
@@ -331,9 +338,11 @@ Study make_study(const trial::Campaign& campaign, const std::vector<Effect>& eff
   } else {
     refit_on_fine_mesh(study, base, fit::part_of(options.progress, 0.55, 0.9, "base fit, finer mesh"));
   }
-  options.progress(0.9, "base fit from another start");
-  study.other_start = with_isotropic_shear(study);
-  if (study.other_start && !is_fitted && fit_from(study, base, *study.other_start)) study.other_start = with_isotropic_shear(study);
+  if (!options.start) {
+    options.progress(0.9, "base fit from another start");
+    study.other_start = with_isotropic_shear(study);
+    if (study.other_start && !is_fitted && fit_from(study, base, *study.other_start)) study.other_start = with_isotropic_shear(study);
+  }
   options.progress(1, "base model fitted");
   return study;
 }

@@ -39,7 +39,9 @@ struct StudyOptions {
   int coarse_columns = 7, columns = 13, fine_columns = 25;  // start, derivatives, and what they are derivatives of
   double rate_hz = 30, image_rate_hz = 10;
   double pull_per_s = 10;  // fits and judging: simulations are pulled towards the markers (cloth/guide.h); 0: they run free
+  double skipped_s = 0;     // of moving trials, from their start: how the fabric came to hang, which its friction remembers, counts there
   std::optional<BaseFit> base_fit;  // found before: it is taken as it is
+  std::optional<BaseFit> start;     // found on other meshes: the base fit begins there, with those pulls, and seeks no other start
   report::ProgressCallback progress = [](double, const std::string&) {};
 };
 
@@ -66,6 +68,8 @@ struct Study {
   std::vector<std::string> pulled_harder;   // trials that leave the recorded folds all the same, or where the meshes part
   std::vector<Eigen::VectorXd> mesh_change; // mm, what the fine mesh adds, one a trial
   int evaluations = 0;
+
+  bool has_one_mesh() const { return objective->options().columns == fine->options().columns; }  // nothing is added to predictions then
 };
 
 // From now on simulations run free, and `residual` and what the fine mesh adds are those of a free motion. Derivatives

@@ -404,7 +404,20 @@ std::vector<Residuals> Objective::evaluate(const std::vector<Parameter>& paramet
   for (Residuals& r : out)
     for (const size_t trial : trials)
       if (r.start[trial].cols() == 0) r.finite = false;
+  if (options_.skipped_s > 0)
+    for (const size_t trial : trials) {
+      const Eigen::VectorXd time = time_s(trial);
+      for (Index i = 0; i < time.size(); ++i)
+        if (is_skipped(trial, time(i)))
+          for (Residuals& r : out)
+            if (r.mm[trial].size() == time.size()) r.mm[trial](i) = std::numeric_limits<double>::quiet_NaN();
+    }
   return out;
+}
+
+bool Objective::is_skipped(size_t trial, double time_s) const {
+  const ObservedTrial& t = scenes_[trial].trial;
+  return !t.still && time_s < t.experiment.start_s + options_.skipped_s;
 }
 
 cloth::Trajectory Objective::trajectory(const std::vector<Parameter>& parameters, const Eigen::VectorXd& coordinates,

@@ -39,6 +39,7 @@ struct ObjectiveOptions {
   cloth::Options simulation;
   std::shared_ptr<Ranks> ranks;            // that share out evaluate() (fit/spread/ranks.h); empty: this process alone
   bool shared_rests = false;               // sets that differ in parameters of motion alone start from one equilibrium, sought once
+  double skipped_s = 0;                    // of moving trials, from their start: residuals there are NaN
   double pull_per_s = 0;                   // towards the markers that were seen (cloth/guide.h); 0: simulations run free
   const Objective* branch_of = nullptr;    // equilibria start from this one's, on another mesh, and are not sought
 };
@@ -62,6 +63,8 @@ class Objective {
   Eigen::VectorXd sd_mm(size_t trial) const;
   // Time of each residual, s, in the trial's own clock.
   Eigen::VectorXd time_s(size_t trial) const;
+  // Whether residuals of then are left out (ObjectiveOptions::skipped_s).
+  bool is_skipped(size_t trial, double time_s) const;
 
   // Seeks each trial's branch of equilibrium again, at these coordinates: among shapes bent through what was seen and
   // the one in use. True where a trial (of those wanted, empty: all) left its branch for one that lies nearer to the

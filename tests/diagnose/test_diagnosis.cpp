@@ -112,6 +112,8 @@ TEST(FinerMeshes, AreWantedBeforeUnknownIsSaidOfTrialsThatTheMeshDecides) {
   other = options;
   other.study.columns = options.finer_columns;
   EXPECT_FALSE(wants_finer_meshes(first, other)) << "there is no third pass";
+  first.motion_s = 2 * options.finer_longest_s;
+  EXPECT_FALSE(wants_finer_meshes(first, options)) << "it would take all day";
 }
 
 // A base fit that put all of the coupling into shear, where no derivative leads back.
