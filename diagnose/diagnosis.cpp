@@ -1,6 +1,7 @@
 #include "diagnose/diagnosis.h"
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cmath>
 #include <ctime>
@@ -114,7 +115,8 @@ std::vector<size_t> in_earnest(const std::vector<Hypothesis>& few, const std::ve
 // Least squares from where each of these has come to, with what the fine mesh adds there; once more those that came far.
 void fit_further(Study& study, std::vector<Hypothesis>& arms, std::vector<size_t> few) {
   constexpr double kFar = 0.15, kEnough = 2e-4;  // of the cost
-  for (const int iterations : {3, 2}) {
+  // On one fine mesh hypotheses come here from fewer refits.
+  for (const int iterations : study.has_one_mesh() ? std::array{5, 3} : std::array{3, 2}) {
     std::vector<Hypothesis> moving;
     for (const size_t i : few) {
       Hypothesis h = arms[i];

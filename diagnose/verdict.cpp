@@ -84,7 +84,8 @@ Floor floor_of(const Study& study, const Calibration& calibration) {
     floor.noise_mm(t) = std::max(stated_noise(study, trial), noise_from_differences(study, trial));
     const bool still = study.objective->scenes()[trial].trial.still;
     const double share = still ? calibration.still_mesh_share : calibration.mesh_share;
-    const double form_mm = still || study.pulled ? calibration.form_mm : calibration.free_form_mm;
+    const double pulled_form_mm = !still && study.has_one_mesh() ? calibration.one_mesh_form_mm : calibration.form_mm;
+    const double form_mm = still || study.pulled ? pulled_form_mm : calibration.free_form_mm;
     floor.right_mm(t) = std::sqrt(std::pow(floor.noise_mm(t), 2) + std::pow(share * mesh_mm(study, trial), 2) + std::pow(form_mm, 2));
   }
   return floor;

@@ -32,6 +32,7 @@ struct Calibration {
   double mesh_share = 0.3;
   double still_mesh_share = 0.7;  // of still trials: a fold that a finer mesh moves is one that any form of the model moves
   double form_mm = 0.15;
+  double one_mesh_form_mm = 0.21;  // of moving pulled trials where no finer mesh tells what the mesh is off by: 33 columns leave 0.48 mm of ten trials of two keyed campaigns that lack nothing, where noise is 0.43
   double free_form_mm = 0.8;  // of moving trials that run free: right models were 0.5 and 1.1 mm off in marker campaigns that lack nothing
   double form_share = 0.3;  // of the base's held-out error: a right effect in a form that is not nature's leaves so much
   // Of ln(held-out base error / what a right model leaves) in campaigns that lack nothing: mean and spread. Pulled: five of the bank
