@@ -401,8 +401,8 @@ Diagnosis diagnose_on_mesh(const trial::Campaign& campaign, const std::vector<Ef
   out.campaign = study.campaign;
   out.columns = options.study.columns;
   out.fine_columns = options.study.fine_columns;
-  for (const trial::Trial& trial : campaign.trials)
-    if (trial.corners.time_s.size() > 0) out.motion_s += trial.corners.time_s.back() - trial.corners.time_s.front();
+  for (const fit::Scene& scene : study.objective->scenes())
+    if (!scene.trial.still) out.motion_s += scene.trial.experiment.sample_s.back() - scene.trial.experiment.start_s;
   const auto still = std::count_if(study.objective->scenes().begin(), study.objective->scenes().end(), [](const fit::Scene& s) { return s.trial.still; });
   out.meshes_part = 2 * study.pulled_harder.size() > study.rows->trials() - static_cast<size_t>(still);
   if (!study.pulled_harder.empty())
@@ -557,13 +557,19 @@ Diagnosis diagnose_on_mesh(const trial::Campaign& campaign, const std::vector<Ef
 
 }  // namespace
 
+constexpr double kMotionAnHour_s = 10;  // on 33 columns, two threads of one core
+
 bool wants_finer_meshes(const Diagnosis& first, const DiagnosisOptions& options) {
-  return first.cause == "unknown" && first.meshes_part && options.study.columns < options.finer_columns && first.motion_s < options.finer_longest_s;
+  return first.cause == "unknown" && first.meshes_part && options.study.columns < options.finer_columns;
 }
 
 Diagnosis diagnose(const trial::Campaign& campaign, const std::vector<Effect>& effects, const DiagnosisOptions& options) {
   Diagnosis first = diagnose_on_mesh(campaign, effects, options);
-  if (!wants_finer_meshes(first, options)) {
+  const bool lasts_too_long = first.motion_s > options.finer_longest_s;
+  if (wants_finer_meshes(first, options) && lasts_too_long)
+    first.remarks.push_back(fmt::format("most moving trials follow different folds on meshes of {} and {} columns; nothing was done on finer ones, which takes an hour for each {:.0f} s of motion: found {:.0f} s (--columns {} --fine-columns {} does it)",
+                                        first.columns, first.fine_columns, kMotionAnHour_s, first.motion_s, options.finer_columns, options.finer_columns));
+  if (!wants_finer_meshes(first, options) || lasts_too_long) {
     options.study.progress(1, "done");
     return first;
   }

@@ -99,7 +99,7 @@ struct Diagnosis {
   std::vector<std::string> remarks;
   std::vector<std::pair<std::string, double>> stage_s;  // wall time of each stage
   int columns = 0, fine_columns = 0;      // of the meshes
-  BaseFit base_fit;
+  BaseFit base_fit;                       // of the base model
   double motion_s = 0;                    // all moving trials together
   bool meshes_part = false;               // more than half of the moving trials leave the recorded folds, or follow others on the finer mesh
   int evaluations = 0;
@@ -111,7 +111,7 @@ struct Diagnosis {
 void keep_base_fit(DiagnosisOptions& options, const std::filesystem::path& file, size_t trials, const std::string& input = "");
 
 // Nothing is called unknown because of the mesh: where the answer is `unknown` and more than half of the moving trials leave the
-// recorded folds, or follow others on the finer mesh, all is done once more on finer meshes, which takes four times as long.
+// recorded folds, or follow others on the finer mesh, all is done once more on one finer mesh, which takes twenty times as long.
 bool wants_finer_meshes(const Diagnosis& first, const DiagnosisOptions& options);
 Diagnosis diagnose(const trial::Campaign& campaign, const std::vector<Effect>& effects, const DiagnosisOptions& options = {});
 

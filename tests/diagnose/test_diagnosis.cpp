@@ -112,8 +112,41 @@ TEST(FinerMeshes, AreWantedBeforeUnknownIsSaidOfTrialsThatTheMeshDecides) {
   other = options;
   other.study.columns = options.finer_columns;
   EXPECT_FALSE(wants_finer_meshes(first, other)) << "there is no third pass";
-  first.motion_s = 2 * options.finer_longest_s;
-  EXPECT_FALSE(wants_finer_meshes(first, options)) << "it would take all day";
+}
+
+TEST(FinerMeshes, OneMeshGoesOnFromABaseFitAndLeavesOutTheStarts) {
+  SimulatedSwatch late = usual_fabric();
+  late.delay_s = 0.012;
+  std::vector<Effect> few;
+  for (const Effect& e : effect_library())
+    if (std::set<std::string>{"camera_delay", "draught", "mass_error", "hem"}.count(e.name)) few.push_back(e);
+  DiagnosisOptions options;
+  options.study.columns = options.study.fine_columns = 11;
+  options.study.rate_hz = 20;
+  options.study.skipped_s = 0.3;
+  options.study.start = BaseFit{base_of(usual_fabric(), 80, 55), {20, 20, 20}};
+  options.refitted = 2;
+  const trial::Campaign campaign = simulated_campaign(late);
+  const Study study = make_study(campaign, few, options.study);
+  ASSERT_TRUE(study.has_one_mesh());
+  size_t skipped = 0;
+  for (size_t t = 0; t < study.rows->trials(); ++t) {
+    const Eigen::VectorXd time_s = study.objective->time_s(t);
+    for (Eigen::Index k = 0; k < time_s.size(); ++k) {
+      const Eigen::Index row = study.rows->first(t) + k;
+      if (!study.objective->is_skipped(t, time_s(k))) continue;
+      EXPECT_EQ(study.rows->seen()(row), 0);
+      EXPECT_EQ(study.residual(row), 0);
+      ++skipped;
+    }
+    if (study.objective->scenes()[t].trial.still) {
+      EXPECT_GT(study.rows->seen().segment(study.rows->first(t), study.rows->count(t)).sum(), 0);
+    }
+  }
+  EXPECT_GT(skipped, 100u);
+  const Diagnosis d = diagnose(campaign, few, options);
+  EXPECT_EQ(d.cause, "camera_delay");
+  EXPECT_EQ(d.columns, d.fine_columns);
 }
 
 // A base fit that put all of the coupling into shear, where no derivative leads back.
