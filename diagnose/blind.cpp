@@ -32,7 +32,7 @@ std::string sha256_hex(const std::string& bytes) {
 
 std::string library_hash(const std::vector<Effect>& effects, const Calibration& c) {
   const std::vector<double> constants = {c.kappa, c.free_kappa, c.cost_per_parameter, c.cost_unknown, c.prior_none, c.prior_unknown, c.mesh_share, c.still_mesh_share, c.form_mm,
-                                         c.free_form_mm, c.form_share, c.null_mean, c.null_sd, c.free_null_mean, c.free_null_sd, c.null_freedom, c.plain_gap};
+                                         c.one_mesh_form_mm, c.free_form_mm, c.two_share, c.form_share, c.null_mean, c.null_sd, c.free_null_mean, c.free_null_sd, c.null_freedom, c.plain_gap};
   std::string text = fmt::format("{}\n", fmt::join(constants, " "));
   for (const Effect& e : effects) {
     text += e.name + "\n";
@@ -57,17 +57,35 @@ void write_record(const fs::path& folder, const BlindRecord& record) {
   files::write_json(folder / "record.json", {{"format", "blind/1"}, {"library", record.library}, {"campaigns", campaigns}, {"answers", record.answers}});
 }
 
-struct Answered {
-  std::string id, truth, named, side;
-  double probability = 0, ratio = 0;  // gap / floor
-  json diagnosis;
-  std::optional<double> shrink_found;  // of the cause, in fresh trials
-  bool is_pair() const { return truth.find('+') != std::string::npos; }
-};
-
 std::set<std::string> both_of(const std::string& pair) {
   const size_t plus = pair.find('+');
   return {pair.substr(0, plus), pair.substr(plus + 1)};
+}
+
+struct Answered {
+  std::string id, truth, named, side, pair;  // pair: said to be there, else empty
+  double probability = 0, ratio = 0;  // of what is named, or of the pair; gap / floor
+  json diagnosis;
+  std::optional<double> shrink_found;  // of the cause, in fresh trials
+  bool is_pair() const { return truth.find('+') != std::string::npos; }
+  bool is_right() const { return is_pair() || !pair.empty() ? both_of(pair) == both_of(truth) : named == truth; }
+  // What the probabilities should be: two effects at once have half each.
+  std::map<std::string, double> shares() const {
+    std::map<std::string, double> out;
+    for (const std::string& name : both_of(truth)) out[name] = is_pair() ? 0.5 : 1;
+    return out;
+  }
+};
+
+// Whether the named effect leaves more of the held-out trials than a right model is expected to.
+bool leaves_gap(const Answered& a) {
+  constexpr double kPlain = 0.1;  // ln, mean of the groups: one in twenty campaigns that lack nothing shows as much
+  if (!a.diagnosis.contains("judged") || !a.diagnosis.at("judged").at("left_mm").contains(a.named)) return true;
+  const json& judged = a.diagnosis.at("judged");
+  const auto right = judged.at("right_model_mm").get<std::vector<double>>(), left = judged.at("left_mm").at(a.named).get<std::vector<double>>();
+  double above = 0;
+  for (size_t g = 0; g < right.size(); ++g) above += std::log(left[g] / right[g]) / static_cast<double>(right.size());
+  return above > kPlain;
 }
 
 // What the named cause should be, for the side.
@@ -131,17 +149,22 @@ int right(const std::vector<Answered>& all, const std::function<std::string(size
 
 void add_probabilities(BlindScore& out, const std::vector<Answered>& all) {
   std::map<std::string, double> base_rate;
-  for (const Answered& a : all) base_rate[a.truth] += 1.0 / static_cast<double>(all.size());
+  for (const Answered& a : all)
+    for (const auto& [name, share] : a.shares()) base_rate[name] += share / static_cast<double>(all.size());
   std::vector<std::pair<double, bool>> confidence;
   for (const Answered& a : all) {
     const json& p = a.diagnosis.at("probabilities");
+    std::map<std::string, double> wanted = a.shares();
     double brier = 0, base = 0;
-    for (const auto& [name, value] : p.items()) brier += std::pow(value.get<double>() - (name == a.truth), 2);
-    if (!p.contains(a.truth)) brier += 1;
-    for (const auto& [name, rate] : base_rate) base += std::pow(rate - (name == a.truth), 2);
+    for (const auto& [name, rate] : base_rate) base += std::pow(rate - (wanted.contains(name) ? wanted.at(name) : 0), 2);
+    for (const auto& [name, value] : p.items()) {
+      brier += std::pow(value.get<double>() - (wanted.contains(name) ? wanted.at(name) : 0), 2);
+      wanted.erase(name);
+    }
+    for (const auto& [name, share] : wanted) brier += share * share;  // effects that the answer does not know
     out.brier += brier / static_cast<double>(all.size());
     out.brier_base_rates += base / static_cast<double>(all.size());
-    confidence.emplace_back(a.probability, a.named == a.truth);
+    confidence.emplace_back(a.probability, a.is_right());
   }
   // Expected calibration error over five bins of the named cause's probability.
   for (int bin = 0; bin < 5; ++bin) {
@@ -237,6 +260,10 @@ std::vector<Answered> opened(const fs::path& folder, bool partial, const ShrinkF
     a.named = a.diagnosis.at("cause").get<std::string>();
     a.side = a.diagnosis.at("side").get<std::string>();
     a.probability = a.diagnosis.at("probabilities").value(a.named, 0.0);
+    if (a.diagnosis.contains("pair")) {
+      a.pair = a.diagnosis.at("pair").at("effects").get<std::string>();
+      a.probability = a.diagnosis.at("pair").value("probability", a.probability);
+    }
     const double floor = a.diagnosis.at("gap").at("right_model_mm").get<double>();
     a.ratio = (a.diagnosis.at("gap").at("held_out_mm").get<double>() - floor) / floor;
     if (shrink_found && a.named == a.truth && a.diagnosis.at("shrink").contains(a.truth)) a.shrink_found = shrink_found(key, a.diagnosis, a.truth);
@@ -291,13 +318,11 @@ BlindScore open_keys(const fs::path& folder, bool partial, const ShrinkFound& sh
       confident_wrong += a.named != "unknown" && a.named != "none" && a.probability > 0.8;
     } else if (a.is_pair()) {
       ++pairs;
-      const std::string said = a.diagnosis.contains("pair") ? a.diagnosis.at("pair").at("effects").get<std::string>() : "";
-      const bool both = both_of(said) == both_of(a.truth);
-      both_named += both;
-      one_alone += !both && a.probability > 0.9 && both_of(a.truth).count(a.named) > 0;
+      both_named += a.is_right();
+      one_alone += a.pair.empty() && a.probability > 0.9 && both_of(a.truth).contains(a.named) && leaves_gap(a);
     } else {
       ++known;
-      two_told += a.diagnosis.contains("pair");
+      two_told += !a.pair.empty();
       const std::string side = true_side(a.truth, side_of);
       if (a.named != "none" && a.named != "unknown") {
         ++sided;
@@ -310,7 +335,7 @@ BlindScore open_keys(const fs::path& folder, bool partial, const ShrinkFound& sh
       }
       if (a.ratio < 2) continue;
       ++known_plain;
-      first += a.named == a.truth;
+      first += a.is_right();
       const auto set = a.diagnosis.at("confusable").get<std::vector<std::string>>();
       in_set += std::find(set.begin(), set.end(), a.truth) != set.end();
       set_sizes.push_back(set.size());
@@ -352,7 +377,7 @@ BlindScore open_keys(const fs::path& folder, bool partial, const ShrinkFound& sh
   std::string commonest = "none";
   for (const auto& [name, n] : count)
     if (n > count[commonest]) commonest = name;
-  out.baselines = {row("Selvedge", "right answer", right(all, [&](size_t i) { return all[i].named; }), total),
+  out.baselines = {row("Selvedge", "right answer", std::count_if(all.begin(), all.end(), [](const Answered& a) { return a.is_right(); }), total),
                    row("always " + commonest, "right answer", right(all, [&](size_t) { return commonest; }), total),
                    row("always unknown", "right answer", right(all, [](size_t) { return std::string("unknown"); }), total),
                    row("nearest residual map", "right answer", right(all, [&](size_t i) { return nearest_class(all, i); }), total),

@@ -32,7 +32,8 @@ constexpr int kBootstraps = 2000;
 constexpr double kCredible = 0.9;       // of the confusable set
 constexpr size_t kRunFree = 2;          // effects whose shrink is looked at; where the answer is none, one
 constexpr double kPlainlyNone = 0.65;   // probability of none from which no effect is fitted further
-constexpr double kPairGain = 0.2;       // ln of the error's square that a second effect must win on held-out trials
+constexpr double kPlainlyNamed = 0.9;   // and of any answer, on one fine mesh
+constexpr double kPairGain = 0.2;       // ln of the error's square that a second effect could win on held-out trials, for it to be sought
 
 class Stages {
  public:
@@ -102,14 +103,28 @@ void relinearise_far(Study& study, std::vector<Hypothesis>& arms) {
   }
 }
 
-// What to fit in earnest: the effect that predicts best, and that of the others whose finite change explains most.
-std::vector<size_t> in_earnest(const std::vector<Hypothesis>& few, const std::vector<double>& log_ratio) {
+// What to fit in earnest: the effect that predicts best, and that of the others whose finite change explains most. On one fine mesh
+// the base as well, whose fit went on from other meshes.
+std::vector<size_t> in_earnest(const Study& study, const std::vector<Hypothesis>& few, const std::vector<double>& log_ratio) {
   std::vector<size_t> order;
   for (size_t i = 1; i < few.size(); ++i) order.push_back(i);
   std::stable_sort(order.begin(), order.end(), [&](size_t a, size_t b) { return log_ratio[a] > log_ratio[b]; });
   std::stable_sort(order.begin() + 1, order.end(), [&](size_t a, size_t b) { return few[a].screened_gain > few[b].screened_gain; });
   order.resize(std::min<size_t>(order.size(), 2));
+  if (study.has_one_mesh()) order.push_back(0);
   return order;
+}
+
+std::string best_of(const std::map<std::string, double>& probability) {
+  return std::max_element(probability.begin(), probability.end(), [](const auto& a, const auto& b) { return a.second < b.second; })->first;
+}
+
+// Whether to fit in earnest before it is said what scores say. On one fine mesh hypotheses have come there by fewer refits: so nothing
+// is named in doubt, either.
+bool is_in_doubt(const Study& study, const Scores& scores) {
+  const std::string first = best_of(scores.probability);
+  const double p = scores.probability.at(first);
+  return first == "unknown" || (first == "none" && study.pulled && p < kPlainlyNone) || (study.has_one_mesh() && p < kPlainlyNamed);
 }
 
 // Least squares from where each of these has come to, with what the fine mesh adds there; once more those that came far.
@@ -261,10 +276,6 @@ std::vector<std::string> credible_set(const std::map<std::string, double>& proba
   return set;
 }
 
-std::string best_of(const std::map<std::string, double>& probability) {
-  return std::max_element(probability.begin(), probability.end(), [](const auto& a, const auto& b) { return a.second < b.second; })->first;
-}
-
 // Two effects at once: the best one with those of all others whose change of a finite size, from where it was fitted, explains
 // most of what it leaves. An effect that a larger one hides is no finalist of its own.
 std::vector<Hypothesis> pairs_with(Study& study, const Hypothesis& best) {
@@ -290,6 +301,24 @@ std::vector<size_t> nearest_by(const std::vector<double>& log_ratio, size_t coun
   std::stable_sort(order.begin(), order.end(), [&](size_t a, size_t b) { return log_ratio[a] > log_ratio[b]; });
   order.resize(std::min(order.size(), count));
   return order;
+}
+
+// Of two effects the one that is likelier, alone and with the other.
+std::string likelier_of(const Study& study, const Hypothesis& two, const std::map<std::string, double>& probability) {
+  const std::string &a = study.effects[two.effects[0]].name, &b = study.effects[two.effects[1]].name;
+  return probability.at(b) > probability.at(a) ? b : a;
+}
+
+size_t least_cost(const std::vector<Hypothesis>& arms) {
+  return static_cast<size_t>(std::min_element(arms.begin(), arms.end(), [](const Hypothesis& a, const Hypothesis& b) { return a.cost < b.cost; }) - arms.begin());
+}
+
+void append(HeldOut& to, const HeldOut& more) {
+  const Index before = to.mm.rows();
+  to.mm.conservativeResize(before + more.mm.rows(), Eigen::NoChange);
+  to.mm.bottomRows(more.mm.rows()) = more.mm;
+  to.coordinates.insert(to.coordinates.end(), more.coordinates.begin(), more.coordinates.end());
+  to.residual.insert(to.residual.end(), more.residual.begin(), more.residual.end());
 }
 
 // The base and some others of what was held out.
@@ -336,13 +365,13 @@ HeldOut held_out_free(Study& study, std::vector<Hypothesis>& arms) {
   return hold_out(study, arms);
 }
 
-void list_parameters(Diagnosis& out, const Study& study, const Hypothesis* named) {
+void list_parameters(Diagnosis& out, const Study& study, const Hypothesis& base, const Hypothesis* named) {
   for (size_t k = 0; k < study.base_count; ++k) {
     const fit::Parameter& p = study.parameters[k];
-    const auto at = static_cast<Index>(k);
-    out.parameters.push_back({p.name, p.unit, fit::to_value(p, study.base(at)), fit::to_value(p, (named ? named->x : study.base)(at))});
-    if (study.base(at) >= fit::to_coordinate(p, p.upper) - 1e-3 || study.base(at) <= fit::to_coordinate(p, p.lower) + 1e-3)
-      out.remarks.push_back(fmt::format("{} of the base fit ends at its bound {:.3g} {}", p.name, fit::to_value(p, study.base(at)), p.unit));
+    const double x = base.x(static_cast<Index>(k));
+    out.parameters.push_back({p.name, p.unit, fit::to_value(p, x), fit::to_value(p, (named ? *named : base).x(static_cast<Index>(k)))});
+    if (x >= fit::to_coordinate(p, p.upper) - 1e-3 || x <= fit::to_coordinate(p, p.lower) + 1e-3)
+      out.remarks.push_back(fmt::format("{} of the base fit ends at its bound {:.3g} {}", p.name, fit::to_value(p, x), p.unit));
   }
 }
 
@@ -363,6 +392,7 @@ void fill_gap(Diagnosis& out, const GroupErrors& before, const GroupErrors& nois
 Judged judged_by(const Study& study, const std::vector<Hypothesis>& few, const HeldOut& held, const Floor& floor) {
   Judged out;
   for (const std::vector<size_t>& group : study.groups) out.groups.push_back(study.objective->scenes()[group.front()].trial.name);
+  out.noise = group_mm(study, floor.noise_mm);
   out.right_model = group_mm(study, floor.right_mm);
   for (size_t i = 0; i < few.size(); ++i) out.left[name_of(study, few[i])] = group_mm(study, held.mm.row(static_cast<Index>(i)));
   return out;
@@ -450,46 +480,48 @@ Diagnosis diagnose_on_mesh(const trial::Campaign& campaign, const std::vector<Ef
   const Floor floor = floor_of(study, options.calibration);
   out.replicate_mm = floor.replicate_mm;
   Scores scores = score(study, few, held, floor, options.calibration);
-  const std::string first = best_of(scores.probability);
-  if (few.size() > 1 && (first == "unknown" || (first == "none" && study.pulled && scores.probability.at("none") < kPlainlyNone))) {
+  if (few.size() > 1 && is_in_doubt(study, scores)) {
     // A large effect lies far from the base fit: nothing is called unknown, nor none in doubt, before the likeliest were fitted in earnest.
     progress(0.9, "fitting the nearest in earnest");
-    fit_further(study, few, in_earnest(few, scores.log_ratio));
+    fit_further(study, few, in_earnest(study, few, scores.log_ratio));
     held = hold_out(study, few);
     scores = score(study, few, held, floor, options.calibration);
     stages.done("nearest in earnest");
   }
-  out.judged = judged_by(study, few, held, floor);
-  out.p_value = scores.p_value;
-  out.probability = scores.probability;
-  out.cause = best_of(out.probability);
-  for (EffectFinding& f : out.effects) f.probability = out.probability.at(f.name);
-
   // A second effect, where the best one leaves a gap that an effect could still close.
-  size_t best = 0;
-  for (size_t i = 1; i < few.size(); ++i)
-    if (best == 0 || scores.log_ratio[i] > scores.log_ratio[best]) best = i;
-  if (best > 0 && out.cause != "none" && scores.log_ratio_right - scores.log_ratio[best] > kPairGain) {
+  const size_t best = nearest_by(scores.log_ratio, 1).empty() ? 0 : nearest_by(scores.log_ratio, 1)[0];
+  std::vector<Hypothesis> pairs;
+  const Hypothesis* two = nullptr;
+  if (best > 0 && best_of(scores.probability) != "none" && scores.log_ratio_right - scores.log_ratio[best] > kPairGain) {
     progress(0.92, "two effects at once");
-    std::vector<Hypothesis> pairs = pairs_with(study, few[best]);
-    if (!pairs.empty()) {
-      refit(study, pairs, 2);
-      std::vector<Hypothesis> with_base = {few[0]};
-      with_base.insert(with_base.end(), pairs.begin(), pairs.end());
-      const HeldOut held_pairs = hold_out(study, with_base);
-      const Scores both = score(study, with_base, held_pairs, floor, options.calibration);
-      const size_t nearest_pair = static_cast<size_t>(std::max_element(both.log_ratio.begin() + 1, both.log_ratio.end()) - both.log_ratio.begin());
-      if (both.log_ratio[nearest_pair] > scores.log_ratio[best] + kPairGain) {
-        out.pair = name_of(study, with_base[nearest_pair]);
-        out.fit[out.pair] = values_of(study, with_base[nearest_pair]);
-        const HeldOut pair = only_rows(held_pairs, {nearest_pair});
+    pairs = pairs_with(study, few[best]);
+    refit(study, pairs, 2);
+    if (!pairs.empty()) fit_further(study, pairs, {least_cost(pairs)});
+    append(held, hold_out(study, pairs));
+    std::vector<Hypothesis> one_and_two = few;
+    one_and_two.insert(one_and_two.end(), pairs.begin(), pairs.end());
+    scores = score(study, one_and_two, held, floor, options.calibration);
+    for (size_t k = 0; k < pairs.size(); ++k)
+      if (name_of(study, pairs[k]) == scores.likeliest) {
+        two = &pairs[k];
+        out.pair = scores.likeliest;
+        out.pair_probability = scores.of_two.at(out.pair);
+        out.fit[out.pair] = values_of(study, *two);
+        const HeldOut pair = only_rows(held, {few.size() + k});
         const MatrixXd mm = study.pulled ? held_out_ahead(study, pair) : pair.mm;
         out.pair_shrink = shrink_of(errors_of(study, mm.row(0)), errors_of(study, mm.row(1)), errors_of(study, floor.noise_mm));
         out.pair_shrink.is_ahead = study.pulled;
       }
-    }
+    out.judged = judged_by(study, one_and_two, held, floor);
+    scores.log_ratio.resize(few.size());
     stages.done("two effects");
+  } else {
+    out.judged = judged_by(study, few, held, floor);
   }
+  out.p_value = scores.p_value;
+  out.probability = scores.probability;
+  out.cause = out.pair.empty() ? scores.likeliest : likelier_of(study, *two, out.probability);
+  for (EffectFinding& f : out.effects) f.probability = out.probability.at(f.name);
 
   // How far the nearest effects close the gap.
   const std::vector<size_t> nearest = nearest_by(scores.log_ratio, out.cause == "none" ? 1 : kRunFree);
@@ -527,10 +559,10 @@ Diagnosis diagnose_on_mesh(const trial::Campaign& campaign, const std::vector<Ef
   stages.done("running free");
 
   const bool named = out.cause != "none" && out.cause != "unknown";
-  const Hypothesis* cause = nullptr;
+  const Hypothesis* cause = two;
   for (const Hypothesis& h : few)
-    if (h.effects.size() == 1 && study.effects[h.effects[0]].name == out.cause) cause = &h;
-  list_parameters(out, study, cause);
+    if (!cause && named && name_of(study, h) == out.cause) cause = &h;
+  list_parameters(out, study, few[0], cause);
   out.side = out.cause;
   if (named)
     for (const EffectFinding& f : out.effects)
@@ -560,7 +592,8 @@ Diagnosis diagnose_on_mesh(const trial::Campaign& campaign, const std::vector<Ef
 constexpr double kMotionAnHour_s = 10;  // on 33 columns, two threads of one core
 
 bool wants_finer_meshes(const Diagnosis& first, const DiagnosisOptions& options) {
-  return first.cause == "unknown" && first.meshes_part && options.study.columns < options.finer_columns;
+  const bool in_doubt = first.cause == "unknown" || (first.cause == "none" && first.p_value < options.calibration.plain_gap);
+  return in_doubt && first.meshes_part && options.study.columns < options.finer_columns;
 }
 
 Diagnosis diagnose(const trial::Campaign& campaign, const std::vector<Effect>& effects, const DiagnosisOptions& options) {
@@ -585,8 +618,8 @@ Diagnosis diagnose(const trial::Campaign& campaign, const std::vector<Effect>& e
   constexpr double kFirstShare = 0.1;   // of the time of both
   finer.study.progress = [&](double done, const std::string& what) { options.study.progress(kFirstShare + (1 - kFirstShare) * done, "finer meshes: " + what); };
   Diagnosis out = diagnose_on_mesh(campaign, effects, finer);
-  out.remarks.push_back(fmt::format("answered unknown ({:.2f}) on meshes of {} and {} columns, which follow different folds in most moving trials: this is the answer of {} columns, which leaves out the first {} s of each motion",
-                                    first.probability.at("unknown"), first.columns, first.fine_columns, out.columns, finer.study.skipped_s));
+  out.remarks.push_back(fmt::format("answered {} ({:.2f}, p {:.2g}) on meshes of {} and {} columns, which follow different folds in most moving trials: this is the answer of {} columns, which leaves out the first {} s of each motion, and what hangs still",
+                                    first.cause, first.probability.at(first.cause), first.p_value, first.columns, first.fine_columns, out.columns, finer.study.skipped_s));
   out.stage_s.insert(out.stage_s.begin(), {"coarser meshes", first.wall_s});
   out.wall_s += first.wall_s;
   out.cpu_s += first.cpu_s;

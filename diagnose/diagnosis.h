@@ -72,6 +72,7 @@ struct BaseParameter {
 // What each hypothesis left of groups of trials that it was not fitted to, mm: what the probabilities were made of.
 struct Judged {
   std::vector<std::string> groups;                      // the first trial of each
+  std::vector<double> noise;                            // what the sensor alone leaves
   std::vector<double> right_model;                      // what a right model is expected to leave
   std::map<std::string, std::vector<double>> left;      // by hypothesis; the base is "none"
 };
@@ -85,7 +86,8 @@ struct Diagnosis {
   std::vector<std::string> confusable;
   std::vector<std::string> cannot_tell;   // effects whose trace a refit of the base absorbs
   std::vector<EffectFinding> effects;     // by probability
-  std::string pair;                       // "a+b" where two predict better than one, else empty
+  std::string pair;                       // "a+b" where two effects at once are likelier than any one, none and unknown, else empty
+  double pair_probability = 0;            // the two share it in `probability`, half and half
   Shrink pair_shrink;
   std::vector<BaseParameter> parameters;
   Judged judged;
@@ -110,8 +112,9 @@ struct Diagnosis {
 // second pass, on finer meshes, beside it.
 void keep_base_fit(DiagnosisOptions& options, const std::filesystem::path& file, size_t trials, const std::string& input = "");
 
-// Nothing is called unknown because of the mesh: where the answer is `unknown` and more than half of the moving trials leave the
-// recorded folds, or follow others on the finer mesh, all is done once more on one finer mesh, which takes twenty times as long.
+// Nothing is called unknown because of the mesh, and nothing none: where the answer is `unknown`, or `none` beside a gap that one
+// in twenty campaigns that lack nothing would show, and more than half of the moving trials leave the recorded folds, or follow
+// others on the finer mesh, all is done once more on one finer mesh, which takes twenty times as long.
 bool wants_finer_meshes(const Diagnosis& first, const DiagnosisOptions& options);
 Diagnosis diagnose(const trial::Campaign& campaign, const std::vector<Effect>& effects, const DiagnosisOptions& options = {});
 

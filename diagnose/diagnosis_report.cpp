@@ -33,9 +33,10 @@ std::string answer_in_words(const Diagnosis& d) {
                                         d.base, d.before_mm, d.noise_floor_mm, d.right_floor_mm);
   const double p = d.probability.at(d.cause);
   if (d.cause == "none") return fmt::format("No effect is needed (probability {}). {}", percent(p), sizes);
-  if (d.cause == "unknown" && !d.pair.empty())
-    return fmt::format("There is a gap, and no single effect of the library closes it (unknown, probability {}); consistent with two at once: {}, which close {} of it. {}", percent(p),
-                       d.pair, percent(d.pair_shrink.fraction), sizes);
+  if (!d.pair.empty())
+    return fmt::format("There is a gap, and no single effect of the library closes it; consistent with two at once: {} (probability {}). Added to the model they take the error of held-out trials{} from {:.2f} to {:.2f} mm, {} of the gap. {}",
+                       d.pair, percent(d.pair_probability), d.pair_shrink.is_ahead ? fmt::format(", predicted {:g} s ahead,", kAhead_s) : "", d.pair_shrink.before_mm, d.pair_shrink.after_mm,
+                       percent(d.pair_shrink.fraction), sizes);
   if (d.cause == "unknown")
     return fmt::format("There is a gap, and no effect of the library closes it: unknown (probability {}). {}", percent(p), sizes);
   for (const EffectFinding& f : d.effects)
@@ -67,8 +68,8 @@ void add_effects(report::HtmlReport& html, const Diagnosis& d) {
     html.paragraph(fmt::format("Forecast, not recorded yet: in {} the base model will be {:.1f} mm off (90 % {:.1f} … {:.1f}), with {} {:.1f} mm.", d.forecast.motion,
                                d.forecast.before_mm, d.forecast.low_mm, d.forecast.high_mm, d.cause, d.forecast.after_mm));
   if (!d.pair.empty())
-    html.paragraph(fmt::format("Two effects predict better than one: {} takes the held-out error to {:.2f} mm, {} of the gap.", d.pair, d.pair_shrink.after_mm,
-                               percent(d.pair_shrink.fraction)));
+    html.paragraph(fmt::format("Two effects predict better than one: {} (probability {}, which the two share above) takes the held-out error to {:.2f} mm, {} of the gap.", d.pair,
+                               percent(d.pair_probability), d.pair_shrink.after_mm, percent(d.pair_shrink.fraction)));
   if (!d.cannot_tell.empty()) {
     std::string names;
     for (const std::string& name : d.cannot_tell) names += (names.empty() ? "" : ", ") + name;
@@ -103,7 +104,7 @@ void add_parameters(report::HtmlReport& html, const Diagnosis& d) {
   for (const BaseParameter& p : d.parameters)
     rows.push_back({p.name, p.unit, fmt::format("{:.4g}", p.value), named ? fmt::format("{:.4g}", p.corrected) : "–",
                     named ? fmt::format("{:+.0f} %", 100 * (p.value / p.corrected - 1)) : "–"});
-  html.table({"parameter", "unit", "base fit", named ? "with " + d.cause : "with the cause", "bias of the base fit"}, rows);
+  html.table({"parameter", "unit", "base fit", named ? "with " + (d.pair.empty() ? d.cause : d.pair) : "with the cause", "bias of the base fit"}, rows);
 }
 
 }  // namespace
@@ -143,7 +144,7 @@ json to_json(const Diagnosis& d) {
               {"parameters", parameters},
               {"cannot_tell", d.cannot_tell},
               {"screened", screened},
-              {"judged", {{"groups", d.judged.groups}, {"right_model_mm", d.judged.right_model}, {"left_mm", d.judged.left}}},
+              {"judged", {{"groups", d.judged.groups}, {"noise_mm", d.judged.noise}, {"right_model_mm", d.judged.right_model}, {"left_mm", d.judged.left}}},
               {"fit", d.fit},
               {"free_fit", d.free_fit},
               {"sides", sides},
@@ -158,6 +159,7 @@ json to_json(const Diagnosis& d) {
   if (!d.pair.empty()) {
     out["pair"] = shrink_json(d.pair_shrink);
     out["pair"]["effects"] = d.pair;
+    out["pair"]["probability"] = d.pair_probability;
   }
   return out;
 }

@@ -31,8 +31,8 @@ bool applies(const Effect& effect, const std::vector<fit::ObservedTrial>& trials
   return true;
 }
 
-// Replicates share a group; so do all still trials, which say too little to stand alone.
-std::vector<std::vector<size_t>> group_trials(const trial::Campaign& campaign, const std::vector<fit::ObservedTrial>& trials) {
+// Replicates share a group; so do all still trials that are wanted, which say too little to stand alone.
+std::vector<std::vector<size_t>> group_trials(const trial::Campaign& campaign, const std::vector<fit::ObservedTrial>& trials, bool with_still) {
   std::vector<std::vector<size_t>> groups;
   std::vector<bool> placed(trials.size(), false);
   for (const std::vector<std::string>& names : campaign.replicates) {
@@ -50,7 +50,7 @@ std::vector<std::vector<size_t>> group_trials(const trial::Campaign& campaign, c
     else if (!placed[i]) groups.push_back({i});
   }
   std::sort(groups.begin(), groups.end());
-  if (!still.empty()) groups.push_back(still);
+  if (!still.empty() && with_still) groups.push_back(still);
   return groups;
 }
 
@@ -138,10 +138,19 @@ fit::ObjectiveOptions on_mesh_of(int columns, const StudyOptions& options) {
   return o;
 }
 
+// A damping or a drag that came to lie near its lower bound does nothing there, nor do small changes of it: a fit that goes on
+// from it on another mesh would never find it again. So it starts from its usual value.
+VectorXd lifted_off_bounds(const std::vector<fit::Parameter>& base, VectorXd x) {
+  constexpr double kNear = 3;  // times the lower bound
+  for (size_t k = 0; k < base.size(); ++k)
+    if (const auto at = static_cast<Index>(k); !base[k].at_rest && fit::to_value(base[k], x(at)) < kNear * base[k].lower) x(at) = fit::to_coordinate(base[k], base[k].start);
+  return x;
+}
+
 // The base fit on the coarse mesh and on the usual one, which becomes the study's objective. Where markers pull, moving trials are
 // pulled twice as hard, and the end need not be exact: it is refitted on another pull.
 VectorXd fit_base(Study& study, const std::vector<fit::ObservedTrial>& trials, const std::vector<fit::Parameter>& base, const StudyOptions& options) {
-  VectorXd x = options.start ? options.start->coordinates : fit::usual_coordinates(base);
+  VectorXd x = options.start ? lifted_off_bounds(base, options.start->coordinates) : fit::usual_coordinates(base);
   const auto set_pulls = [&] {
     if (options.start) study.objective->set_pulls(options.start->pulls_per_s);
     else if (study.pulled) pull_all_harder(study, options.pull_per_s);
@@ -161,7 +170,7 @@ VectorXd fit_base(Study& study, const std::vector<fit::ObservedTrial>& trials, c
   usual_mesh.branch_of = study.objective.get();
   study.objective = std::make_shared<fit::Objective>(trials, usual_mesh, base, x);
   set_pulls();
-  fit::LeastSquaresOptions search = search_options(options.start ? 3 : 8, study.pulled ? kNearEnough : kEnough);
+  fit::LeastSquaresOptions search = search_options(options.start ? 5 : 8, study.pulled ? kNearEnough : kEnough);
   search.progress = fit::part_of(options.progress, study.pulled ? 0.1 : 0.25, 0.55, "base fit");
   const fit::LeastSquaresResult fitted = fit::minimise_on_branches(*study.objective, base, x, search);
   study.evaluations += fitted.evaluations;
@@ -286,8 +295,8 @@ void run_free(Study& study) {
   const VectorXd x = study.base.head(static_cast<Index>(study.base_count));
   study.pulled = false;
   for (fit::Objective* objective : {study.objective.get(), study.fine.get()}) objective->set_pulls(std::vector<double>(objective->scenes().size(), 0));
-  study.objective->rematch(base, x);
-  study.fine->take_branches_of(*study.objective);  // seeking them on the fine mesh took a third of a diagnosis
+  if (!study.has_one_mesh()) study.objective->rematch(base, x);  // seeking them on a fine mesh took a third of a diagnosis
+  study.fine->take_branches_of(*study.objective);
   study.objective->set_mesh_correction({});
   study.mesh_change = mesh_change(study, base, x);
   study.objective->set_mesh_correction(study.mesh_change);
@@ -309,7 +318,7 @@ Study make_study(const trial::Campaign& campaign, const std::vector<Effect>& eff
     study.parameters.insert(study.parameters.end(), effect.parameters.begin(), effect.parameters.end());
   }
   for (const trial::Trial& trial : campaign.trials) study.cameras.push_back(trial.camera);
-  study.groups = group_trials(campaign, trials);
+  study.groups = group_trials(campaign, trials, options.skipped_s == 0);
   study.pulled = options.pull_per_s > 0 && std::any_of(trials.begin(), trials.end(), [](const fit::ObservedTrial& t) { return t.markers.has_value(); });
 
   const bool is_fitted = options.base_fit && options.base_fit->coordinates.size() == static_cast<Index>(base.size());

@@ -39,7 +39,7 @@ struct StudyOptions {
   int coarse_columns = 7, columns = 13, fine_columns = 25;  // start, derivatives, and what they are derivatives of
   double rate_hz = 30, image_rate_hz = 10;
   double pull_per_s = 10;  // fits and judging: simulations are pulled towards the markers (cloth/guide.h); 0: they run free
-  double skipped_s = 0;     // of moving trials, from their start: how the fabric came to hang, which its friction remembers, counts there
+  double skipped_s = 0;     // from each trial's start: how the fabric came to hang, which its friction remembers, counts there; and nothing but that in still ones, which are then left out
   std::optional<BaseFit> base_fit;  // found before: it is taken as it is
   std::optional<BaseFit> start;     // found on other meshes: the base fit begins there, with those pulls, and seeks no other start
   report::ProgressCallback progress = [](double, const std::string&) {};
@@ -54,7 +54,7 @@ struct Study {
   size_t base_count = 0;
   std::vector<size_t> first_parameter;      // of each effect
   std::vector<std::optional<geometry::Projection>> cameras;  // of each trial
-  std::vector<std::vector<size_t>> groups;  // trials that are held out together: replicates, and all still ones
+  std::vector<std::vector<size_t>> groups;  // trials that are held out together: replicates, and all still ones that count
   std::shared_ptr<fit::Objective> objective;
   std::shared_ptr<fit::Objective> fine;     // the same trials on the fine mesh
   std::unique_ptr<Rows> rows;

@@ -72,6 +72,13 @@ double trimmed_mean(std::vector<double> values) {
   return sum / static_cast<double>(values.size() - 2 * off);
 }
 
+bool predicts_all(const Study& study, const VectorXd& mm_of_trial) {
+  for (const std::vector<size_t>& group : study.groups)
+    for (const size_t trial : group)
+      if (!std::isfinite(mm_of_trial(static_cast<Index>(trial)))) return false;
+  return true;
+}
+
 }  // namespace
 
 double marker_noise_mm(const fit::ObservedTrial& trial) { return std::sqrt(3.0) * 1e3 * trial.markers->noise_m / (trial.still ? std::sqrt(20.0) : 1); }
@@ -112,15 +119,22 @@ Scores score(const Study& study, const std::vector<Hypothesis>& hypotheses, cons
   std::vector<double> of_right;  // what an effect of another form than nature's leaves
   for (size_t g = 0; g < base.size(); ++g) of_right.push_back(std::sqrt(right[g] * right[g] + c.form_share * c.form_share * beyond_noise(g, base[g])));
   std::map<std::string, double> score_of;
-  const double prior_effect = (1 - c.prior_none - c.prior_unknown) / static_cast<double>(std::max<size_t>(1, study.effects.size()));
+  const auto effects = static_cast<double>(std::max<size_t>(1, study.effects.size()));
+  const double prior_effect = (1 - c.prior_none - c.prior_unknown) / effects, prior_pair = c.two_share * prior_effect / std::max(0.5 * (effects - 1), 1.0);
   for (const Effect& e : study.effects)
     score_of[e.name] = std::log(prior_effect) - c.cost_per_parameter * static_cast<double>(e.parameters.size());
   for (size_t i = 0; i < hypotheses.size(); ++i) {
     const Hypothesis& h = hypotheses[i];
     const VectorXd mm = held_out.mm.row(static_cast<Index>(i));
-    double ratio = mm.allFinite() ? mean_log_ratio(group_mm(study, mm)) : -1;
+    const double ratio = predicts_all(study, mm) ? mean_log_ratio(group_mm(study, mm)) : -1;
     out.log_ratio.push_back(ratio);
     if (h.effects.size() == 1) score_of[study.effects[h.effects[0]].name] += kappa * ratio;
+    if (h.effects.size() == 2) {
+      double parameters = 0;
+      for (const size_t e : h.effects) parameters += static_cast<double>(study.effects[e].parameters.size());
+      score_of[name_of(study, h)] = std::log(prior_pair) - c.cost_per_parameter * parameters + kappa * ratio;
+      out.of_two[name_of(study, h)] = 0;
+    }
   }
   out.log_ratio_unknown = mean_log_ratio(of_right);
   out.log_ratio_right = mean_log_ratio(right);
@@ -135,7 +149,15 @@ Scores score(const Study& study, const std::vector<Hypothesis>& hypotheses, cons
   double most = -1e300, sum = 0;
   for (const auto& [name, value] : score_of) most = std::max(most, value);
   for (const auto& [name, value] : score_of) sum += std::exp(value - most);
-  for (const auto& [name, value] : score_of) out.probability[name] = std::exp(value - most) / sum;
+  for (const auto& [name, value] : score_of) {
+    if (value == most) out.likeliest = name;
+    if (!out.of_two.contains(name)) out.probability[name] = std::exp(value - most) / sum;
+  }
+  for (const Hypothesis& h : hypotheses) {
+    if (h.effects.size() != 2) continue;
+    const double together = out.of_two[name_of(study, h)] = std::exp(score_of.at(name_of(study, h)) - most) / sum;
+    for (const size_t e : h.effects) out.probability[study.effects[e].name] += 0.5 * together;
+  }
   return out;
 }
 

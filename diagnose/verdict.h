@@ -29,6 +29,7 @@ struct Calibration {
   double cost_per_parameter = 0.85;
   double cost_unknown = 6.0;
   double prior_none = 0.38, prior_unknown = 0.15;  // the rest is shared by the effects alike
+  double two_share = 0.1;    // two effects at once, before one: shared by all pairs alike
   double mesh_share = 0.3;
   double still_mesh_share = 0.7;  // of still trials: a fold that a finer mesh moves is one that any form of the model moves
   double form_mm = 0.15;
@@ -57,11 +58,14 @@ struct Scores {
   std::vector<double> log_ratio;           // L of each hypothesis
   double log_ratio_unknown = 0;
   double log_ratio_right = 0;              // of a model that leaves right_mm
-  std::map<std::string, double> probability;  // "none", "unknown", and every effect of the study; adds up to 1
+  // "none", "unknown", and every effect of the study; adds up to 1. What two effects have together is shared by them, half and half.
+  std::map<std::string, double> probability;
+  std::map<std::string, double> of_two;    // "a+b": of this, what two effects have together
+  std::string likeliest;                   // of all, pairs among them
   double p_value = 1;                      // of the gap
 };
 
-// hypotheses: base first. Effects that are in none of them count as explaining nothing.
+// hypotheses: base first; of one effect or two. Effects that are in none of them count as explaining nothing, and so do pairs.
 Scores score(const Study& study, const std::vector<Hypothesis>& hypotheses, const HeldOut& held_out, const Floor& floor,
              const Calibration& calibration);
 

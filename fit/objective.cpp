@@ -417,7 +417,7 @@ std::vector<Residuals> Objective::evaluate(const std::vector<Parameter>& paramet
 
 bool Objective::is_skipped(size_t trial, double time_s) const {
   const ObservedTrial& t = scenes_[trial].trial;
-  return !t.still && time_s < t.experiment.start_s + options_.skipped_s;
+  return options_.skipped_s > 0 && (t.still || time_s < t.experiment.start_s + options_.skipped_s);
 }
 
 cloth::Trajectory Objective::trajectory(const std::vector<Parameter>& parameters, const Eigen::VectorXd& coordinates,

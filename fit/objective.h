@@ -39,7 +39,7 @@ struct ObjectiveOptions {
   cloth::Options simulation;
   std::shared_ptr<Ranks> ranks;            // that share out evaluate() (fit/spread/ranks.h); empty: this process alone
   bool shared_rests = false;               // sets that differ in parameters of motion alone start from one equilibrium, sought once
-  double skipped_s = 0;                    // of moving trials, from their start: residuals there are NaN
+  double skipped_s = 0;                    // from each trial's start, and where it is not 0 all of still ones: residuals there are NaN
   double pull_per_s = 0;                   // towards the markers that were seen (cloth/guide.h); 0: simulations run free
   const Objective* branch_of = nullptr;    // equilibria start from this one's, on another mesh, and are not sought
 };

@@ -69,7 +69,7 @@ void print_diagnosis(const diagnose::Diagnosis& d) {
     fmt::print("{:<20} {:>11.3f} {:>11} {:>20} {:>12} {:>8.2f} {}\n", f.name, f.probability, f.shrink.is_ahead ? diagnose::before_and_after(f.shrink) : "–",
                diagnose::share_closed(f.shrink), diagnose::before_and_after(f.free_shrink), f.absorbed, size);
   }
-  if (!d.pair.empty()) fmt::print("two effects: {} leaves {:.2f} mm\n", d.pair, d.pair_shrink.after_mm);
+  if (!d.pair.empty()) fmt::print("two effects at once: {} (probability {:.2f}, shared by the two) leave {:.2f} of {:.2f} mm\n", d.pair, d.pair_probability, d.pair_shrink.after_mm, d.pair_shrink.before_mm);
   if (!d.forecast.motion.empty())
     fmt::print("forecast: in {} the base model will be {:.1f} mm off ({:.1f} … {:.1f}), with {} {:.1f} mm\n", d.forecast.motion, d.forecast.before_mm, d.forecast.low_mm,
                d.forecast.high_mm, d.cause, d.forecast.after_mm);

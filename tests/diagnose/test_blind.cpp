@@ -94,11 +94,17 @@ TEST_F(Blind, TwoProcessesShareTheWork) {
 TEST(BlindPairs, AreNamedBothOrNot) {
   const fs::path folder = fs::path(testing::TempDir()) / ("selvedge_blind_pairs_" + std::to_string(getpid()));
   fs::remove_all(folder);
-  seal_keys(folder, {{"c1", "s", {{"cause", "hem+draught"}}}, {"c2", "t", {{"cause", "draught+hem"}}}}, "library");
+  seal_keys(folder, {{"both", "s", {{"cause", "hem+draught"}}}, {"one", "t", {{"cause", "draught+hem"}}}, {"hidden", "u", {{"cause", "draught+hem"}}}}, "library");
   answer_all(folder, [](const fs::path& campaign) {
     Diagnosis d = says("draught");
-    d.probability["draught"] = 0.95;
-    if (campaign.filename() == "c1") d.pair = "draught+hem";
+    d.probability = {{"none", 0.01}, {"unknown", 0.03}, {"hem", 0.01}, {"draught", 0.95}};
+    d.judged = {{"waving-1", "waving-2"}, {0.4, 0.4}, {0.5, 0.6}, {{"draught", {0.7, 0.7}}}};
+    if (campaign.filename() == "hidden") d.judged.left["draught"] = {0.5, 0.6};  // nothing is left for hem to close
+    if (campaign.filename() == "both") {
+      d.pair = "draught+hem";
+      d.pair_probability = 0.9;
+      d.probability = {{"none", 0}, {"unknown", 0.1}, {"hem", 0.45}, {"draught", 0.45}};
+    }
     return d;
   }, [] { return false; });
   const BlindScore s = open_keys(folder, false);
@@ -108,9 +114,14 @@ TEST(BlindPairs, AreNamedBothOrNot) {
     return ScoreRow{};
   };
   EXPECT_EQ(row("two effects at once: both").hits, 1);
-  EXPECT_EQ(row("two effects at once: both").of, 2);
+  EXPECT_EQ(row("two effects at once: both").of, 3);
   EXPECT_EQ(row("two effects at once: one").hits, 1);
   EXPECT_EQ(row("known effect").of, 0);
+  EXPECT_EQ(s.baselines[0].hits, 1);
+  // What is right is half of each: (0.1² + 2·0.05²), and twice (0.01² + 0.03² + 0.49² + 0.45²).
+  EXPECT_NEAR(s.brier, (0.1 * 0.1 + 2 * 0.05 * 0.05 + 2 * (0.01 * 0.01 + 0.03 * 0.03 + 0.49 * 0.49 + 0.45 * 0.45)) / 3, 1e-12);
+  EXPECT_NEAR(s.brier_base_rates, 0, 1e-12);
+  EXPECT_NEAR(s.calibration_error, std::abs(2 * 0.95 + 0.9 - 1) / 3, 1e-12);
   fs::remove_all(folder);
 }
 

@@ -105,6 +105,11 @@ TEST(FinerMeshes, AreWantedBeforeUnknownIsSaidOfTrialsThatTheMeshDecides) {
   first.meshes_part = true;
   first.cause = "draught";
   EXPECT_FALSE(wants_finer_meshes(first, options));
+  first.cause = "none";
+  first.p_value = 0.3;
+  EXPECT_FALSE(wants_finer_meshes(first, options));
+  first.p_value = 0.04;
+  EXPECT_TRUE(wants_finer_meshes(first, options));
   first.cause = "unknown";
   DiagnosisOptions other = options;
   other.finer_columns = 0;
@@ -139,11 +144,11 @@ TEST(FinerMeshes, OneMeshGoesOnFromABaseFitAndLeavesOutTheStarts) {
       EXPECT_EQ(study.residual(row), 0);
       ++skipped;
     }
-    if (study.objective->scenes()[t].trial.still) {
-      EXPECT_GT(study.rows->seen().segment(study.rows->first(t), study.rows->count(t)).sum(), 0);
-    }
+    const double left = study.rows->seen().segment(study.rows->first(t), study.rows->count(t)).sum();
+    EXPECT_EQ(study.objective->scenes()[t].trial.still, left == 0) << "what hangs still shows nothing but how it came to hang";
   }
   EXPECT_GT(skipped, 100u);
+  EXPECT_EQ(study.groups, (std::vector<std::vector<size_t>>{{1}, {2}}));
   const Diagnosis d = diagnose(campaign, few, options);
   EXPECT_EQ(d.cause, "camera_delay");
   EXPECT_EQ(d.columns, d.fine_columns);
