@@ -495,8 +495,10 @@ Diagnosis diagnose_on_mesh(const trial::Campaign& campaign, const std::vector<Ef
   if (best > 0 && best_of(scores.probability) != "none" && scores.log_ratio_right - scores.log_ratio[best] > kPairGain) {
     progress(0.92, "two effects at once");
     pairs = pairs_with(study, few[best]);
+  }
+  if (!pairs.empty()) {
     refit(study, pairs, 2);
-    if (!pairs.empty()) fit_further(study, pairs, {least_cost(pairs)});
+    fit_further(study, pairs, {least_cost(pairs)});
     append(held, hold_out(study, pairs));
     std::vector<Hypothesis> one_and_two = few;
     one_and_two.insert(one_and_two.end(), pairs.begin(), pairs.end());

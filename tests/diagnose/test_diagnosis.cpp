@@ -79,6 +79,15 @@ TEST(Diagnosis, FindsASecondEffectBesideALargeOne) {
   EXPECT_NEAR(d.fit.at(d.pair).at("delay"), 0.012, 0.003);
 }
 
+// With one effect alone there is no other to go with it.
+TEST(Diagnosis, OneWrongEffectStaysAlone) {
+  SimulatedSwatch late = usual_fabric();
+  late.delay_s = 0.012;
+  const Diagnosis d = diagnosed(late, {"creep"});
+  EXPECT_TRUE(d.pair.empty());
+  EXPECT_EQ(d.probability.size(), 3u);
+}
+
 TEST(BaseFit, IsReadAsItWasWrittenForAsManyTrials) {
   const fs::path file = fs::path(testing::TempDir()) / ("selvedge_base_fit_" + std::to_string(getpid()) + ".json");
   EXPECT_FALSE(read_base_fit(file, 2));
