@@ -489,8 +489,8 @@ Diagnosis diagnose_on_mesh(const trial::Campaign& campaign, const std::vector<Ef
     stages.done("nearest in earnest");
   }
   // A second effect, where the best one leaves a gap that an effect could still close.
-  const size_t best = nearest_by(scores.log_ratio, 1).empty() ? 0 : nearest_by(scores.log_ratio, 1)[0];
-  std::vector<Hypothesis> pairs;
+  const size_t best = few.size() > 1 ? nearest_by(scores.log_ratio, 1)[0] : 0;
+  std::vector<Hypothesis> pairs, one_and_two = few;
   const Hypothesis* two = nullptr;
   if (best > 0 && best_of(scores.probability) != "none" && scores.log_ratio_right - scores.log_ratio[best] > kPairGain) {
     progress(0.92, "two effects at once");
@@ -500,7 +500,6 @@ Diagnosis diagnose_on_mesh(const trial::Campaign& campaign, const std::vector<Ef
     refit(study, pairs, 2);
     fit_further(study, pairs, {least_cost(pairs)});
     append(held, hold_out(study, pairs));
-    std::vector<Hypothesis> one_and_two = few;
     one_and_two.insert(one_and_two.end(), pairs.begin(), pairs.end());
     scores = score(study, one_and_two, held, floor, options.calibration);
     for (size_t k = 0; k < pairs.size(); ++k)
@@ -514,12 +513,10 @@ Diagnosis diagnose_on_mesh(const trial::Campaign& campaign, const std::vector<Ef
         out.pair_shrink = shrink_of(errors_of(study, mm.row(0)), errors_of(study, mm.row(1)), errors_of(study, floor.noise_mm));
         out.pair_shrink.is_ahead = study.pulled;
       }
-    out.judged = judged_by(study, one_and_two, held, floor);
     scores.log_ratio.resize(few.size());
     stages.done("two effects");
-  } else {
-    out.judged = judged_by(study, few, held, floor);
   }
+  out.judged = judged_by(study, one_and_two, held, floor);
   out.p_value = scores.p_value;
   out.probability = scores.probability;
   out.cause = out.pair.empty() ? scores.likeliest : likelier_of(study, *two, out.probability);

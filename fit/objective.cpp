@@ -117,8 +117,14 @@ void Objective::take_branches_of(const Objective& other) {
   for (size_t i = 0; i < scenes_.size(); ++i) scenes_[i].start_shape = on_mesh(sheet_.mesh, other.sheet(), other.scenes()[i].start_shape);
 }
 
+std::vector<size_t> Objective::simulated_of(const std::vector<size_t>& wanted) const {
+  std::vector<size_t> trials = wanted.empty() ? all_of(scenes_.size()) : wanted;
+  if (options_.skipped_s > 0) std::erase_if(trials, [&](size_t trial) { return scenes_[trial].trial.still; });
+  return trials;
+}
+
 bool Objective::rematch(const std::vector<Parameter>& parameters, const Eigen::VectorXd& coordinates, const std::vector<size_t>& wanted) {
-  const std::vector<size_t> trials = wanted.empty() ? all_of(scenes_.size()) : wanted;
+  const std::vector<size_t> trials = simulated_of(wanted);
   std::vector<char> changed(trials.size());
   tbb::parallel_for(size_t{0}, trials.size(), [&](size_t i) {
     Scene& scene = scenes_[trials[i]];
@@ -392,7 +398,7 @@ void Objective::evaluate_on_ranks(const std::vector<Parameter>& parameters, cons
 
 std::vector<Residuals> Objective::evaluate(const std::vector<Parameter>& parameters, const Eigen::MatrixXd& coordinates,
                                            const std::vector<size_t>& wanted) const {
-  const std::vector<size_t> trials = wanted.empty() ? all_of(scenes_.size()) : wanted;
+  const std::vector<size_t> trials = simulated_of(wanted);
   std::vector<Residuals> out(static_cast<size_t>(coordinates.cols()));
   for (Residuals& r : out) {
     r.mm.resize(scenes_.size());

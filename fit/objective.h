@@ -28,7 +28,7 @@ struct Scene {
 };
 
 struct Residuals {
-  std::vector<Eigen::VectorXd> mm;         // one a trial; NaN where the marker was not seen
+  std::vector<Eigen::VectorXd> mm;         // one a trial; NaN where the marker was not seen, empty where a trial was not wanted or is left out as a whole
   std::vector<Eigen::Matrix3Xd> start;     // equilibrium of each trial
   bool finite = true;                      // false: a simulation blew up
 };
@@ -39,7 +39,7 @@ struct ObjectiveOptions {
   cloth::Options simulation;
   std::shared_ptr<Ranks> ranks;            // that share out evaluate() (fit/spread/ranks.h); empty: this process alone
   bool shared_rests = false;               // sets that differ in parameters of motion alone start from one equilibrium, sought once
-  double skipped_s = 0;                    // from each trial's start, and where it is not 0 all of still ones: residuals there are NaN
+  double skipped_s = 0;                    // from each trial's start, where residuals are NaN; where it is not 0, still trials are left out as a whole
   double pull_per_s = 0;                   // towards the markers that were seen (cloth/guide.h); 0: simulations run free
   const Objective* branch_of = nullptr;    // equilibria start from this one's, on another mesh, and are not sought
 };
@@ -102,6 +102,8 @@ class Objective {
     size_t trial = 0;
     Eigen::Index first = 0, count = 0;
   };
+  // The trials wanted (empty: all) but those that are left out as a whole.
+  std::vector<size_t> simulated_of(const std::vector<size_t>& wanted) const;
   std::vector<Group> groups_of(const std::vector<size_t>& trials, Eigen::Index sets) const;
   // Fills in the residuals of the groups' sets; an empty start shape of a set: its simulation blew up.
   void evaluate_groups(const std::vector<Parameter>& parameters, const Eigen::MatrixXd& coordinates, const std::vector<Group>& groups,
