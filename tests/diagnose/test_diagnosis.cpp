@@ -157,6 +157,10 @@ TEST(FinerMeshes, OneMeshGoesOnFromABaseFitAndLeavesOutTheStarts) {
     EXPECT_EQ(study.objective->scenes()[t].trial.still, left == 0) << "what hangs still shows nothing but how it came to hang";
   }
   EXPECT_GT(skipped, 100u);
+  const fit::Residuals r = study.objective->evaluate(study.parameters, study.base).front();
+  EXPECT_TRUE(r.finite);
+  EXPECT_EQ(r.mm[0].size(), 0) << "and is not simulated";
+  EXPECT_GT(r.mm[1].size(), 0);
   EXPECT_EQ(study.groups, (std::vector<std::vector<size_t>>{{1}, {2}}));
   const Diagnosis d = diagnose(campaign, few, options);
   EXPECT_EQ(d.cause, "camera_delay");
