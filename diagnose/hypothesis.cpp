@@ -7,6 +7,7 @@
 #include <Eigen/Cholesky>
 #include <Eigen/QR>
 
+#include "fit/bounded_step.h"
 #include "fit/robust_cost.h"
 
 namespace selvedge::diagnose {
@@ -171,40 +172,14 @@ VectorXd step_from(const Study& study, const Hypothesis& h, const std::vector<si
   normal.diagonal() += prior + damping * normal.diagonal();
   gradient += prior.cwiseProduct(offset);
 
-  // Coordinates that would leave their bounds are put on them, one after another, and the rest solved again.
-  VectorXd step = VectorXd::Zero(n);
-  std::vector<bool> fixed(static_cast<size_t>(n), false);
-  for (Index round = 0; round <= n; ++round) {
-    std::vector<Index> free;
-    for (Index k = 0; k < n; ++k)
-      if (!fixed[static_cast<size_t>(k)]) free.push_back(k);
-    if (free.empty()) break;
-    const VectorXd right = -(gradient + normal * [&] {
-      VectorXd held = step;
-      for (const Index k : free) held(k) = 0;
-      return held;
-    }());
-    const VectorXd solved = MatrixXd(normal(free, free)).ldlt().solve(VectorXd(right(free)));
-    step(free) = solved;
-    Index worst = -1;
-    double excess = 1e-9, at = 0;
-    for (const Index k : free) {
-      const Index coordinate = h.active[static_cast<size_t>(k)];
-      const fit::Parameter& p = study.parameters[static_cast<size_t>(coordinate)];
-      const double x = h.x(coordinate) + step(k);
-      for (const bool upper : {false, true}) {
-        const double beyond = upper ? x - bound(p, true) : bound(p, false) - x;
-        if (beyond > excess) {
-          excess = beyond;
-          worst = k;
-          at = bound(p, upper) - h.x(coordinate);
-        }
-      }
-    }
-    if (worst < 0) break;
-    step(worst) = at;
-    fixed[static_cast<size_t>(worst)] = true;
+  VectorXd low(n), high(n);
+  for (Index k = 0; k < n; ++k) {
+    const Index coordinate = h.active[static_cast<size_t>(k)];
+    const fit::Parameter& p = study.parameters[static_cast<size_t>(coordinate)];
+    low(k) = bound(p, false) - h.x(coordinate);
+    high(k) = bound(p, true) - h.x(coordinate);
   }
+  const VectorXd step = fit::bounded_step(normal, gradient, low, high);
   VectorXd x = h.x;
   for (Index k = 0; k < n; ++k) {
     const bool of_base = h.active[static_cast<size_t>(k)] < static_cast<Index>(study.base_count);

@@ -5,10 +5,10 @@
 #include <limits>
 #include <map>
 
-#include <Eigen/Cholesky>
 #include <Eigen/LU>
 #include <fmt/format.h>
 
+#include "fit/bounded_step.h"
 #include "fit/fit_journal.h"
 #include "fit/robust_cost.h"
 
@@ -194,10 +194,11 @@ class Minimiser {
   void step() {
     MatrixXd tries(at_.x.size(), 4);
     double damping[4];
+    const auto [lower, upper] = bounds_of(parameters_);
     for (int k = 0; k < 4; ++k) {
       damping[k] = at_.lambda * std::pow(10.0, 2 * k - 2);
       const MatrixXd damped = result_.information + damping[k] * MatrixXd(result_.information.diagonal().asDiagonal());
-      const VectorXd step = -damped.ldlt().solve(gradient_);
+      const VectorXd step = bounded_step(damped, gradient_, lower - at_.x, upper - at_.x);
       tries.col(k) = clipped(parameters_, at_.x + step.cwiseMax(-1.2).cwiseMin(1.2));
     }
     const std::vector<Residuals> tried = objective_.evaluate(parameters_, tries, options_.trials);
