@@ -127,27 +127,52 @@ bool is_in_doubt(const Study& study, const Scores& scores) {
   return first == "unknown" || (first == "none" && study.pulled && p < kPlainlyNone) || (study.has_one_mesh() && p < kPlainlyNamed);
 }
 
-// Least squares from where each of these has come to, with what the fine mesh adds there; once more those that came far.
+size_t least_cost(const std::vector<Hypothesis>& arms) {
+  return static_cast<size_t>(std::min_element(arms.begin(), arms.end(), [](const Hypothesis& a, const Hypothesis& b) { return a.cost < b.cost; }) - arms.begin());
+}
+
+// The objective with what the fine mesh adds at this hypothesis.
+fit::Objective objective_of(const Study& study, const Hypothesis& h) {
+  fit::Objective objective = *study.objective;
+  std::vector<VectorXd> correction = study.mesh_change;
+  for (size_t trial = 0; h.mesh_offset.size() && trial < correction.size(); ++trial) {
+    const Index first = study.rows->first(trial), count = study.rows->count(trial);
+    correction[trial] += h.mesh_offset.segment(first, count).cwiseProduct(study.rows->sd_mm().segment(first, count));
+  }
+  objective.set_mesh_correction(correction);
+  return objective;
+}
+
+// Dampings as they usually are, the rest as it is: in the base fit they stood in for what the base lacks, and where one of them does
+// nothing, or is on its bound, least squares do not find the way back.
+VectorXd with_usual_damping(const Study& study, VectorXd x) {
+  for (size_t k = 0; k < study.base_count; ++k)
+    if (const fit::Parameter& p = study.parameters[k]; p.name.ends_with("_damping")) x(static_cast<Index>(k)) = fit::to_coordinate(p, p.start);
+  return x;
+}
+
+// Least squares from where each of these has come to, with what the fine mesh adds there; once more those that came far. On one fine
+// mesh hypotheses come here from fewer refits: so first from usual dampings as well, but for two effects, which go on from one.
 void fit_further(Study& study, std::vector<Hypothesis>& arms, std::vector<size_t> few) {
   constexpr double kFar = 0.15, kEnough = 2e-4;  // of the cost
-  // On one fine mesh hypotheses come here from fewer refits.
+  bool is_first = true;
   for (const int iterations : study.has_one_mesh() ? std::array{5, 3} : std::array{3, 2}) {
     std::vector<Hypothesis> moving;
     for (const size_t i : few) {
-      Hypothesis h = arms[i];
-      fit::Objective objective = *study.objective;
-      std::vector<VectorXd> correction = study.mesh_change;
-      for (size_t trial = 0; h.mesh_offset.size() && trial < correction.size(); ++trial) {
-        const Index first = study.rows->first(trial), count = study.rows->count(trial);
-        correction[trial] += h.mesh_offset.segment(first, count).cwiseProduct(study.rows->sd_mm().segment(first, count));
+      std::vector<Hypothesis> tried = {arms[i]};
+      if (study.has_one_mesh() && is_first && arms[i].effects.size() < 2) {
+        tried.push_back(arms[i]);
+        tried.back().x = with_usual_damping(study, arms[i].x);
       }
-      objective.set_mesh_correction(correction);
-      const fit::LeastSquaresResult fitted = fit::minimise(objective, fit::only(study.parameters, h.active, h.x), h.x(h.active), search_options(iterations, kEnough));
-      h.x(h.active) = fitted.coordinates;
-      study.evaluations += fitted.evaluations;
-      moving.push_back(std::move(h));
+      for (Hypothesis& h : tried) {
+        fit::Objective objective = objective_of(study, h);
+        const fit::LeastSquaresResult fitted = fit::minimise(objective, fit::only(study.parameters, h.active, h.x), h.x(h.active), search_options(iterations, kEnough));
+        h.x(h.active) = fitted.coordinates;
+        study.evaluations += fitted.evaluations;
+      }
+      refine_mesh(study, tried);
+      moving.push_back(tried[least_cost(tried)]);
     }
-    refine_mesh(study, moving);
     relinearise(study, moving);
     std::vector<size_t> far;
     for (size_t k = 0; k < few.size(); ++k) {
@@ -156,6 +181,7 @@ void fit_further(Study& study, std::vector<Hypothesis>& arms, std::vector<size_t
       if (moving[k].cost < arm.cost) arm = std::move(moving[k]);
     }
     few = std::move(far);
+    is_first = false;
     if (few.empty()) break;
   }
 }
@@ -307,10 +333,6 @@ std::vector<size_t> nearest_by(const std::vector<double>& log_ratio, size_t coun
 std::string likelier_of(const Study& study, const Hypothesis& two, const std::map<std::string, double>& probability) {
   const std::string &a = study.effects[two.effects[0]].name, &b = study.effects[two.effects[1]].name;
   return probability.at(b) > probability.at(a) ? b : a;
-}
-
-size_t least_cost(const std::vector<Hypothesis>& arms) {
-  return static_cast<size_t>(std::min_element(arms.begin(), arms.end(), [](const Hypothesis& a, const Hypothesis& b) { return a.cost < b.cost; }) - arms.begin());
 }
 
 void append(HeldOut& to, const HeldOut& more) {
