@@ -33,7 +33,7 @@ Usb3Registers::Usb3Registers(const Usb3CameraOptions& options) : RegisterFile(By
   set_text(0x0104, 64, "simulated device on an emulated bus");
   set_text(0x0144, 64, options.serial);
   set_long(0x01c4, kHasTimestamp | kHasSbrm);
-  set_word(0x01cc, 200);  // the longest response, ms
+  set_word(0x01cc, 1000);  // the longest response, ms
   set_long(0x01d0, kManifest);
   set_long(0x01d8, kSbrm);
   set_long(0x01fc, 1);    // ns of a time stamp's increment
