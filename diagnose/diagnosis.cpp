@@ -143,26 +143,27 @@ fit::Objective objective_of(const Study& study, const Hypothesis& h) {
   return objective;
 }
 
-// Dampings as they usually are, the rest as it is: in the base fit they stood in for what the base lacks, and where one of them does
-// nothing, or is on its bound, least squares do not find the way back.
-VectorXd with_usual_damping(const Study& study, VectorXd x) {
+// Damping and drag as they usually are, the rest as it is: in the base fit they stood in for what the base lacks, and where one of them
+// does nothing, or is on its bound, least squares do not find the way back.
+VectorXd with_usual_damping_and_drag(const Study& study, VectorXd x) {
   for (size_t k = 0; k < study.base_count; ++k)
-    if (const fit::Parameter& p = study.parameters[k]; p.name.ends_with("_damping")) x(static_cast<Index>(k)) = fit::to_coordinate(p, p.start);
+    if (const fit::Parameter& p = study.parameters[k]; !p.at_rest) x(static_cast<Index>(k)) = fit::to_coordinate(p, p.start);
   return x;
 }
 
-// Least squares from where each of these has come to, with what the fine mesh adds there; once more those that came far. On one fine
-// mesh hypotheses come here from fewer refits: so first from usual dampings as well, but for two effects, which go on from one.
+// Least squares from where each of these has come to, with what the fine mesh adds there, and from usual damping and drag, but for two
+// effects, which go on from one that was fitted so; once more those that came far.
 void fit_further(Study& study, std::vector<Hypothesis>& arms, std::vector<size_t> few) {
   constexpr double kFar = 0.15, kEnough = 2e-4;  // of the cost
+  // On one fine mesh hypotheses come here from fewer refits.
   bool is_first = true;
   for (const int iterations : study.has_one_mesh() ? std::array{5, 3} : std::array{3, 2}) {
     std::vector<Hypothesis> moving;
     for (const size_t i : few) {
       std::vector<Hypothesis> tried = {arms[i]};
-      if (study.has_one_mesh() && is_first && arms[i].effects.size() < 2) {
+      if (is_first && arms[i].effects.size() < 2) {
         tried.push_back(arms[i]);
-        tried.back().x = with_usual_damping(study, arms[i].x);
+        tried.back().x = with_usual_damping_and_drag(study, arms[i].x);
       }
       for (Hypothesis& h : tried) {
         fit::Objective objective = objective_of(study, h);
@@ -502,21 +503,24 @@ Diagnosis diagnose_on_mesh(const trial::Campaign& campaign, const std::vector<Ef
   const Floor floor = floor_of(study, options.calibration);
   out.replicate_mm = floor.replicate_mm;
   Scores scores = score(study, few, held, floor, options.calibration);
-  if (few.size() > 1 && is_in_doubt(study, scores)) {
-    // A large effect lies far from the base fit: nothing is called unknown, nor none in doubt, before the likeliest were fitted in earnest.
+  const auto fit_in_earnest = [&](const std::vector<size_t>& which) {
     progress(0.9, "fitting the nearest in earnest");
-    fit_further(study, few, in_earnest(study, few, scores.log_ratio));
+    fit_further(study, few, which);
     held = hold_out(study, few);
     scores = score(study, few, held, floor, options.calibration);
     stages.done("nearest in earnest");
-  }
-  // A second effect, where the best one leaves a gap that an effect could still close.
-  const size_t best = few.size() > 1 ? nearest_by(scores.log_ratio, 1)[0] : 0;
+  };
+  const auto best = [&] { return few.size() > 1 ? nearest_by(scores.log_ratio, 1)[0] : 0; };
+  // A large effect lies far from the base fit: nothing is called unknown, nor none in doubt, before the likeliest were fitted in earnest;
+  // nor is one named, sized and found to leave something to a second.
+  if (few.size() > 1 && is_in_doubt(study, scores)) fit_in_earnest(in_earnest(study, few, scores.log_ratio));
+  else if (best() > 0 && best_of(scores.probability) != "none") fit_in_earnest({best()});
   std::vector<Hypothesis> pairs, one_and_two = few;
   const Hypothesis* two = nullptr;
-  if (best > 0 && best_of(scores.probability) != "none" && scores.log_ratio_right - scores.log_ratio[best] > kPairGain) {
+  // A second effect, where the best one leaves a gap that an effect could still close.
+  if (best() > 0 && best_of(scores.probability) != "none" && scores.log_ratio_right - scores.log_ratio[best()] > kPairGain) {
     progress(0.92, "two effects at once");
-    pairs = pairs_with(study, few[best]);
+    pairs = pairs_with(study, few[best()]);
   }
   if (!pairs.empty()) {
     refit(study, pairs, 2);
