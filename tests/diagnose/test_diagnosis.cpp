@@ -79,6 +79,31 @@ TEST(Diagnosis, FindsASecondEffectBesideALargeOne) {
   EXPECT_NEAR(d.fit.at(d.pair).at("delay"), 0.012, 0.003);
 }
 
+// In the base fit drag and damping stand in for a draught; whoever fits the draught from there finds it too small, and leaves something
+// for grips that sit elsewhere to take up.
+TEST(Diagnosis, ADraughtThatDragStoodInForIsSizedAndStaysAlone) {
+  SimulatedSwatch windy = usual_fabric();
+  windy.air_m_s = {0.08, 0.22, 0};
+  DiagnosisOptions options;
+  Eigen::VectorXd x = base_of(windy, windy.material.stretch, windy.material.shear);
+  x(3) = x(4) = std::log(1e-3);  // damping of stretch and shear, N·s/m
+  x(5) = std::log(2e-8);         // of bending, N·m·s
+  x(6) = std::log(5.7);          // drag_normal, kg/m³
+  x(7) = std::log(1e-3);         // drag_tangent, kg/(m²·s)
+  x(8) = std::log(15.0);         // drag_fade, s²/m²
+  options.study.base_fit = BaseFit{x, {10, 10, 10}};
+  const Diagnosis d = diagnosed(windy, {"draught", "marker_offset", "rig_tilt"}, options);
+  EXPECT_EQ(d.cause, "draught");
+  EXPECT_EQ(d.pair, "");
+  for (const EffectFinding& f : d.effects)
+    if (f.name == "draught") {
+      ASSERT_EQ(f.size.size(), 3u);
+      EXPECT_NEAR(f.size[0].value, 0.08, 0.01);
+      EXPECT_NEAR(f.size[1].value, 0.22, 0.02);
+      EXPECT_NEAR(f.size[2].value, 0, 0.02);
+    }
+}
+
 // With one effect alone there is no other to go with it.
 TEST(Diagnosis, OneWrongEffectStaysAlone) {
   SimulatedSwatch late = usual_fabric();
