@@ -103,15 +103,15 @@ void relinearise_far(Study& study, std::vector<Hypothesis>& arms) {
   }
 }
 
-// What to fit in earnest: the effect that predicts best, and that of the others whose finite change explains most. On one fine mesh
-// the base as well, whose fit went on from other meshes.
-std::vector<size_t> in_earnest(const Study& study, const std::vector<Hypothesis>& few, const std::vector<double>& log_ratio) {
+// What to fit in earnest: the effect that predicts best, that of the others whose finite change explains most, and the base, which is
+// to have every chance that an effect has.
+std::vector<size_t> in_earnest(const std::vector<Hypothesis>& few, const std::vector<double>& log_ratio) {
   std::vector<size_t> order;
   for (size_t i = 1; i < few.size(); ++i) order.push_back(i);
   std::stable_sort(order.begin(), order.end(), [&](size_t a, size_t b) { return log_ratio[a] > log_ratio[b]; });
   std::stable_sort(order.begin() + 1, order.end(), [&](size_t a, size_t b) { return few[a].screened_gain > few[b].screened_gain; });
   order.resize(std::min<size_t>(order.size(), 2));
-  if (study.has_one_mesh()) order.push_back(0);
+  order.push_back(0);
   return order;
 }
 
@@ -513,8 +513,8 @@ Diagnosis diagnose_on_mesh(const trial::Campaign& campaign, const std::vector<Ef
   const auto best = [&] { return few.size() > 1 ? nearest_by(scores.log_ratio, 1)[0] : 0; };
   // A large effect lies far from the base fit: nothing is called unknown, nor none in doubt, before the likeliest were fitted in earnest;
   // nor is one named, sized and found to leave something to a second.
-  if (few.size() > 1 && is_in_doubt(study, scores)) fit_in_earnest(in_earnest(study, few, scores.log_ratio));
-  else if (best() > 0 && best_of(scores.probability) != "none") fit_in_earnest({best()});
+  if (few.size() > 1 && is_in_doubt(study, scores)) fit_in_earnest(in_earnest(few, scores.log_ratio));
+  else if (best() > 0 && best_of(scores.probability) != "none") fit_in_earnest({0, best()});
   std::vector<Hypothesis> pairs, one_and_two = few;
   const Hypothesis* two = nullptr;
   // A second effect, where the best one leaves a gap that an effect could still close.
