@@ -32,7 +32,7 @@ std::string sha256_hex(const std::string& bytes) {
 
 std::string library_hash(const std::vector<Effect>& effects, const Calibration& c) {
   const std::vector<double> constants = {c.kappa, c.free_kappa, c.cost_per_parameter, c.cost_unknown, c.prior_none, c.prior_unknown, c.mesh_share, c.still_mesh_share, c.form_mm,
-                                         c.one_mesh_form_mm, c.free_form_mm, c.two_share, c.form_share, c.null_mean, c.null_sd, c.free_null_mean, c.free_null_sd, c.null_freedom, c.plain_gap};
+                                         c.one_mesh_form_mm, c.free_form_mm, c.two_share, c.form_share, c.null_mean, c.null_sd, c.free_null_mean, c.free_null_sd, c.null_freedom, c.plain_gap, c.rig_size_share, c.fabric_size_share};
   std::string text = fmt::format("{}\n", fmt::join(constants, " "));
   for (const Effect& e : effects) {
     text += e.name + "\n";
@@ -67,6 +67,7 @@ struct Answered {
   double probability = 0, ratio = 0;  // of what is named, or of the pair; gap / floor
   json diagnosis;
   std::optional<double> shrink_found;  // of the cause, in fresh trials
+  std::optional<TrueParameter> true_size;
   bool is_pair() const { return truth.find('+') != std::string::npos; }
   bool is_right() const { return is_pair() || !pair.empty() ? both_of(pair) == both_of(truth) : named == truth; }
   // What the probabilities should be: two effects at once have half each.
@@ -241,7 +242,7 @@ size_t answer_all(const fs::path& folder, const std::function<Diagnosis(const fs
 namespace {
 
 // Answers beside their keys, both checked.
-std::vector<Answered> opened(const fs::path& folder, bool partial, const ShrinkFound& shrink_found) {
+std::vector<Answered> opened(const fs::path& folder, bool partial, const ShrinkFound& shrink_found, const TrueSize& true_size) {
   const BlindRecord record = read_record(folder);
   if (!partial && record.answers.empty()) refuse((folder / "record.json").string(), "found campaigns without an answer; run `blind answer` first, or open with --partial");
   if (!partial && answers_hash(folder, record) != record.answers) refuse((folder / "answers").string(), "found answers that were changed after they were final");
@@ -267,6 +268,7 @@ std::vector<Answered> opened(const fs::path& folder, bool partial, const ShrinkF
     const double floor = a.diagnosis.at("gap").at("right_model_mm").get<double>();
     a.ratio = (a.diagnosis.at("gap").at("held_out_mm").get<double>() - floor) / floor;
     if (shrink_found && a.named == a.truth && a.diagnosis.at("shrink").contains(a.truth)) a.shrink_found = shrink_found(key, a.diagnosis, a.truth);
+    if (true_size && a.named == a.truth && a.diagnosis.at("effect_size").contains(a.truth)) a.true_size = true_size(key);
     all.push_back(std::move(a));
   }
   return all;
@@ -276,7 +278,7 @@ std::vector<Answered> opened(const fs::path& folder, bool partial, const ShrinkF
 
 std::vector<NamedRight> named_right(const fs::path& folder, bool partial) {
   std::vector<NamedRight> out;
-  for (const Answered& a : opened(folder, partial, {}))
+  for (const Answered& a : opened(folder, partial, {}, {}))
     if (a.named == a.truth && a.truth != "none" && a.truth != "unknown") out.push_back({a.id, a.truth});
   return out;
 }
@@ -295,8 +297,8 @@ std::vector<ScoreRow> score_without(const fs::path& folder, const std::vector<Na
           row("the true effect deleted: a neighbour's name", "", of - unknown - none, of)};
 }
 
-BlindScore open_keys(const fs::path& folder, bool partial, const ShrinkFound& shrink_found) {
-  const std::vector<Answered> all = opened(folder, partial, shrink_found);
+BlindScore open_keys(const fs::path& folder, bool partial, const ShrinkFound& shrink_found, const TrueSize& true_size) {
+  const std::vector<Answered> all = opened(folder, partial, shrink_found, true_size);
   std::map<std::string, std::string> side_of;
   for (const Answered& a : all)
     for (const auto& [name, value] : a.diagnosis.at("sides").items()) side_of[name] = value.get<std::string>();
@@ -305,7 +307,7 @@ BlindScore open_keys(const fs::path& folder, bool partial, const ShrinkFound& sh
   int none = 0, alarms = 0, known = 0, known_plain = 0, first = 0, in_set = 0, outside = 0, unknown = 0, confident_wrong = 0, sided = 0, side_right = 0;
   std::vector<size_t> set_sizes;
   std::map<std::string, int> confusion;
-  int pairs = 0, both_named = 0, one_alone = 0, two_told = 0, held = 0;
+  int pairs = 0, both_named = 0, one_alone = 0, two_told = 0, held = 0, sizes_held = 0;
   std::vector<double> shrink_errors;
   for (const Answered& a : all) {
     ++confusion[fmt::format("{} → {}", a.truth, a.named)];
@@ -333,6 +335,13 @@ BlindScore open_keys(const fs::path& folder, bool partial, const ShrinkFound& sh
         shrink_errors.push_back(std::abs(told.at("fraction").get<double>() - *a.shrink_found));
         held += *a.shrink_found >= told.at("interval")[0].get<double>() && *a.shrink_found <= told.at("interval")[1].get<double>();
       }
+      if (a.true_size) {
+        const json& told = a.diagnosis.at("effect_size").at(a.truth).at(a.true_size->name);
+        const double low = told.at("interval")[0].get<double>(), high = told.at("interval")[1].get<double>();
+        sizes_held += a.true_size->value >= low && a.true_size->value <= high;
+        out.sizes.push_back(fmt::format("{}: {} told as {:.3g} {} ({:.2g} to {:.2g}), truly {:.3g}", a.truth, a.true_size->name, told.at("value").get<double>(),
+                                        told.at("unit").get<std::string>(), low, high, a.true_size->value));
+      }
       if (a.ratio < 2) continue;
       ++known_plain;
       first += a.is_right();
@@ -348,6 +357,7 @@ BlindScore open_keys(const fs::path& folder, bool partial, const ShrinkFound& sh
               row("outside the library: a confident wrong name", "at most 5 %", confident_wrong, outside),
               row("known, some effect named: measurement or physics", "at least 95 %", side_right, sided),
               row("shrink, named right: the 90 % interval holds that of fresh trials", "85 to 95 %", held, static_cast<int>(shrink_errors.size())),
+              row("size, named right: the 90 % interval holds the true one", "85 to 95 %", sizes_held, static_cast<int>(out.sizes.size())),
               row("two effects at once: both named", "at least 60 %", both_named, pairs),
               row("two effects at once: one above 0.9, the other's gap left", "never", one_alone, pairs),
               row("one effect of the library: two said to be there", "shown", two_told, known)};

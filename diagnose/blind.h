@@ -54,6 +54,7 @@ struct BlindScore {
   double brier = 0, brier_base_rates = 0, calibration_error = 0;
   double shrink_error = 0;             // median of |told − found| of the shrink of causes named right
   size_t shrinks = 0;                  // so many
+  std::vector<std::string> sizes;      // of causes named right: what was told, with its interval, and what it truly is
   std::vector<std::string> confusion;  // "true → named: count"
   size_t answered = 0;
 };
@@ -61,9 +62,16 @@ struct BlindScore {
 // The share of the gap that an effect closes in fresh trials of a key's campaign; nothing where none can be made.
 using ShrinkFound = std::function<std::optional<double>(const SealedKey& key, const nlohmann::json& diagnosis, const std::string& effect)>;
 
+// A parameter of diagnosis.json's effect_size, and what it truly is; nothing where a key's effect has none of the same kind.
+struct TrueParameter {
+  std::string name;
+  double value = 0;
+};
+using TrueSize = std::function<std::optional<TrueParameter>(const SealedKey& key)>;
+
 // Checks the seals and the answers' hash, then scores. partial: score what is answered, without the hash of all.
-// shrink_found: empty: how far gaps shrink is not scored.
-BlindScore open_keys(const std::filesystem::path& folder, bool partial, const ShrinkFound& shrink_found = {});
+// shrink_found, true_size: empty: how far gaps shrink, or how large an effect is, is not scored.
+BlindScore open_keys(const std::filesystem::path& folder, bool partial, const ShrinkFound& shrink_found = {}, const TrueSize& true_size = {});
 
 struct NamedRight {
   std::string id, cause;

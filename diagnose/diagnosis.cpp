@@ -11,6 +11,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <boost/math/distributions/normal.hpp>
 #include <boost/math/distributions/students_t.hpp>
 
 #include <Eigen/Cholesky>
@@ -268,17 +269,29 @@ Shrink shrink_of(const GroupErrors& before, const GroupErrors& after, const Grou
   return {before.mm(all), after.mm(all), fraction(all), fraction(all) - half, fraction(all) + half, false};
 }
 
-// Value at the fit to all trials, interval by the jackknife over groups.
-std::vector<SizedParameter> size_of(const Study& study, const Hypothesis& h, const MatrixXd& folds, size_t effect) {
+// Value at the fit to all trials; its interval joins what the jackknife over groups shows and what no trial shows: a model of another
+// form than nature's has its best fit at another size.
+std::vector<SizedParameter> size_of(const Study& study, const Hypothesis& h, const MatrixXd& folds, size_t effect, const Calibration& calibration) {
   std::vector<SizedParameter> out;
   const Effect& e = study.effects[effect];
+  const double form_share = boost::math::quantile(boost::math::normal(), 0.95) * size_form_share(calibration, e.side);
   for (size_t k = 0; k < e.parameters.size(); ++k) {
     const fit::Parameter& p = e.parameters[k];
     const auto at = static_cast<Index>(study.first_parameter[effect] + k);
     const VectorXd values = folds.row(at);
     const double half = study.groups.size() > 1 ? half_width(study.groups.size()) * jackknife_sd(values) : 0;
-    const double x = h.x(at);
-    out.push_back({p.name, p.unit, fit::to_value(p, x), std::max(p.lower, fit::to_value(p, x - half)), std::min(p.upper, fit::to_value(p, x + half))});
+    const double x = h.x(at), value = fit::to_value(p, x);
+    // Components of one vector err by what all of it is.
+    double square = 0;
+    int alike = 0;
+    for (size_t j = 0; j < e.parameters.size(); ++j) {
+      if (e.parameters[j].unit != p.unit) continue;
+      square += std::pow(fit::to_value(e.parameters[j], h.x(static_cast<Index>(study.first_parameter[effect] + j))), 2);
+      ++alike;
+    }
+    const double form = form_share * std::max(std::abs(value), std::sqrt(square / alike));
+    out.push_back({p.name, p.unit, value, std::max(p.lower, value - std::hypot(value - fit::to_value(p, x - half), form)),
+                   std::min(p.upper, value + std::hypot(fit::to_value(p, x + half) - value, form))});
   }
   return out;
 }
@@ -571,7 +584,7 @@ Diagnosis diagnose_on_mesh(const trial::Campaign& campaign, const std::vector<Ef
     const Hypothesis& h = few[nearest[k]];
     EffectFinding& f = out.effects[h.effects[0]];
     f.finalist = true;
-    f.size = size_of(study, h, held.coordinates[nearest[k]], h.effects[0]);
+    f.size = size_of(study, h, held.coordinates[nearest[k]], h.effects[0], options.calibration);
     const auto arm = static_cast<Index>(k + 1);
     f.free_shrink = shrink_of(before, errors_of(study, free.mm.row(arm)), noise);
     f.shrink = f.free_shrink;

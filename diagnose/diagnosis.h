@@ -43,7 +43,7 @@ struct DiagnosisOptions {
 
 struct SizedParameter {
   std::string name, unit;
-  double value = 0, low = 0, high = 0;  // 90 %, jackknife over groups of trials
+  double value = 0, low = 0, high = 0;  // 90 %: jackknife over groups of trials, and Calibration::rig_size_share or fabric_size_share
 };
 
 struct Shrink {

@@ -83,6 +83,11 @@ bool predicts_all(const Study& study, const VectorXd& mm_of_trial) {
 
 double marker_noise_mm(const fit::ObservedTrial& trial) { return std::sqrt(3.0) * 1e3 * trial.markers->noise_m / (trial.still ? std::sqrt(20.0) : 1); }
 
+double size_form_share(const Calibration& calibration, Side side) {
+  const bool of_the_rig = side == Side::measurement || side == Side::boundary || side == Side::aerodynamic;
+  return of_the_rig ? calibration.rig_size_share : calibration.fabric_size_share;
+}
+
 Floor floor_of(const Study& study, const Calibration& calibration) {
   const auto trials = static_cast<Index>(study.rows->trials());
   Floor floor{VectorXd(trials), VectorXd(trials), replicate_mm(study)};

@@ -108,16 +108,24 @@ std::optional<double> shrink_in_fresh_trials(const fs::path& folder, const diagn
   return diagnose::shrink_on(trial::read_campaign(fresh), diagnose::effect_library(), diagnosis, effect).fraction();
 }
 
+std::optional<diagnose::TrueParameter> true_size(const diagnose::SealedKey& key) {
+  if (!key.key.contains("fabric")) return {};  // made elsewhere
+  const auto parameter = hardware_sim::true_parameter(hardware_sim::bank_key(key.key));
+  return parameter ? std::optional(diagnose::TrueParameter{parameter->first, parameter->second}) : std::nullopt;
+}
+
 void open_bank(const BlindArguments& a) {
   const diagnose::BlindScore s = diagnose::open_keys(a.folder, a.partial, [&](const diagnose::SealedKey& key, const nlohmann::json& diagnosis, const std::string& effect) {
     return shrink_in_fresh_trials(a.folder, key, diagnosis, effect);
-  });
+  }, true_size);
   fmt::print("{} campaigns answered; shares with their exact 95 % intervals (Clopper and Pearson)\n\n", s.answered);
   print_rows(s.rows);
   fmt::print("\n");
   print_rows(s.baselines);
   fmt::print("\ncalibration error {:.3f} (at most 0.10); Brier score {:.3f}, of the base rates {:.3f}\n\n", s.calibration_error, s.brier, s.brier_base_rates);
   if (s.shrinks > 0) fmt::print("shrink of the gap, told against that of fresh trials: median error {:.2f} over {} causes named right (at most 0.10)\n\n", s.shrink_error, s.shrinks);
+  for (const std::string& line : s.sizes) fmt::print("{}\n", line);
+  if (!s.sizes.empty()) fmt::print("\n");
   for (const std::string& line : s.confusion) fmt::print("{}\n", line);
 }
 

@@ -23,6 +23,7 @@ using Eigen::Vector3d;
 constexpr double kRate_hz = 120, kDuration_s = 1.667, kNoise_m = 3e-4;
 constexpr int kCells = 22;
 constexpr double kSide_m = 0.3;
+const Vector3d kTiltAxis(0.8, 0.6, 0), kDraught(0.35, 0.93, 0);
 
 // Smallest and largest size drawn of each effect.
 const std::map<std::string, std::pair<double, double>>& sizes() {
@@ -90,9 +91,9 @@ trial::Trial record(const BankKey& key, const Rig& rig, const std::string& name,
   LatticeOptions options;
   options.cells_across = options.cells_down = kCells;
   Vector3d gravity(0, 0, -9.81);
-  gravity = Eigen::AngleAxisd(size_of(key, "rig_tilt"), Vector3d(0.8, 0.6, 0)) * gravity;
+  gravity = Eigen::AngleAxisd(size_of(key, "rig_tilt"), kTiltAxis) * gravity;
   options.gravity_m_s2 = gravity;
-  options.air_m_s = size_of(key, "draught") * Vector3d(0.35, 0.93, 0);
+  options.air_m_s = size_of(key, "draught") * kDraught;
   LatticeSheet sheet(key.truth, options);
   if (key.cause == "unknown") {
     for (const HiddenEffect& effect : hidden_effects())
@@ -300,6 +301,37 @@ void write_campaign(trial::Campaign campaign, const std::filesystem::path& folde
 }
 
 }  // namespace
+
+std::optional<std::pair<std::string, double>> true_parameter(const BankKey& key) {
+  using Named = std::pair<std::string, double>;
+  if (!key.second.empty()) return {};
+  if (key.cause == "marker_offset") {
+    std::mt19937_64 g(key.seed);
+    const Rig rig = draw_rig(key, g);
+    Named largest{"", 0};
+    for (const auto& [corner, offset] : {std::pair{"left_", rig.left_offset}, {"right_", rig.right_offset}})
+      for (int a = 0; a < 3; ++a)
+        if (std::abs(offset(a)) > std::abs(largest.second)) largest = {corner + std::string(1, "xyz"[a]), offset(a)};
+    return largest;
+  }
+  const std::map<std::string, Named> same = {
+      {"camera_delay", {"delay", key.size}},
+      {"dropped_frames", {"delay_per_second", -1 / (kRate_hz * key.size)}},
+      {"rig_tilt", {"tilt_about_x", kTiltAxis.x() * key.size}},
+      {"grip_slip", {"right_slip_per_path", key.size}},
+      {"draught", {"air_y", kDraught.y() * key.size}},
+      {"anisotropy", {"stretch_anisotropy", 0.5 * std::log1p(key.size)}},
+      {"coupling", {"coupling", key.size}},
+      {"bend_nonlinearity", {"bend_stiffening", key.size / (100 * key.truth.bend)}},
+      {"bend_friction", {"bend_friction", key.size}},
+      {"stretch_friction", {"stretch_friction", key.size}},
+      {"creep", {"creep", key.size}},
+      {"added_mass", {"added_mass", key.size}},
+      {"local_mass", {"local_mass", key.size}},
+  };
+  const auto at = same.find(key.cause);
+  return at == same.end() ? std::nullopt : std::optional(at->second);
+}
 
 void write_fresh_trials(const BankKey& key, const std::string& name, const std::filesystem::path& folder) {
   std::mt19937_64 as_before(key.seed), g(key.seed ^ 0x5bd1e995ULL);

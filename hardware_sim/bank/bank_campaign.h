@@ -7,8 +7,10 @@
 
 #include <filesystem>
 #include <functional>
+#include <optional>
 #include <random>
 #include <string>
+#include <utility>
 
 #include <nlohmann/json_fwd.hpp>
 
@@ -35,6 +37,10 @@ BankKey draw_key(const std::string& kind, std::mt19937_64& generator);
 // "cause" of a pair: both names, joined by "+".
 nlohmann::json to_json(const BankKey& key);
 BankKey bank_key(const nlohmann::json& json);
+
+// The plainest parameter of a key's one effect under its name and in its unit in diagnosis.json's effect_size, and its value; nothing
+// where the library's effect has none of the same kind (hem, stiffening, rest curvature), or the key's not one effect.
+std::optional<std::pair<std::string, double>> true_parameter(const BankKey& key);
 
 // Simulates and writes the campaign; its files name nothing but `name`.
 void write_bank_campaign(const BankKey& key, const std::string& name, const std::filesystem::path& folder);

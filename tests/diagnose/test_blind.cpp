@@ -155,6 +155,27 @@ TEST_F(Blind, TellsHowFarToldShrinkIsFromThatOfFreshTrials) {
   EXPECT_NEAR(s.shrink_error, 0.15, 1e-9);
 }
 
+TEST_F(Blind, CountsIntervalsThatHoldTheTrueSize) {
+  answer_all(folder_, [](const fs::path&) {
+    Diagnosis d = says("draught");
+    d.effects[0].finalist = true;
+    d.effects[0].size = {{"air_y", "m/s", 0.2, 0.15, 0.25}};
+    return d;
+  }, [] { return false; });
+  const auto held = [&](double truly) {
+    const BlindScore s = open_keys(folder_, false, {}, [&](const SealedKey& key) {
+      EXPECT_EQ(key.id, "c2");
+      return std::optional(TrueParameter{"air_y", truly});
+    });
+    EXPECT_EQ(s.sizes.size(), 1u);
+    for (const ScoreRow& r : s.rows)
+      if (r.what.starts_with("size")) return std::pair{r.hits, r.of};
+    return std::pair{-1, -1};
+  };
+  EXPECT_EQ(held(0.24), (std::pair{1, 1}));
+  EXPECT_EQ(held(0.26), (std::pair{0, 1}));
+}
+
 TEST_F(Blind, RefusesChangedAnswersAndKeys) {
   answer_all(folder_, [](const fs::path&) { return says("none"); }, [] { return false; });
   const fs::path one = folder_ / "answers" / "c2" / "diagnosis.json";
