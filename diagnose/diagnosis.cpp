@@ -36,6 +36,13 @@ constexpr double kPlainlyNone = 0.65;   // probability of none from which no eff
 constexpr double kPlainlyNamed = 0.9;   // and of any answer, on one fine mesh
 constexpr double kPairGain = 0.2;       // ln of the error's square that a second effect could win on held-out trials, for it to be sought
 
+// Shares of the work that are done when stages begin, as they were measured of seven trials of markers.
+struct SharesAt {
+  double screening, refitting, finer_mesh, held_out, in_earnest, two_effects, ahead, free, next;
+};
+constexpr SharesAt kOnTwoMeshes = {0.40, 0.49, 0.61, 0.74, 0.75, 0.83, 0.89, 0.92, 0.98};
+constexpr SharesAt kOnOneMesh = {0.14, 0.22, 0.25, 0.29, 0.33, 0.68, 0.84, 0.85, 0.98};
+
 class Stages {
  public:
   explicit Stages(Diagnosis& out) : out_(out), begin_(std::chrono::steady_clock::now()), last_(begin_) {}
@@ -154,13 +161,17 @@ VectorXd with_usual_damping_and_drag(const Study& study, VectorXd x) {
 
 // Least squares from where each of these has come to, with what the fine mesh adds there, and from usual damping and drag, but for two
 // effects, which go on from one that was fitted so; once more those that came far.
-void fit_further(Study& study, std::vector<Hypothesis>& arms, std::vector<size_t> few) {
+void fit_further(Study& study, std::vector<Hypothesis>& arms, std::vector<size_t> few, const report::ProgressCallback& progress) {
   constexpr double kFar = 0.15, kEnough = 2e-4;  // of the cost
+  constexpr double kFirstRound = 0.8;  // of the time
+  const double round_share = kFirstRound / static_cast<double>(few.size());
+  double done = 0;
   // On one fine mesh hypotheses come here from fewer refits.
   bool is_first = true;
   for (const int iterations : study.has_one_mesh() ? std::array{5, 3} : std::array{3, 2}) {
     std::vector<Hypothesis> moving;
     for (const size_t i : few) {
+      progress(done, "fitting in earnest: " + name_of(study, arms[i]));
       std::vector<Hypothesis> tried = {arms[i]};
       if (is_first && arms[i].effects.size() < 2) {
         tried.push_back(arms[i]);
@@ -174,6 +185,7 @@ void fit_further(Study& study, std::vector<Hypothesis>& arms, std::vector<size_t
       }
       refine_mesh(study, tried);
       moving.push_back(tried[least_cost(tried)]);
+      if (is_first) done += round_share;
     }
     relinearise(study, moving);
     std::vector<size_t> far;
@@ -460,7 +472,8 @@ Diagnosis diagnose_on_mesh(const trial::Campaign& campaign, const std::vector<Ef
   const std::clock_t cpu = std::clock();
   const report::ProgressCallback& progress = options.study.progress;
   StudyOptions study_options = options.study;
-  study_options.progress = part(progress, 0, 0.5);
+  const SharesAt& at = study_options.columns == study_options.fine_columns ? kOnOneMesh : kOnTwoMeshes;
+  study_options.progress = part(progress, 0, at.screening);
   Study study = make_study(campaign, effects, study_options);
   out.base_fit = {study.base.head(static_cast<Index>(study.base_count)), study.objective->pulls()};
   if (options.on_base_fit) options.on_base_fit(out.base_fit);
@@ -476,7 +489,7 @@ Diagnosis diagnose_on_mesh(const trial::Campaign& campaign, const std::vector<Ef
   out.base = fit::to_text(options.study.drag);
   stages.done("base fit");
 
-  progress(0.5, "changing every effect by a finite size");
+  progress(at.screening, "changing every effect by a finite size");
   std::vector<Hypothesis> all = {base_hypothesis(study)};
   std::vector<size_t> every(study.effects.size());
   std::iota(every.begin(), every.end(), 0);
@@ -494,7 +507,7 @@ Diagnosis diagnose_on_mesh(const trial::Campaign& campaign, const std::vector<Ef
     if (out.effects.back().absorbed > kAbsorbed) out.cannot_tell.push_back(effect.name);
   }
 
-  progress(0.62, "refitting with every effect");
+  progress(at.refitting, "refitting with every effect");
   if (all.size() > options.refitted + 1) {
     std::stable_sort(all.begin() + 1, all.end(), [](const Hypothesis& a, const Hypothesis& b) { return a.screened_gain > b.screened_gain; });
     all.resize(options.refitted + 1, all[0]);
@@ -504,12 +517,12 @@ Diagnosis diagnose_on_mesh(const trial::Campaign& campaign, const std::vector<Ef
   std::vector<Hypothesis> few = finalists(all, options.finalists);
   refit(study, few, 1);
   stages.done("refitting");
-  progress(0.75, "finer mesh for the best");
+  progress(at.finer_mesh, "finer mesh for the best");
   refine_mesh(study, few);
   relinearise_far(study, few);
   refit(study, few, 2);
   stages.done("finer mesh for the best");
-  progress(0.88, "predicting held-out trials");
+  progress(at.held_out, "predicting held-out trials");
   HeldOut held = hold_out(study, few);
   stages.done("held-out trials");
 
@@ -517,8 +530,7 @@ Diagnosis diagnose_on_mesh(const trial::Campaign& campaign, const std::vector<Ef
   out.replicate_mm = floor.replicate_mm;
   Scores scores = score(study, few, held, floor, options.calibration);
   const auto fit_in_earnest = [&](const std::vector<size_t>& which) {
-    progress(0.9, "fitting the nearest in earnest");
-    fit_further(study, few, which);
+    fit_further(study, few, which, part(progress, at.in_earnest, at.two_effects));
     held = hold_out(study, few);
     scores = score(study, few, held, floor, options.calibration);
     stages.done("nearest in earnest");
@@ -532,12 +544,12 @@ Diagnosis diagnose_on_mesh(const trial::Campaign& campaign, const std::vector<Ef
   const Hypothesis* two = nullptr;
   // A second effect, where the best one leaves a gap that an effect could still close.
   if (best() > 0 && best_of(scores.probability) != "none" && scores.log_ratio_right - scores.log_ratio[best()] > kPairGain) {
-    progress(0.92, "two effects at once");
+    progress(at.two_effects, "two effects at once");
     pairs = pairs_with(study, few[best()]);
   }
   if (!pairs.empty()) {
     refit(study, pairs, 2);
-    fit_further(study, pairs, {least_cost(pairs)});
+    fit_further(study, pairs, {least_cost(pairs)}, part(progress, 0.5 * (at.two_effects + at.ahead), at.ahead));
     append(held, hold_out(study, pairs));
     one_and_two.insert(one_and_two.end(), pairs.begin(), pairs.end());
     scores = score(study, one_and_two, held, floor, options.calibration);
@@ -568,13 +580,13 @@ Diagnosis diagnose_on_mesh(const trial::Campaign& campaign, const std::vector<Ef
   for (const Hypothesis& h : arms) out.fit[name_of(study, h)] = values_of(study, h);
   MatrixXd ahead;
   if (study.pulled) {
-    progress(0.93, "predicting a short time ahead");
+    progress(at.ahead, "predicting a short time ahead");
     ahead = held_out_ahead(study, only_rows(held, nearest));
     stages.done("a short time ahead");
   }
 
   // How large it is in motions that nothing pulls.
-  progress(0.94, "running free");
+  progress(at.free, "running free");
   const HeldOut free = study.pulled ? held_out_free(study, arms) : only_rows(held, nearest);
   const Floor free_floor = floor_of(study, options.calibration);
   const GroupErrors before = errors_of(study, free.mm.row(0)), noise = errors_of(study, free_floor.noise_mm);
@@ -610,7 +622,7 @@ Diagnosis diagnose_on_mesh(const trial::Campaign& campaign, const std::vector<Ef
   out.where = where.cells;
   out.map = where.map;
   stages.done("where");
-  progress(0.96, "what to record next");
+  progress(at.next, "what to record next");
   const NextExperiment next = propose_experiment(study, few, out.probability);
   out.separates = next.separates;
   out.next_experiment = next.what;
@@ -653,7 +665,7 @@ Diagnosis diagnose(const trial::Campaign& campaign, const std::vector<Effect>& e
   finer.refitted = options.finer_refitted;
   finer.on_base_fit = {};
   if (options.on_finer) options.on_finer(finer);
-  constexpr double kFirstShare = 0.1;   // of the time of both
+  constexpr double kFirstShare = 0.06;   // of the time of both
   finer.study.progress = [&](double done, const std::string& what) { options.study.progress(kFirstShare + (1 - kFirstShare) * done, "finer meshes: " + what); };
   Diagnosis out = diagnose_on_mesh(campaign, effects, finer);
   out.remarks.push_back(fmt::format("answered {} ({:.2f}, p {:.2g}) on meshes of {} and {} columns, which follow different folds in most moving trials: this is the answer of {} columns, which leaves out the first {} s of each motion, and what hangs still",
