@@ -151,15 +151,15 @@ fit::Objective objective_of(const Study& study, const Hypothesis& h) {
   return objective;
 }
 
-// Damping and drag as they usually are, the rest as it is: in the base fit they stood in for what the base lacks, and where one of them
-// does nothing, or is on its bound, least squares do not find the way back.
-VectorXd with_usual_damping_and_drag(const Study& study, VectorXd x) {
+// Damping and drag as they usually are, shear as of an isotropic sheet, the rest as it is: in the base fit they stood in for what the base
+// lacks, and where one of them does nothing, or is on its bound, least squares do not find the way back.
+VectorXd as_usual(const Study& study, VectorXd x) {
   for (size_t k = 0; k < study.base_count; ++k)
     if (const fit::Parameter& p = study.parameters[k]; !p.at_rest) x(static_cast<Index>(k)) = fit::to_coordinate(p, p.start);
-  return x;
+  return with_isotropic_shear(study, std::move(x));
 }
 
-// Least squares from where each of these has come to, with what the fine mesh adds there, and from usual damping and drag, but for two
+// Least squares from where each of these has come to, with what the fine mesh adds there, and from usual damping, drag and shear, but for two
 // effects, which go on from one that was fitted so; once more those that came far.
 void fit_further(Study& study, std::vector<Hypothesis>& arms, std::vector<size_t> few, const report::ProgressCallback& progress) {
   constexpr double kFar = 0.15, kEnough = 2e-4;  // of the cost
@@ -175,7 +175,7 @@ void fit_further(Study& study, std::vector<Hypothesis>& arms, std::vector<size_t
       std::vector<Hypothesis> tried = {arms[i]};
       if (is_first && arms[i].effects.size() < 2) {
         tried.push_back(arms[i]);
-        tried.back().x = with_usual_damping_and_drag(study, arms[i].x);
+        tried.back().x = as_usual(study, arms[i].x);
       }
       for (Hypothesis& h : tried) {
         fit::Objective objective = objective_of(study, h);

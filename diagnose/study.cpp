@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -54,25 +55,49 @@ std::vector<std::vector<size_t>> group_trials(const trial::Campaign& campaign, c
   return groups;
 }
 
-// What the fine mesh adds to each residual at these parameters, mm; zero where it blew up or went another way.
+std::vector<fit::Parameter> base_of(const Study& study) {
+  return {study.parameters.begin(), study.parameters.begin() + static_cast<std::ptrdiff_t>(study.base_count)};
+}
+
+// What the fine mesh adds to each residual at these parameters, mm; zero where it blew up or went another way, from its own equilibrium
+// and from that of the coarse one, which was matched to the recording.
 // The fine mesh then starts from the equilibria that it found: on it, relaxing takes as long as moving.
 std::vector<VectorXd> mesh_change(Study& study, const std::vector<fit::Parameter>& parameters, const VectorXd& x) {
   const fit::Objective& objective = *study.objective;
   fit::Objective& fine = *study.fine;
   const fit::Residuals coarse_r = objective.evaluate(parameters, x).front();
-  const fit::Residuals fine_r = study.has_one_mesh() ? coarse_r : fine.evaluate(parameters, x).front();
-  if (fine_r.finite) fine.set_start(fine_r.start);
   std::vector<VectorXd> change;
-  for (size_t i = 0; i < coarse_r.mm.size(); ++i) {
-    VectorXd d = VectorXd::Zero(objective.time_s(i).size());
-    if (coarse_r.mm[i].size() == d.size() && fine_r.mm[i].size() == d.size()) d = fine_r.mm[i] - coarse_r.mm[i];
-    // Residuals already hold the correction that was set before.
-    if (!objective.mesh_correction().empty()) d += objective.mesh_correction()[i];
-    for (double& value : d)
-      if (!std::isfinite(value)) value = 0;
-    if (!is_mesh_correction(objective, i, d, coarse_r.mm[i])) d.setZero();
-    change.push_back(d);
+  for (size_t i = 0; i < coarse_r.mm.size(); ++i) change.push_back(VectorXd::Zero(objective.time_s(i).size()));
+  if (study.has_one_mesh()) {
+    if (coarse_r.finite) fine.set_start(coarse_r.start);
+    return change;
   }
+  // Of these trials; those that went another way.
+  const auto change_of = [&](const fit::Residuals& fine_r, const std::vector<size_t>& trials) {
+    std::vector<size_t> parted;
+    for (const size_t i : trials) {
+      VectorXd d = VectorXd::Zero(change[i].size());
+      if (coarse_r.mm[i].size() == d.size() && fine_r.mm[i].size() == d.size()) d = fine_r.mm[i] - coarse_r.mm[i];
+      // Residuals already hold the correction that was set before.
+      if (!objective.mesh_correction().empty()) d += objective.mesh_correction()[i];
+      for (double& value : d)
+        if (!std::isfinite(value)) value = 0;
+      if (is_mesh_correction(objective, i, d, coarse_r.mm[i])) change[i] = d;
+      else parted.push_back(i);
+    }
+    return parted;
+  };
+  const fit::Residuals fine_r = fine.evaluate(parameters, x).front();
+  if (fine_r.finite) fine.set_start(fine_r.start);
+  std::vector<size_t> all(change.size());
+  std::iota(all.begin(), all.end(), 0);
+  const std::vector<size_t> parted = change_of(fine_r, all);
+  if (parted.empty()) return change;
+  fine.take_branches_of(objective, parted);
+  const fit::Residuals again = fine.evaluate(parameters, x, parted).front();
+  ++study.evaluations;
+  if (again.finite) fine.set_start(again.start);
+  change_of(again, parted);
   return change;
 }
 
@@ -177,16 +202,10 @@ VectorXd fit_base(Study& study, const std::vector<fit::ObservedTrial>& trials, c
   return fitted.coordinates;
 }
 
-void correct_mesh(Study& study, const std::vector<fit::Parameter>& base) {
-  study.mesh_change = mesh_change(study, base, study.base.head(static_cast<Index>(study.base_count)));
-  study.objective->set_mesh_correction(study.mesh_change);
-  study.evaluations += 2;
-}
-
 // Finds derivatives and what the fine mesh adds, both at the base fit, and refits by them.
-void settle(Study& study, const std::vector<fit::Parameter>& base) {
+void settle(Study& study) {
   constexpr double kFar = 0.2;  // ln: derivatives brought up to date by Broyden's rule serve within it
-  correct_mesh(study, base);
+  correct_mesh(study);
   study.jacobian = base_jacobian(study);
   std::vector<Hypothesis> arm = {base_hypothesis(study)};
   refit(study, arm, 3, {1e-4, 1e-2, 0.3, 3});
@@ -200,27 +219,20 @@ void settle(Study& study, const std::vector<fit::Parameter>& base) {
 // The base fit to what the fine mesh predicts: what it adds is found, and found again after a refit.
 void refit_on_fine_mesh(Study& study, const std::vector<fit::Parameter>& base, const report::ProgressCallback& progress) {
   const auto n = static_cast<Index>(study.base_count);
-  correct_mesh(study, base);
+  correct_mesh(study);
   const fit::LeastSquaresResult fitted = fit::minimise(*study.objective, base, study.base.head(n), search_options(3, kEnough));
   study.base.head(n) = fitted.coordinates;
   study.evaluations += fitted.evaluations;
   progress(0.5, fmt::format("robust residual {:.2f} sd", fitted.scale));
-  settle(study, base);
+  settle(study);
   progress(1, fmt::format("robust residual {:.2f} sd", fit::robust_scale(study.residual)));
 }
 
 // Nothing where shear is near that of an isotropic sheet, or where a simulation of it blew up.
-std::shared_ptr<const Hypothesis> with_isotropic_shear(Study& study) {
-  constexpr double kShare = 0.4;  // of the stretch stiffness: an isotropic sheet of Poisson's ratio 1/4
-  constexpr double kNear = 0.2;   // ln
-  const auto named = [&](const char* name) {
-    return std::find_if(study.parameters.begin(), study.parameters.end(), [&](const fit::Parameter& p) { return p.name == name; }) - study.parameters.begin();
-  };
-  const Index stretch = named("stretch"), shear = named("shear");
+std::shared_ptr<const Hypothesis> base_of_isotropic_shear(Study& study) {
   std::vector<Hypothesis> arm = {base_hypothesis(study)};
-  double& x = arm[0].x(shear);
-  x = fit::to_coordinate(study.parameters[static_cast<size_t>(shear)], kShare * fit::to_value(study.parameters[static_cast<size_t>(stretch)], study.base(stretch)));
-  if (std::abs(x - study.base(shear)) < kNear) return nullptr;
+  arm[0].x = with_isotropic_shear(study, arm[0].x);
+  if (arm[0].x == study.base) return nullptr;
   refine_mesh(study, arm);
   if (arm[0].mesh_offset.size() == 0) return nullptr;
   relinearise(study, arm);
@@ -228,7 +240,7 @@ std::shared_ptr<const Hypothesis> with_isotropic_shear(Study& study) {
 }
 
 // Fits the base model from there as well, and keeps what leaves less. Whether that is the new one.
-bool fit_from(Study& study, const std::vector<fit::Parameter>& base, const Hypothesis& there) {
+bool fit_from(Study& study, const Hypothesis& there) {
   constexpr double kLess = 0.99;  // of the cost
   std::vector<Hypothesis> arm = {there};
   refit(study, arm, 3, {1e-3, 0.03, 0.3, 3});
@@ -237,7 +249,7 @@ bool fit_from(Study& study, const std::vector<fit::Parameter>& base, const Hypot
   refine_mesh(study, arm);
   if (arm[0].cost > kLess * base_hypothesis(study).cost) return false;
   study.base = arm[0].x;
-  settle(study, base);
+  settle(study);
   return true;
 }
 
@@ -260,6 +272,18 @@ std::optional<BaseFit> read_base_fit(const std::filesystem::path& file, size_t t
   } catch (const nlohmann::json::exception&) {
     return {};  // of another version
   }
+}
+
+VectorXd with_isotropic_shear(const Study& study, VectorXd x) {
+  constexpr double kShare = 0.4;  // of the stretch stiffness: an isotropic sheet of Poisson's ratio 1/4
+  constexpr double kNear = 0.2;   // ln
+  const auto named = [&](const char* name) {
+    return std::find_if(study.parameters.begin(), study.parameters.end(), [&](const fit::Parameter& p) { return p.name == name; }) - study.parameters.begin();
+  };
+  const Index stretch = named("stretch"), shear = named("shear");
+  const double isotropic = fit::to_coordinate(study.parameters[static_cast<size_t>(shear)], kShare * fit::to_value(study.parameters[static_cast<size_t>(stretch)], x(stretch)));
+  if (std::abs(isotropic - x(shear)) >= kNear) x(shear) = isotropic;
+  return x;
 }
 
 fit::LeastSquaresOptions search_options(int max_iterations, double least_decrease) {
@@ -290,8 +314,14 @@ MatrixXd residuals_at(const Study& study, const MatrixXd& coordinates, const std
   return out;
 }
 
+void correct_mesh(Study& study) {
+  study.mesh_change = mesh_change(study, base_of(study), study.base.head(static_cast<Index>(study.base_count)));
+  study.objective->set_mesh_correction(study.mesh_change);
+  study.evaluations += 2;
+}
+
 void run_free(Study& study) {
-  const std::vector<fit::Parameter> base(study.parameters.begin(), study.parameters.begin() + static_cast<std::ptrdiff_t>(study.base_count));
+  const std::vector<fit::Parameter> base = base_of(study);
   const VectorXd x = study.base.head(static_cast<Index>(study.base_count));
   study.pulled = false;
   for (fit::Objective* objective : {study.objective.get(), study.fine.get()}) objective->set_pulls(std::vector<double>(objective->scenes().size(), 0));
@@ -342,15 +372,15 @@ Study make_study(const trial::Campaign& campaign, const std::vector<Effect>& eff
   study.base = fit::usual_coordinates(study.parameters);
   study.base.head(static_cast<Index>(study.base_count)) = x;
   if (is_fitted) {
-    correct_mesh(study, base);
+    correct_mesh(study);
     study.jacobian = base_jacobian(study);
   } else {
     refit_on_fine_mesh(study, base, fit::part_of(options.progress, 0.55, 0.9, "base fit, finer mesh"));
   }
   if (!options.start) {
     options.progress(0.9, "base fit from another start");
-    study.other_start = with_isotropic_shear(study);
-    if (study.other_start && !is_fitted && fit_from(study, base, *study.other_start)) study.other_start = with_isotropic_shear(study);
+    study.other_start = base_of_isotropic_shear(study);
+    if (study.other_start && !is_fitted && fit_from(study, *study.other_start)) study.other_start = base_of_isotropic_shear(study);
   }
   options.progress(1, "base model fitted");
   return study;

@@ -72,6 +72,12 @@ struct Study {
   bool has_one_mesh() const { return objective->options().columns == fine->options().columns; }  // nothing is added to predictions then
 };
 
+// Coordinates x with shear as of an isotropic sheet of their stretch stiffness, where it lies further than 20 % from that.
+Eigen::VectorXd with_isotropic_shear(const Study& study, Eigen::VectorXd x);
+
+// Finds afresh what the fine mesh adds at the base fit, and has the objective add it.
+void correct_mesh(Study& study);
+
 // From now on simulations run free, and `residual` and what the fine mesh adds are those of a free motion. Derivatives
 // stay those of before.
 void run_free(Study& study);

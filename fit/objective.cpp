@@ -113,8 +113,8 @@ Objective::Objective(std::vector<ObservedTrial> trials, const ObjectiveOptions& 
   tbb::parallel_for(size_t{0}, scenes_.size(), [&](size_t i) { choose_branch(scenes_[i], parameters, usual); });
 }
 
-void Objective::take_branches_of(const Objective& other) {
-  for (size_t i = 0; i < scenes_.size(); ++i) scenes_[i].start_shape = on_mesh(sheet_.mesh, other.sheet(), other.scenes()[i].start_shape);
+void Objective::take_branches_of(const Objective& other, const std::vector<size_t>& trials) {
+  for (const size_t i : trials.empty() ? all_of(scenes_.size()) : trials) scenes_[i].start_shape = on_mesh(sheet_.mesh, other.sheet(), other.scenes()[i].start_shape);
 }
 
 std::vector<size_t> Objective::simulated_of(const std::vector<size_t>& wanted) const {

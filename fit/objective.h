@@ -71,8 +71,8 @@ class Objective {
   // first observation. An optimiser stays on a branch that once was near, also when the parameters have moved away.
   bool rematch(const std::vector<Parameter>& parameters, const Eigen::VectorXd& coordinates, const std::vector<size_t>& trials = {});
 
-  // Goes on from the equilibria of another objective over the same trials, on another mesh.
-  void take_branches_of(const Objective& other);
+  // Goes on from the equilibria of another objective over the same trials (of those wanted, empty: all), on another mesh.
+  void take_branches_of(const Objective& other, const std::vector<size_t>& trials = {});
 
   // Start equilibria for the next evaluations.
   void set_start(const std::vector<Eigen::Matrix3Xd>& start);

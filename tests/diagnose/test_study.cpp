@@ -1,0 +1,32 @@
+// The campaign under the base model.
+#include <gtest/gtest.h>
+
+#include "diagnose/study.h"
+#include "tests/diagnose/simulated_campaign.h"
+
+namespace selvedge::diagnose {
+namespace {
+
+// Two shapes in which a swatch may hang, mirrored: a fit that comes to other parameters may leave the fine mesh in the one that was not recorded.
+TEST(Study, AFineMeshThatFellIntoTheOtherFoldComesBackToTheRecordedOne) {
+  const SimulatedSwatch swatch = usual_fabric();
+  StudyOptions options;
+  options.columns = 9;
+  options.fine_columns = 13;
+  options.rate_hz = 20;
+  options.base_fit = BaseFit{base_of(swatch, swatch.material.stretch, swatch.material.shear), {10, 10, 10}};
+  Study study = make_study(simulated_campaign(swatch), {}, options);
+  const Eigen::VectorXd before = study.mesh_change[0];  // of what hangs still
+  ASSERT_GT(before.norm(), 0);
+  std::vector<Eigen::Matrix3Xd> mirrored;
+  for (const fit::Scene& scene : study.fine->scenes()) {
+    mirrored.push_back(scene.start_shape);
+    mirrored.back().row(1) = 2 * scene.start_shape(1, 0) - mirrored.back().row(1).array();
+  }
+  study.fine->set_start(mirrored);
+  correct_mesh(study);
+  EXPECT_LT((study.mesh_change[0] - before).norm(), 0.1 * before.norm());
+}
+
+}  // namespace
+}  // namespace selvedge::diagnose
