@@ -11,6 +11,7 @@
 #include <fmt/format.h>
 
 #include "cli/command.h"
+#include "cli/output_folder.h"
 #include "diagnose/blind.h"
 #include "diagnose/diagnosis_report.h"
 #include "diagnose/effects/library.h"
@@ -34,6 +35,9 @@ struct BlindArguments {
   bool partial = false;
 };
 
+// A conversion to an unsigned number would take -1 for the largest one.
+std::string not_negative(const std::string& text) { return text.starts_with('-') ? "found " + text + ", expected a whole number from 0 on" : ""; }
+
 std::string hex_words(std::mt19937_64& g, int words) {
   std::string text;
   for (int i = 0; i < words; ++i) text += fmt::format("{:016x}", g());
@@ -42,6 +46,7 @@ std::string hex_words(std::mt19937_64& g, int words) {
 
 // Keys are drawn and sealed before the first campaign is simulated; a second call goes on where the first stopped.
 void make_bank(const BlindArguments& a) {
+  expect_folder("DIR", a.folder);
   std::mt19937_64 g(a.seed);
   std::vector<std::string> kinds;
   for (const auto& [kind, count] : {std::pair{"none", a.none}, std::pair{"known", a.known}, std::pair{"outside", a.outside}, std::pair{"pair", a.pairs}})
@@ -158,7 +163,7 @@ void add_blind(CLI::App& app, int&) {
   auto a = std::make_shared<BlindArguments>();
   auto* made = command->add_subcommand("make", "draw campaigns of the simulated world and seal their keys; goes on where it stopped");
   made->add_option("DIR", a->folder, "folder of the blind check")->required();
-  made->add_option("--seed", a->seed, "draw it after library and thresholds are frozen")->required();
+  made->add_option("--seed", a->seed, "draw it after library and thresholds are frozen")->required()->check(not_negative);
   made->add_option("--none", a->none, "campaigns without an effect")->check(CLI::Range(0, 1000))->capture_default_str();
   made->add_option("--known", a->known, "with an effect of the library")->check(CLI::Range(0, 1000))->capture_default_str();
   made->add_option("--outside", a->outside, "with an effect outside it")->check(CLI::Range(0, 1000))->capture_default_str();

@@ -17,6 +17,7 @@
 #include "capture/session/rig_client.h"
 #include "capture/session/session_plan.h"
 #include "cli/command.h"
+#include "cli/output_folder.h"
 #include "files/bad_input.h"
 #include "report/progress.h"
 #include "report/text_table.h"
@@ -81,6 +82,7 @@ calib::Calibration calibrate_live(const std::filesystem::path& rig_file, const s
 
 void run(const CalibrateArguments& a) {
   const std::filesystem::path out = a.out;
+  expect_folder("--out", out);
   const bool live = !a.rig.empty();
   const calib::Calibration calibration = live ? calibrate_live(a.rig, out) : calibrate_folder(a.folder);
   std::filesystem::create_directories(out);

@@ -5,7 +5,7 @@
 #include <fmt/format.h>
 
 #include "cli/command.h"
-#include "files/bad_input.h"
+#include "cli/output_folder.h"
 #include "station/comparison.h"
 
 namespace selvedge::cli {
@@ -17,7 +17,7 @@ struct CompareArguments {
 };
 
 void run_compare(const CompareArguments& a) {
-  if (std::filesystem::exists(a.out) && !std::filesystem::is_directory(a.out)) refuse("--out " + a.out.string(), "found a file, expected a folder");
+  expect_folder("--out", a.out);
   const nlohmann::json summary = station::write_comparison(station::read_comparison(a.a, a.b), a.out);
   fmt::print("{}wrote {} and {}\n", station::comparison_text(summary), (a.out / "compare.json").string(), (a.out / "report.html").string());
 }

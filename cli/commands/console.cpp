@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "cli/command.h"
+#include "cli/output_folder.h"
 #include "cli/shared_files.h"
 #include "cli/stop_signals.h"
 #include "console/bus_rig_link.h"
@@ -28,7 +29,7 @@ void run_console(ConsoleArguments& a) {
   if (a.run.empty()) a.run = std::filesystem::path("runs") / "console";
   if (a.configuration.empty()) a.configuration = a.run / "rig.toml";
   else if (!std::filesystem::is_regular_file(a.configuration)) refuse("--config " + a.configuration.string(), "no such file");
-  if (std::filesystem::exists(a.run) && !std::filesystem::is_directory(a.run)) refuse("--run " + a.run.string(), "found a file, expected a folder");
+  expect_folder("--run", a.run);
   std::filesystem::create_directories(a.run);
   a.server.token = console::random_token();
   a.server.web = console_web_folder();

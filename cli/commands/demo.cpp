@@ -11,6 +11,7 @@
 
 #include "capture/trial/trial.h"
 #include "cli/command.h"
+#include "cli/output_folder.h"
 #include "cli/shared_files.h"
 #include "files/bad_input.h"
 #include "files/whole_file.h"
@@ -41,6 +42,7 @@ constexpr double kCaptured = 0.55;
 
 // A folder that was not there before.
 fs::path make_folder(const DemoArguments& a) {
+  expect_folder("--runs", a.runs);
   if (!a.name.empty()) {
     const fs::path folder = a.runs / a.name;
     if (fs::exists(folder)) refuse("--name " + a.name, "{} is there already", folder.string());

@@ -9,6 +9,7 @@
 
 #include "capture/trial/trial.h"
 #include "cli/command.h"
+#include "cli/output_folder.h"
 #include "diagnose/ahead.h"
 #include "diagnose/blind.h"
 #include "diagnose/diagnosis_report.h"
@@ -82,10 +83,10 @@ void print_diagnosis(const diagnose::Diagnosis& d) {
 }
 
 void run_diagnose(DiagnoseArguments& a) {
+  expect_folder("--out", a.out);
   std::vector<trial::Campaign> campaigns = {trial::read_campaign(a.path)};
   for (const std::filesystem::path& more : a.with) campaigns.push_back(trial::read_campaign(more));
   const trial::Campaign campaign = trial::joined(campaigns);
-  if (std::filesystem::exists(a.out) && !std::filesystem::is_directory(a.out)) refuse("--out " + a.out.string(), "found a file, expected a folder");
   const std::vector<diagnose::Effect> effects = chosen_effects(a);
   a.options.study.drag = fit::drag_named(a.base);
   a.options.study.progress = report::terminal_progress("diagnose " + campaign.folder.filename().string());

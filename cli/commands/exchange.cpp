@@ -6,6 +6,7 @@
 
 #include "capture/trial/trial.h"
 #include "cli/command.h"
+#include "cli/output_folder.h"
 #include "files/bad_input.h"
 #include "station/exchange/hdf5_export.h"
 #include "station/exchange/import_mapping.h"
@@ -22,6 +23,7 @@ struct ExportArguments {
 
 void run_export(const ExportArguments& a) {
   if (a.hdf5.empty() && a.lcm.empty() && a.obj.empty()) refuse("export", "expected --hdf5 FILE, --lcm FILE, --obj DIR, or several of them");
+  expect_folder("--obj", a.obj);
   if (!a.lcm.empty()) {
     const station::LcmExported log = station::export_lcm(a.trial, a.lcm);
     fmt::print("wrote {}: {} trials, {} messages, {:.1f} s\n", a.lcm.string(), log.trials, log.events, log.duration_s);
@@ -53,7 +55,10 @@ void add_exchange(CLI::App& app, int&) {
   auto from = std::make_shared<std::pair<std::filesystem::path, std::filesystem::path>>();
   in->add_option("MAPPING", from->first, "what is what (TOML), see docs/exchange.md")->required();
   in->add_option("--out", from->second, "folder in which the trial's folder is made")->required();
-  in->callback([from] { fmt::print("wrote {}\n", station::import_recording(from->first, from->second).string()); });
+  in->callback([from] {
+    expect_folder("--out", from->second);
+    fmt::print("wrote {}\n", station::import_recording(from->first, from->second).string());
+  });
 }
 
 }  // namespace selvedge::cli

@@ -7,8 +7,8 @@
 #include <fmt/format.h>
 
 #include "cli/command.h"
+#include "cli/output_folder.h"
 #include "experiments/experiment_report.h"
-#include "files/bad_input.h"
 #include "report/progress.h"
 #include "report/text_table.h"
 
@@ -23,7 +23,7 @@ struct ExperimentArguments {
 };
 
 void run_experiment_file(const ExperimentArguments& a) {
-  if (std::filesystem::exists(a.out) && !std::filesystem::is_directory(a.out)) refuse("--out " + a.out.string(), "found a file, expected a folder");
+  expect_folder("--out", a.out);
   experiments::ExperimentFile file = experiments::read_experiment(a.file);
   experiments::use_campaigns(file, a.campaigns);
   const experiments::ExperimentOutcome out =

@@ -9,6 +9,7 @@
 
 #include "capture/trial/trial.h"
 #include "cli/command.h"
+#include "cli/output_folder.h"
 #include "files/bad_input.h"
 #include "fit/campaign_search.h"
 #include "fit/fit_report.h"
@@ -63,8 +64,8 @@ void run_fit(FitArguments& a, const CLI::App& command) {
   const bool speaks = !a.options.ranks || a.options.ranks->is_first();
   if (!speaks) fall_silent();
   if (a.optimiser == "least_squares") refuse_what_least_squares_has_not(command);
+  expect_folder("--out", a.out);
   const trial::Campaign campaign = trial::read_campaign(a.path);
-  if (std::filesystem::exists(a.out) && !std::filesystem::is_directory(a.out)) refuse("--out " + a.out.string(), "found a file, expected a folder");
   a.options.drag = fit::drag_named(a.base);
   a.options.hold_out = a.hold_out == "trials" ? fit::HoldOut::trials : a.hold_out == "frames" ? fit::HoldOut::frames : fit::HoldOut::automatic;
   if (a.integrator == "runge_kutta_45") a.options.integrator = cloth::Options::Integrator::runge_kutta_45;

@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "cli/command.h"
+#include "cli/output_folder.h"
 #include "files/bad_input.h"
 #include "files/whole_file.h"
 #include "garment/pictures.h"
@@ -31,7 +32,7 @@ void run_garment(const GarmentArguments& a) {
     return;
   }
   if (a.pattern.empty() || a.out.empty()) refuse("garment", "found no {}, expected a garment's file and --out DIR", a.pattern.empty() ? "FILE" : "--out");
-  if (fs::exists(a.out) && !fs::is_directory(a.out)) refuse("--out " + a.out.string(), "found a file, expected a folder");
+  expect_folder("--out", a.out);
   const garment::Pattern pattern = garment::read_pattern(a.pattern, a.spacing_m);
   const garment::Wearer wearer = garment::read_wearer(a.pattern, a.motion);
   garment::body_of(wearer, pattern.where + ": limbs");  // names checked before the long work

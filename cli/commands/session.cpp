@@ -9,8 +9,8 @@
 #include <spdlog/spdlog.h>
 
 #include "cli/command.h"
+#include "cli/output_folder.h"
 #include "cli/shared_files.h"
-#include "files/bad_input.h"
 #include "report/progress.h"
 #include "rig/network.h"
 #include "station/free_addresses.h"
@@ -32,10 +32,10 @@ void log_to(const std::filesystem::path& folder) {
 }
 
 int run_session(const SessionArguments& a) {
+  const std::filesystem::path folder = a.out.empty() ? std::filesystem::path("runs") / a.file.stem() : a.out;
+  expect_folder("--out", folder);
   rig::ensure_local_multicast(static_cast<uint16_t>(station::free_bus_port()));
   const station::SessionFile file = station::read_session_file(a.file);
-  const std::filesystem::path folder = a.out.empty() ? std::filesystem::path("runs") / a.file.stem() : a.out;
-  if (std::filesystem::exists(folder) && !std::filesystem::is_directory(folder)) refuse("--out " + folder.string(), "found a file, expected a folder");
   station::Journal journal(folder, file.text);
   log_to(folder);
   station::StationSteps steps(file, journal, folder, shared_folder());

@@ -8,6 +8,7 @@
 #include <spdlog/spdlog.h>
 
 #include "cli/command.h"
+#include "cli/output_folder.h"
 #include "cli/shared_files.h"
 #include "cli/soak/recorder.h"
 #include "cli/soak/soak.h"
@@ -20,6 +21,7 @@ namespace selvedge::cli {
 namespace {
 
 int run_soak(SoakOptions options, const std::filesystem::path& runs) {
+  expect_folder("--runs", runs);
   options.folder = std::filesystem::absolute(runs / fmt::format("soak-{}", options.seed));
   for (int i = 2; std::filesystem::exists(options.folder); ++i) options.folder = std::filesystem::absolute(runs / fmt::format("soak-{}-{}", options.seed, i));
   std::filesystem::create_directories(options.folder / "logs");

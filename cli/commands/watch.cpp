@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include "cli/command.h"
+#include "cli/output_folder.h"
 #include "report/progress.h"
 #include "station/calibration_watch.h"
 
@@ -24,6 +25,7 @@ void add_watch(CLI::App& app, int& exit_status) {
   sub->add_option("CAMPAIGN", a->campaign, "a trial's or a campaign's folder, with images")->required();
   sub->add_option("--out", a->out, "also write calibration-watch.json into this folder");
   sub->callback([a, &exit_status] {
+    expect_folder("--out", a->out);
     const station::CalibrationWatch watch = station::watch_calibration(trial::read_campaign(a->campaign), report::terminal_progress("watch"));
     if (!a->out.empty()) {
       std::filesystem::create_directories(a->out);

@@ -56,6 +56,20 @@ TEST_F(CommandLine, RefusesWhatItDoesNotKnow) {
   EXPECT_TRUE(fs::is_empty(working_folder()));
 }
 
+// Before any work: a diagnosis takes minutes to an hour.
+TEST_F(CommandLine, AFileWhereAFolderIsToBeWrittenIsRefusedFirst) {
+  std::ofstream(working_folder() / "taken") << "kept";
+  for (const std::string out : {"taken", "taken/", "taken/below", "taken/below/deeper"})
+    for (const std::string& command : {"diagnose . --out " + out, "fit . --out " + out, "experiment skirt --out " + out, "compare . . --out " + out, "garment x.toml --out " + out,
+                                       "session run x.toml --out " + out, "watch . --out " + out, "calibrate . --out " + out, "blind make " + out + " --seed 1",
+                                       "demo --runs " + out, "soak --runs " + out, "export . --obj " + out, "import x.toml --out " + out})
+      EXPECT_NO_FATAL_FAILURE(expect_refused(run(command), out)) << command;
+  EXPECT_EQ(files::read_whole(working_folder() / "taken"), "kept");
+  EXPECT_EQ(std::distance(fs::directory_iterator(working_folder()), fs::directory_iterator()), 1);
+  expect_refused(run("blind make bank --seed -1"), "--seed");
+  EXPECT_FALSE(fs::exists(working_folder() / "bank"));
+}
+
 TEST_F(CommandLine, CheckSaysWhatATrialHolds) {
   const ExampleTrial example = example_trial(1);
   trial::write_trial(example.trial, scratch_.path() / "trial", example.images);
