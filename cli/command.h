@@ -27,6 +27,7 @@ void add_fit(CLI::App& app, int& exit_status);
 void add_garment(CLI::App& app, int& exit_status);
 void add_prove(CLI::App& app, int& exit_status);
 void add_rig(CLI::App& app, int& exit_status);
+void add_arm(CLI::App& app, int& exit_status);
 void add_session(CLI::App& app, int& exit_status);
 void add_shell(CLI::App& app, int& exit_status);
 void add_simulate_devices(CLI::App& app, int& exit_status);

@@ -20,6 +20,7 @@ const std::vector<AddCommand>& commands() {
       add_watch,
       add_exchange,
       add_rig,
+      add_arm,
       add_daemon,
       add_simulate_devices,
       add_soak,

@@ -6,7 +6,6 @@
 #include <thread>
 
 #include <fmt/format.h>
-#include <selvedge_rig/arm_control_t.hpp>
 #include <selvedge_rig/operator_answer_t.hpp>
 #include <spdlog/spdlog.h>
 
@@ -17,6 +16,7 @@
 #include "console/heard.h"
 #include "console/preview.h"
 #include "files/bad_input.h"
+#include "rig/arm/control_link.h"
 #include "rig/camera/frame_ring.h"
 #include "rig/channels.h"
 #include "rig/clock.h"
@@ -148,6 +148,7 @@ struct BusRigLink::Impl {
     const std::lock_guard lock(mutex);
     return configuration;
   }
+  bool has_arm() const { return current().has("arm"); }
   std::shared_ptr<Heard> need_rig() const {
     auto now = heard_now();
     if (!now) refuse(options.configuration.string(), "no rig yet: start one with ./selvedge rig up, or a session");
@@ -247,19 +248,24 @@ void BusRigLink::disarm() {
   impl_->armed = false;
 }
 
+// The stop itself first: it must not wait for anything else. Where the daemon cannot be reached the page says that
+// the stop is not confirmed; whatever is armed or recorded from here ends all the same.
 void BusRigLink::stop(const std::string& why) {
-  // The stop itself first: it must not wait for anything else.
-  if (const auto heard = impl_->heard_now()) {
-    selvedge_rig::arm_control_t message{};
-    message.action = selvedge_rig::arm_control_t::STOP;
-    message.reason = why;
-    for (int i = 0; i < 3; ++i) {  // a datagram may get lost
-      message.utime = rig::host_now_us();
-      heard->bus().publish(rig::channel("arm", rig::kControl), message);
-    }
-  }
+  std::exception_ptr failed;
   impl_->cancel = true;
+  try {
+    if (impl_->has_arm()) arm::stop_arm(impl_->current(), why);
+  } catch (...) {
+    failed = std::current_exception();
+  }
   disarm();
+  if (failed) std::rethrow_exception(failed);
+}
+
+void BusRigLink::reset(const std::string& who) {
+  const auto state = impl_->need_rig()->state();
+  if (!state.contains("arm") || !state["arm"].value("latched", false)) refuse("reset", "no stop holds");
+  arm::ControlClient(arm::control_socket(impl_->current())).reset(state["arm"]["stop_number"], who);
 }
 
 void BusRigLink::record(const json& wanted) {
@@ -298,8 +304,8 @@ void BusRigLink::record(const json& wanted) {
 void BusRigLink::stop_recording() { impl_->cancel = true; }
 
 void BusRigLink::answer(int64_t prompt_id, const std::string& text) {
-  static const std::vector<std::string> known = {"done", "repeat", "skip", "stop"};
-  if (std::find(known.begin(), known.end(), text) == known.end()) refuse("answer", "found {:.40}, expected done, repeat, skip or stop", text);
+  static const std::vector<std::string> known = {"done", "repeat", "skip", "stop", "reset"};
+  if (std::find(known.begin(), known.end(), text) == known.end()) refuse("answer", "found {:.40}, expected done, repeat, skip, stop or reset", text);
   selvedge_rig::operator_answer_t message{};
   message.utime = rig::host_now_us();
   message.prompt_id = prompt_id;

@@ -32,6 +32,7 @@ class BusRigLink : public RigLink {
   void arm(const std::string& who) override;
   void disarm() override;
   void stop(const std::string& why) override;
+  void reset(const std::string& who) override;
   void record(const nlohmann::json& trial) override;
   void stop_recording() override;
   void answer(int64_t prompt_id, const std::string& text) override;

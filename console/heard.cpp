@@ -86,7 +86,8 @@ bool Heard::disarmed_since(int64_t utime) const {
 }
 
 json Heard::arm_json(const arm_status_t& arm) const {
-  json out = {{"mode", mode_text(arm.mode)}, {"armed", static_cast<bool>(arm.armed)}, {"stop", arm.stop_text}, {"age_s", age_s(arm.utime)}, {"error_rad", arm.tracking_error_rad},
+  json out = {{"mode", mode_text(arm.mode)}, {"armed", static_cast<bool>(arm.armed)}, {"latched", static_cast<bool>(arm.latched)},
+              {"stop_number", arm.stop_number}, {"stop", arm.stop_text}, {"age_s", age_s(arm.utime)}, {"error_rad", arm.tracking_error_rad},
               {"trajectory_s", arm.trajectory_s}, {"tool", point(world_from_base_ * Eigen::Vector3d(arm.tool_m))}, {"links", json::array()}};
   if (model_ && static_cast<int>(arm.q_rad.size()) == model_->joints())
     for (const Eigen::Vector3d& p : model_->link_points(Eigen::Map<const Eigen::VectorXd>(arm.q_rad.data(), arm.joints))) out["links"].push_back(point(world_from_base_ * p));

@@ -10,6 +10,7 @@
 #include "calib/calibration_file.h"
 #include "calib/calibration_report.h"
 #include "calib/read_images.h"
+#include "capture/session/operator_stop.h"
 #include "files/bad_input.h"
 #include "rig/clock.h"
 #include "station/pattern_images.h"
@@ -72,6 +73,7 @@ MarkerMeans wait_for_grid(RigClient& rig, const session::SessionPlan& plan, cons
   const double until_s = rig::host_now_s() + plan.answer_timeout_s;
   while (rig::host_now_s() < until_s) {
     rig.remind();
+    session::require_no_stop(rig);
     rig.corners_after(rig::host_now_s() + 0.05, plan.answer_timeout_s);
     for (auto& sample : rig.take_corners()) recent.push_back(std::move(sample));
     const auto oldest = recent.empty() ? 0 : recent.back().utime - static_cast<int64_t>(kStill_s * 1e6);
@@ -138,7 +140,16 @@ calib::Calibration calibrate_rig(RigClient& rig, const session::SessionPlan& pla
   std::vector<calib::PoseImages> poses;
   for (int pose = 0; pose < plan.grid.poses; ++pose) {
     std::optional<calib::PoseImages> images;
-    for (int attempt = 0; attempt < kAttempts && !images; ++attempt) images = capture_pose(capture, pose);
+    for (int attempt = 0; attempt < kAttempts && !images;) {
+      session::wait_for_reset(rig, progress);
+      try {
+        ++attempt;
+        images = capture_pose(capture, pose);
+      } catch (const session::ArmStopped& stopped) {
+        spdlog::warn("grid pose {}: {}", pose + 1, stopped.what());
+        --attempt;  // a person's stop, and no fault of the pose's
+      }
+    }
     if (!images) throw DeviceFailed(fmt::format("tracker: the grid moved {} times while pose {} was recorded", kAttempts, pose + 1));
     poses.push_back(std::move(*images));
   }

@@ -6,13 +6,13 @@
 #include <mutex>
 
 #include <fmt/format.h>
-#include <poll.h>
 #include <selvedge_rig/operator_answer_t.hpp>
 #include <spdlog/spdlog.h>
-#include <unistd.h>
 
 #include "calib/calibration_file.h"
 #include "capture/recorder.h"
+#include "capture/session/operator_stop.h"
+#include "capture/session/terminal.h"
 #include "capture/trial/trial.h"
 #include "diagnose/diagnosis.h"
 #include "diagnose/diagnosis_report.h"
@@ -157,12 +157,17 @@ void StationSteps::hang(const Step& step) {
   prompt.index = static_cast<int32_t>(step.fabric);
   prompt.text = fmt::format("take down whatever hangs, this swatch too, and make ready \"{}\" ({:.0f} by {:.0f} mm)", swatch.name, 1e3 * swatch.plan.fabric.width_m, 1e3 * swatch.plan.fabric.height_m);
   desk_->take_answer(0);
-  const int64_t asked = rig_->ask(prompt);
-  const double until_s = rig::host_now_s() + kChange_s;
+  int64_t asked = rig_->ask(prompt);
+  double until_s = rig::host_now_s() + kChange_s;
   double gone_since_s = rig::host_now_s();
   rig_->forget_samples();
   while (rig::host_now_s() < until_s) {
     if (simulated_) simulated_->require_running();
+    if (session::stop_holds(*rig_)) {
+      session::wait_for_reset(*rig_, [&](double, const std::string& what) { tell(step, -1, what); });
+      asked = rig_->ask(prompt);
+      until_s = rig::host_now_s() + kChange_s;
+    }
     rig_->remind();
     rig_->corners_after(rig::host_now_s() + 0.05, swatch.plan.answer_timeout_s);
     for (const auto& sample : rig_->take_corners())
@@ -314,8 +319,8 @@ void StationSteps::set_aside(const Step& step) {
 }
 
 Answer StationSteps::ask(const std::string& question) {
-  bool terminal = ::isatty(0);
-  if (terminal) fmt::print(stderr, "\n{} ", question);
+  session::Terminal terminal;
+  terminal.say(question);
   if (desk_) desk_->take_answer(0);
   selvedge_rig::operator_prompt_t prompt{};
   prompt.step = "ask";
@@ -326,12 +331,7 @@ Answer StationSteps::ask(const std::string& question) {
     prompt.utime = rig::host_now_us();
     if (desk_) desk_->bus.publish(rig::kOperatorPrompt, prompt);
     std::string answer = desk_ ? desk_->take_answer(prompt.prompt_id) : "";
-    pollfd input{0, POLLIN, 0};
-    if (::poll(&input, terminal ? 1 : 0, 500) > 0) {
-      char line[64] = {};
-      if (::read(0, line, sizeof line - 1) > 0) answer = std::string(line).substr(0, std::string(line).find('\n'));
-      else terminal = false;  // it was hung up
-    }
+    if (const std::string typed = terminal.line(500); !typed.empty()) answer = typed;
     if (answer == "repeat") return Answer::repeat;
     if (answer == "skip") return Answer::skip;
     if (answer == "stop") return Answer::stop;

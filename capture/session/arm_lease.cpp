@@ -1,14 +1,10 @@
 #include "capture/session/arm_lease.h"
 
-#include <random>
-
 #include <fmt/format.h>
 #include <selvedge_rig/arm_command_t.hpp>
-#include <selvedge_rig/arm_control_t.hpp>
 #include <selvedge_rig/arm_trajectory_t.hpp>
 #include <spdlog/spdlog.h>
 
-#include "rig/channels.h"
 #include "rig/clock.h"
 
 namespace selvedge::session {
@@ -16,7 +12,6 @@ namespace selvedge::session {
 namespace {
 
 using selvedge_rig::arm_command_t;
-using selvedge_rig::arm_control_t;
 using selvedge_rig::arm_status_t;
 using selvedge_rig::arm_trajectory_t;
 
@@ -27,64 +22,52 @@ constexpr double kAskAgain_s = 0.5;
 constexpr double kPlanning_s = 30;
 constexpr double kStart_s = 5;  // from FOLLOW to the first motion
 
-int64_t draw_sender() {
-  std::random_device device;
-  return static_cast<int64_t>((static_cast<uint64_t>(device()) << 31) ^ device()) | 1;
-}
-
 }  // namespace
 
-ArmLease::ArmLease(RigClient& rig, const std::string& reason) : rig_(rig), sender_(draw_sender()) {
-  thread_ = std::thread([this] { renew(); });
-  const double until_s = rig::host_now_s() + kArming_s;
-  while (true) {
-    // Older than what is sent now says nothing about it.
-    const int64_t asked_us = rig::host_now_us();
-    control(arm_control_t::ARM, reason);
-    const double answer_until_s = rig::host_now_s() + kAskAgain_s;
-    while (rig::host_now_s() < answer_until_s) {
-      const auto state = rig_.arm_state();
-      if (state && state->armed && state->utime > asked_us) return;
-      std::this_thread::sleep_for(std::chrono::milliseconds(5));
+// A daemon that is started again, or a controller that is not ready yet, may be there soon; a stop that holds is not
+// lifted by waiting.
+ArmLease::ArmLease(RigClient& rig, const std::string& reason) : rig_(rig) {
+  std::string why;
+  for (const double until_s = rig::host_now_s() + kArming_s; rig::host_now_s() < until_s;) {
+    require_no_stop(rig);
+    try {
+      if (!control_) control_ = std::make_unique<arm::ControlClient>(rig.arm_socket());
+      control_->arm(reason);
+      thread_ = std::thread([this] { renew(); });
+      return;
+    } catch (const arm::ControlRefused& refused) {
+      why = refused.what();
+    } catch (const wire::Disconnected& gone) {
+      control_.reset();
+      why = gone.what();
     }
-    if (rig::host_now_s() < until_s) continue;
-    ending_ = true;
-    thread_.join();
-    throw DeviceFailed(fmt::format("arm: not armed within {:.0f} s; {}", kArming_s, rig_.last_words("arm")));
+    std::this_thread::sleep_for(std::chrono::duration<double>(kAskAgain_s));
   }
+  throw DeviceFailed(fmt::format("arm: not armed within {:.0f} s: {}; {}", kArming_s, why, rig_.last_words("arm")));
 }
 
 ArmLease::~ArmLease() {
-  try {
-    control(arm_control_t::DISARM, "the session lets go of the arm");
-  } catch (const std::exception& error) {
-    spdlog::warn("arm: {}", error.what());  // the lease ends all the same
-  }
   ending_ = true;
   thread_.join();
-}
-
-void ArmLease::control(int8_t action, const std::string& reason) {
-  arm_control_t message{};
-  message.utime = rig::host_now_us();
-  message.sender = sender_;
-  message.action = action;
-  message.reason = reason;
-  rig_.bus().publish(rig::channel("arm", rig::kControl), message);
+  try {
+    control_->disarm("the session lets go of the arm");
+  } catch (const std::exception&) {
+    // It holds the arm no more, or the daemon is gone; the connection's end lets go of it all the same.
+  }
 }
 
 void ArmLease::renew() {
   while (!ending_) {
     arm_command_t command{};
-    command.utime = rig::host_now_us();
-    command.sender = sender_;
     command.lease_s = kLease_s;
     command.trajectory_id = follow_id_;
     command.action = command.trajectory_id != 0 ? arm_command_t::FOLLOW : arm_command_t::HOLD;
     try {
-      rig_.bus().publish(rig::channel("arm", rig::kCommand), command);
+      control_->command(command);
     } catch (const std::exception& error) {
       spdlog::warn("arm: lease not renewed: {}", error.what());
+      lost_ = true;
+      return;
     }
     std::this_thread::sleep_for(kRenewal);
   }
@@ -92,7 +75,6 @@ void ArmLease::renew() {
 
 void ArmLease::prepare(const arm::ToolPath& path) {
   arm_trajectory_t message{};
-  message.sender = sender_;
   message.trajectory_id = ++trajectory_id_;
   message.points = static_cast<int32_t>(path.time_s.size());
   message.time_s = path.time_s;
@@ -101,14 +83,17 @@ void ArmLease::prepare(const arm::ToolPath& path) {
     message.y_m.push_back(path.point_m(1, i));
     message.z_m.push_back(path.point_m(2, i));
   }
-  message.utime = rig::host_now_us();
   follow_id_ = 0;
-  rig_.bus().publish(rig::channel("arm", rig::kTrajectory), message);
+  try {
+    message.utime = control_->send(message);
+  } catch (const arm::ControlRefused& refused) {
+    throw ArmStopped(refused.what());
+  }
   const double until_s = rig::host_now_s() + kPlanning_s;
   while (rig::host_now_s() < until_s) {
     const auto state = rig_.arm_state();
     if (state && !state->armed && state->utime > message.utime) throw ArmStopped("arm: " + state->stop_text);
-    if (state && state->plan_id == trajectory_id_) {
+    if (state && state->plan_id == trajectory_id_ && state->utime > message.utime) {
       if (state->plan_state == arm_status_t::PLAN_READY) return;
       if (state->plan_state == arm_status_t::PLAN_REFUSED) throw DeviceFailed("arm: path refused: " + state->plan_text);
     }
@@ -126,6 +111,7 @@ void ArmLease::follow() {
 bool ArmLease::moving() {
   const auto state = rig_.arm_state();
   const double now_s = rig::host_now_s();
+  if (lost_) throw ArmStopped("arm: its daemon is gone; " + rig_.last_words("arm"));
   if (!state) return true;
   if (1e-6 * static_cast<double>(state->utime) < followed_s_) {
     if (now_s - followed_s_ > kStart_s) throw ArmStopped("arm: silent; " + rig_.last_words("arm"));

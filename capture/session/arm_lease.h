@@ -1,23 +1,20 @@
 // Holds the arm's lease for as long as it lives: arms on construction, renews the lease from a thread of its own,
 // disarms on destruction. If this process dies, or the machine stalls for longer than the lease, the arm stops by
-// itself (rig/arm/motion_guard.h).
+// itself (rig/arm/motion_guard.h). Where a stop holds it does not let itself be armed (operator_stop.h).
 #pragma once
 
 #include <atomic>
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <thread>
 
+#include "capture/session/operator_stop.h"
 #include "capture/session/rig_client.h"
+#include "rig/arm/control_link.h"
 #include "rig/arm/path.h"
 
 namespace selvedge::session {
-
-// The arm stopped, or would not move; the text says why in the daemon's words.
-class ArmStopped : public DeviceFailed {
- public:
-  using DeviceFailed::DeviceFailed;
-};
 
 class ArmLease {
  public:
@@ -36,16 +33,15 @@ class ArmLease {
   bool moving();
 
  private:
-  void control(int8_t action, const std::string& reason);
   void renew();
 
   RigClient& rig_;
-  const int64_t sender_;
+  std::unique_ptr<arm::ControlClient> control_;
   std::atomic<int64_t> follow_id_{0};  // 0: hold
   int64_t trajectory_id_ = 0;
   bool seen_moving_ = false;
   double followed_s_ = 0;
-  std::atomic<bool> ending_{false};
+  std::atomic<bool> ending_{false}, lost_{false};
   std::thread thread_;
 };
 

@@ -9,6 +9,7 @@
 #include <selvedge_rig/projector_command_t.hpp>
 
 #include "files/bad_input.h"
+#include "rig/arm/control_link.h"
 #include "rig/channels.h"
 #include "rig/clock.h"
 
@@ -69,6 +70,7 @@ RigClient::RigClient(const rig::Configuration& configuration)
     : bus_configuration_(configuration.bus()), has_arm_(configuration.has("arm")) {
   for (const char* needed : {"camera", "tracker", "projector"})
     if (!configuration.has(needed)) refuse("configuration", "no section [{}], which a session needs", needed);
+  if (has_arm_) arm_socket_ = arm::control_socket(configuration);
   bus_ = std::make_unique<rig::Bus>(bus_configuration_);
   subscribe();
   bus_->start();
@@ -97,6 +99,7 @@ void RigClient::subscribe() {
   keep(rig::channel("projector", rig::kPattern), pattern_);
   keep(rig::channel("tracker", rig::kCorners), corners_, &corner_queue_);
   keep(rig::channel("arm", rig::kArm), arm_, &arm_queue_);
+  keep(rig::kOperatorAnswer, answer_);
 }
 
 std::string RigClient::last_words(const std::string& device) const {
@@ -278,11 +281,17 @@ int RigClient::projector_height_px() const {
 }
 
 int64_t RigClient::ask(selvedge_rig::operator_prompt_t prompt) {
-  prompt.utime = reminded_us_ = rig::host_now_us();
+  prompt.utime = asked_us_ = reminded_us_ = rig::host_now_us();
   prompt.prompt_id = prompt_.prompt_id + 1;
   prompt_ = prompt;
   bus_->publish(rig::kOperatorPrompt, prompt_);
   return prompt_.prompt_id;
+}
+
+std::string RigClient::take_answer(int64_t prompt_id) {
+  const std::lock_guard lock(mutex_);
+  const auto given = std::exchange(answer_, std::nullopt);
+  return given && given->prompt_id == prompt_id && given->utime >= asked_us_ ? given->answer : "";
 }
 
 void RigClient::remind() {

@@ -8,6 +8,7 @@
 #include <condition_variable>
 #include <cstdint>
 #include <deque>
+#include <filesystem>
 #include <functional>
 #include <map>
 #include <memory>
@@ -22,6 +23,7 @@
 #include <selvedge_rig/clock_map_t.hpp>
 #include <selvedge_rig/corner_sample_t.hpp>
 #include <selvedge_rig/device_status_t.hpp>
+#include <selvedge_rig/operator_answer_t.hpp>
 #include <selvedge_rig/operator_prompt_t.hpp>
 #include <selvedge_rig/projector_status_t.hpp>
 #include <selvedge_rig/session_status_t.hpp>
@@ -53,6 +55,8 @@ class RigClient {
   ~RigClient();
 
   bool has_arm() const { return has_arm_; }
+  // Where the arm's daemon takes its control (rig/arm/control_link.h); "" without an arm.
+  const std::filesystem::path& arm_socket() const { return arm_socket_; }
   rig::Bus& bus() { return *bus_; }
 
   // Until every device delivers and the camera's clock is known. waiting: told what is still missing.
@@ -88,6 +92,8 @@ class RigClient {
 
   // prompt.utime and prompt_id are filled in. Returns the prompt_id.
   int64_t ask(selvedge_rig::operator_prompt_t prompt);
+  // What a person answered to that prompt since it was asked, once; "" where nobody did.
+  std::string take_answer(int64_t prompt_id);
   // Sends the last prompt again, with its number, where that is due: a datagram may get lost.
   void remind();
   void publish_status(selvedge_rig::session_status_t status);
@@ -106,6 +112,7 @@ class RigClient {
 
   rig::BusConfiguration bus_configuration_;
   bool has_arm_ = false;
+  std::filesystem::path arm_socket_;
 
   mutable std::mutex mutex_;   // guards all down to ring_
   std::condition_variable news_;
@@ -114,6 +121,7 @@ class RigClient {
   std::optional<selvedge_rig::corner_sample_t> corners_;
   std::optional<selvedge_rig::arm_status_t> arm_;
   std::optional<selvedge_rig::projector_status_t> pattern_;
+  std::optional<selvedge_rig::operator_answer_t> answer_;
   std::deque<selvedge_rig::corner_sample_t> corner_queue_;
   std::deque<selvedge_rig::arm_status_t> arm_queue_;
 
@@ -123,7 +131,7 @@ class RigClient {
   int64_t last_number_ = 0, frames_lost_ = 0;
   int64_t command_id_ = 0;
   selvedge_rig::operator_prompt_t prompt_{};
-  int64_t reminded_us_ = 0;
+  int64_t asked_us_ = 0, reminded_us_ = 0;
   std::unique_ptr<rig::Bus> bus_;  // last: its thread fills the rest
 };
 

@@ -10,6 +10,7 @@
 
 #include "capture/recorder.h"
 #include "capture/session/arm_lease.h"
+#include "capture/session/operator_stop.h"
 #include "capture/session/rest.h"
 #include "files/json_number.h"
 #include "rig/arm/daemon.h"
@@ -54,6 +55,7 @@ Rest wait_for_rest(RigClient& rig, const SessionPlan& session, const report::Pro
   const double from_s = rig::host_now_s();
   while (true) {
     rig.remind();
+    require_no_stop(rig);
     const double waited_s = rig::host_now_s() - from_s;
     if (const auto frame = rig.next_frame(kFrameWait_s)) detector.add(*frame);
     for (const auto& sample : rig.take_corners()) detector.add(sample);
@@ -152,6 +154,7 @@ class Recording {
         origin_s_(origin_s), lost_before_(rig.frames_lost()) {}
 
   void take(double end_s) {
+    require_no_stop(rig_);
     if (const auto frame = rig_.next_frame(kFrameWait_s)) {
       newest_frame_s_ = frame->mid_exposure_s;
       if (within(frame->mid_exposure_s, end_s)) {
@@ -314,17 +317,23 @@ void set_trial_aside(const std::filesystem::path& folder, const std::string& nam
 TrialRecord run_trial(RigClient& rig, const rig::Configuration& configuration, const SessionPlan& session, const TrialPlan& plan,
                       const RigOptics& optics, const std::filesystem::path& folder, const report::ProgressCallback& progress,
                       const std::function<void()>& at_rest) {
+  int spoiled = 0;
+  const auto count_spoiled = [&](const std::string& why) {
+    if (++spoiled == plan.attempts) throw DeviceFailed(fmt::format("{}: {} ({} attempts)", plan.name, why, spoiled));
+  };
   for (int attempt = 1;; ++attempt) {
+    wait_for_reset(rig, progress);
     try {
       TrialRecord record = attempt_trial(rig, configuration, session, plan, optics, folder, progress, at_rest, attempt);
       record.attempts = attempt;
       return record;
     } catch (const Spoiled& error) {
       spdlog::warn("{}, attempt {}: {}", plan.name, attempt, error.what());
-      if (attempt == plan.attempts) throw DeviceFailed(fmt::format("{}: {} ({} attempts)", plan.name, error.what(), attempt));
+      count_spoiled(error.what());
     } catch (const ArmStopped& error) {
+      // A stop that holds is a person's to lift, and no fault of the trial's; any other is tried again as it is.
       spdlog::warn("{}, attempt {}: {}", plan.name, attempt, error.what());
-      if (attempt == plan.attempts) throw DeviceFailed(fmt::format("{}: {} ({} attempts)", plan.name, error.what(), attempt));
+      if (!stop_holds(rig)) count_spoiled(error.what());
     }
     set_trial_aside(folder, plan.name);
   }

@@ -10,6 +10,8 @@
 // the camera's and the tracker's clocks were mapped.
 // A robot's path is planned and checked by the arm's daemon before recording starts; where a limit breaks, the
 // trial is refused and nothing moves.
+// Where somebody stops the arm, in whatever phase of whatever trial, the attempt is given up and the session waits for a
+// person to reset the stop (operator_stop.h); that attempt does not count.
 #pragma once
 
 #include <filesystem>

@@ -22,9 +22,14 @@ const char* to_text(FaultKind kind) {
     case FaultKind::kill_tracker: return "kill -9 tracker";
     case FaultKind::kill_projector: return "kill -9 projector";
     case FaultKind::kill_arm: return "kill -9 arm";
-    case FaultKind::kill_recorder: break;
+    case FaultKind::kill_recorder: return "kill -9 recorder";
+    case FaultKind::operator_stop: return "operator's stop";
+    case FaultKind::stop_in_flood: return "stop before a flood";
+    case FaultKind::second_sender: return "second sender";
+    case FaultKind::kill_console: return "kill -9 console";
+    case FaultKind::stolen_script: break;
   }
-  return "kill -9 recorder";
+  return "stolen script port";
 }
 
 Fault FaultDeck::draw() {
@@ -32,7 +37,7 @@ Fault FaultDeck::draw() {
     for (int kind = 0; kind < kFaultKinds; ++kind) left_.push_back(static_cast<FaultKind>(kind));
     std::shuffle(left_.begin(), left_.end(), random_);
   }
-  Fault fault{left_.back(), 0, between(0.5, 2)};
+  Fault fault{left_.back(), 0, between(0.5, 2), between(0, 1) < 0.6};
   left_.pop_back();
   switch (fault.kind) {
     case FaultKind::packet_loss:

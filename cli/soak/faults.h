@@ -25,9 +25,15 @@ enum class FaultKind {
   kill_tracker,
   kill_projector,
   kill_arm,
-  kill_recorder
+  kill_recorder,
+  operator_stop,       // of people (people.h), here and below
+  stop_in_flood,
+  second_sender,
+  kill_console,
+  stolen_script
 };
-inline constexpr int kFaultKinds = static_cast<int>(FaultKind::kill_recorder) + 1;
+inline constexpr int kFaultKinds = static_cast<int>(FaultKind::stolen_script) + 1;
+inline bool of_people(FaultKind kind) { return kind >= FaultKind::operator_stop; }
 
 const char* to_text(FaultKind kind);
 
@@ -35,6 +41,7 @@ struct Fault {
   FaultKind kind = FaultKind::packet_loss;
   double amount = 0;
   double duration_s = 0;
+  bool in_motion = false;  // of people: it waits for the arm to move
 };
 
 class FaultDeck {

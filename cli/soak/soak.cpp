@@ -13,6 +13,7 @@
 
 #include "cli/soak/arm_audit.h"
 #include "cli/soak/frame_audit.h"
+#include "cli/soak/people.h"
 #include "cli/soak/small_disk.h"
 #include "hardware_sim/simulated_rig.h"
 #include "rig/bus.h"
@@ -81,15 +82,17 @@ class Soak {
   Soak(const SoakOptions& options, const fs::path& trials, bool small_disk)
       : options_(options), trials_(trials), configuration_(rig::Configuration::load(options.folder / "rig.toml")),
         devices_(hardware_sim::read_simulated_rig(options.folder / "world.toml")), frames_(trials),
-        deck_(options.seed, std::min(kLongestGap_s, 3600 * options.hours / (1.3 * kFaultKinds))), bus_(configuration_.bus()) {
+        deck_(options.seed, std::min(kLongestGap_s, 3600 * options.hours / (1.3 * kFaultKinds))), bus_(configuration_.bus()),
+        people_(configuration_, bus_, arm_, log_of("console"), [this] { kill_now("console"); }, options.seed) {
     result_.small_disk = small_disk;
     listen();
     const std::string program = station::own_program().string(), rig = (options.folder / "rig.toml").string();
     const auto start = [&](const std::string& name, const std::vector<std::string>& command) {
-      processes_.emplace(name, std::make_unique<Supervised>(name, command, options.folder / "logs" / (name + ".log")));
+      processes_.emplace(name, std::make_unique<Supervised>(name, command, log_of(name)));
     };
     for (const std::string& kind : station::daemon_kinds(rig)) start(kind, {program, "daemon", kind, "--config", rig});
     start("recorder", {program, "soak-recorder", "--config", rig, "--world", (options.folder / "world.toml").string(), "--trials", trials.string()});
+    start("console", {program, "console", "--run", (options.folder / "console").string(), "--config", rig});
   }
   ~Soak() {
     processes_.clear();
@@ -114,15 +117,16 @@ class Soak {
   }
 
  private:
+  fs::path log_of(const std::string& name) const { return options_.folder / "logs" / (name + ".log"); }
+
   void listen() {
     bus_.subscribe<selvedge_rig::session_status_t>(rig::kSessionStatus, [this](const auto& message) { frames_.hear(message); });
+    bus_.subscribe<selvedge_rig::operator_prompt_t>(rig::kOperatorPrompt, [this](const auto& message) { people_.hear(message); });
     bus_.subscribe<selvedge_rig::arm_status_t>(rig::channel("arm", rig::kArm), [this](const selvedge_rig::arm_status_t& message) {
       const double host_s = 1e-6 * static_cast<double>(message.utime);
-      if (message.armed) arm_.may_move(host_s);
-      else arm_.must_stop(host_s);
-      const std::lock_guard lock(mutex_);
-      if (message.motions_after_stop < motions_told_now_) motions_told_before_ += motions_told_now_;  // a new daemon counts anew
-      motions_told_now_ = message.motions_after_stop;
+      if (message.armed) arm_.armed(host_s);
+      else arm_.not_armed(host_s);
+      people_.hear(message);
     });
     bus_.start();
   }
@@ -133,7 +137,11 @@ class Soak {
       reverts_.begin()->second();
       reverts_.erase(reverts_.begin());
     }
-    for (auto& [name, process] : processes_) process->look(result_.crashes);
+    {
+      const std::lock_guard lock(processes_mutex_);
+      for (auto& [name, process] : processes_) process->look(result_.crashes);
+    }
+    people_.look();
     look_at_arm(now_s - ArmAudit::kBehind_s);
     if (now_s - frames_looked_s_ > kFrameAudit_s) {
       frames_looked_s_ = now_s;
@@ -155,13 +163,24 @@ class Soak {
   void later(double seconds, std::function<void()> action) { reverts_.emplace(rig::host_now_s() + seconds, std::move(action)); }
 
   void kill(const std::string& name) {
-    if (name == "arm") arm_.must_stop(rig::host_now_s());
+    if (name == "arm") arm_.not_armed(rig::host_now_s());
+    kill_now(name);
+  }
+  // From any thread.
+  void kill_now(const std::string& name) {
+    const std::lock_guard lock(processes_mutex_);
     processes_.at(name)->kill();
+  }
+  void count(FaultKind kind) {
+    const std::lock_guard lock(processes_mutex_);
+    ++result_.faults[static_cast<size_t>(kind)];
   }
 
   void inject(const Fault& fault) {
     if (fault.kind == FaultKind::full_disk && !result_.small_disk) return;
-    ++result_.faults[static_cast<size_t>(fault.kind)];
+    // What people do may not come about, where a daemon is away just then.
+    if (of_people(fault.kind)) return people_.act(fault.kind, fault.in_motion, [this, kind = fault.kind] { count(kind); });
+    count(fault.kind);
     switch (fault.kind) {
       case FaultKind::packet_loss:
       case FaultKind::camera_stall:
@@ -184,6 +203,7 @@ class Soak {
       case FaultKind::kill_projector: return kill("projector");
       case FaultKind::kill_arm: return kill("arm");
       case FaultKind::kill_recorder: return kill("recorder");
+      default: return;
     }
   }
 
@@ -208,6 +228,7 @@ class Soak {
   void recover(const std::atomic<bool>& stopping) {
     for (auto& [due_s, revert] : reverts_) revert();
     reverts_.clear();
+    people_.go_home();
     frames_.look(false);
     const int before = frames_.complete();
     const double until_s = rig::host_now_s() + kRecovery_s;
@@ -219,6 +240,7 @@ class Soak {
   }
 
   void finish() {
+    people_.go_home();
     for (auto& [name, process] : processes_) process->look(result_.crashes);
     processes_.at("recorder")->end();
     std::this_thread::sleep_for(std::chrono::milliseconds(500));  // for its last words
@@ -229,10 +251,13 @@ class Soak {
     result_.frames_lost = frames_.lost();
     result_.losses = frames_.losses();
     result_.stops = arm_.stops();
+    result_.operator_stops = arm_.operator_stops();
+    result_.stops_in_motion = arm_.stops_in_motion();
+    result_.resets = people_.resets();
     result_.motions_after_stop = arm_.motions_after_stop();
-    result_.longest_braking_s = arm_.longest_braking_s();
-    const std::lock_guard lock(mutex_);
-    result_.motions_told = motions_told_before_ + motions_told_now_;
+    result_.longest_time_to_rest_s = arm_.longest_time_to_rest_s();
+    result_.longest_after_operator_s = arm_.longest_after_operator_s();
+    result_.violations = people_.violations();
   }
 
   const SoakOptions options_;
@@ -248,12 +273,19 @@ class Soak {
   std::map<std::string, std::unique_ptr<Supervised>> processes_;
   Eigen::VectorXd joints_;
   double joints_s_ = 0, frames_looked_s_ = 0;
-  std::mutex mutex_;
-  int64_t motions_told_now_ = 0, motions_told_before_ = 0;  // guarded
+  std::mutex processes_mutex_;  // guards processes_ and the counts of faults
   rig::Bus bus_;
+  People people_;               // last: its threads use the rest
 };
 
 }  // namespace
+
+bool SoakResult::each_often_enough() const {
+  if (hours < 1) return true;
+  for (int kind = 0; kind < kFaultKinds; ++kind)
+    if (faults[static_cast<size_t>(kind)] < kLeastEach && (small_disk || static_cast<FaultKind>(kind) != FaultKind::full_disk)) return false;
+  return true;
+}
 
 SoakResult soak(const SoakOptions& options, const std::atomic<bool>& stopping) {
   rig::ensure_local_multicast(static_cast<uint16_t>(station::free_bus_port()));
@@ -275,8 +307,10 @@ nlohmann::json to_json(const SoakResult& result, unsigned seed) {
           {"frames", {{"acknowledged", result.frames_acknowledged}, {"lost", result.frames_lost}, {"losses", result.losses}}},
           {"faults", faults},
           {"full_disk_possible", result.small_disk},
-          {"arm", {{"stops", result.stops}, {"motions_after_stop", result.motions_after_stop}, {"motions_after_stop_told", result.motions_told},
-                   {"longest_braking_s", result.longest_braking_s}}},
+          {"arm", {{"stops", result.stops}, {"operator_stops", result.operator_stops}, {"stops_in_motion", result.stops_in_motion},
+                   {"resets", result.resets}, {"motions_after_stop", result.motions_after_stop},
+                   {"longest_time_to_rest_s", result.longest_time_to_rest_s},
+                   {"longest_after_operator_stop_s", result.longest_after_operator_s}, {"violations", result.violations}}},
           {"daemons_ended_by_themselves", result.crashes},
           {"recovered", result.recovered}};
 }
@@ -284,14 +318,19 @@ nlohmann::json to_json(const SoakResult& result, unsigned seed) {
 std::string to_text(const SoakResult& result) {
   std::string text = fmt::format("{:.3f} hours\ntrials                        {} complete, {} cut\n", result.hours, result.trials_complete, result.trials_cut);
   text += fmt::format("frames acknowledged           {}\nframes lost                   {}\n", result.frames_acknowledged, result.frames_lost);
-  text += fmt::format("stops of the arm              {}, longest braking {:.2f} s\n", result.stops, result.longest_braking_s);
-  text += fmt::format("motions after a stop          {} seen, {} counted by its daemon\n", result.motions_after_stop, result.motions_told);
+  text += fmt::format("stops of the arm              {} ({} in motion), longest time to rest {:.2f} s\n", result.stops, result.stops_in_motion,
+                      result.longest_time_to_rest_s);
+  text += fmt::format("operators' stops              {}, longest time to rest {:.2f} s; {} words to reset\n", result.operator_stops,
+                      result.longest_after_operator_s, result.resets);
+  text += fmt::format("motions after a stop          {}, at the simulated joints\n", result.motions_after_stop);
   text += fmt::format("daemons ended by themselves   {}\n", result.crashes.size());
   text += fmt::format("whole trial after the faults  {}\nfaults injected\n", result.recovered ? "yes" : "no");
   for (int kind = 0; kind < kFaultKinds; ++kind)
     text += fmt::format("  {:<27} {}\n", to_text(static_cast<FaultKind>(kind)), result.faults[static_cast<size_t>(kind)]);
   if (!result.small_disk) text += "no disk ran full: this user may not mount one\n";
   for (const std::string& sentence : result.losses) text += "lost: " + sentence + '\n';
+  for (const std::string& sentence : result.violations) text += "violation: " + sentence + '\n';
+  if (!result.each_often_enough()) text += fmt::format("a kind of fault came fewer than {} times\n", kLeastEach);
   for (const std::string& sentence : result.crashes) text += "ended: " + sentence + '\n';
   return text;
 }

@@ -2,8 +2,9 @@
 // after another, until the time is over.
 //
 // Faults come at random times (faults.h). What is killed is started again a second later, as systemd would. Nothing that
-// was acknowledged may be lost (frame_audit.h), and the arm may not move after a stop (arm_audit.h). A daemon that ends
-// by itself counts as well. At the end the faults stop, and the rig is given a while to record one whole trial.
+// was acknowledged may be lost (frame_audit.h), and the arm may not move after a stop (arm_audit.h), which people give
+// (people.h). A daemon that ends by itself counts as well. At the end the faults stop, and the rig is given a while to
+// record one whole trial. A run of an hour or more must have seen each kind of fault kLeastEach times.
 #pragma once
 
 #include <atomic>
@@ -17,6 +18,8 @@
 #include "report/progress.h"
 
 namespace selvedge::cli {
+
+inline constexpr int kLeastEach = 5;
 
 struct SoakOptions {
   double hours = 1;
@@ -32,12 +35,16 @@ struct SoakResult {
   bool small_disk = false;                   // false: nothing could be mounted, so no disk ran full
   int trials_complete = 0, trials_cut = 0;
   int64_t frames_acknowledged = 0, frames_lost = 0;
-  int stops = 0, motions_after_stop = 0;
-  int64_t motions_told = 0;                  // by the arm's daemon itself
-  double longest_braking_s = 0;
+  int stops = 0, operator_stops = 0, stops_in_motion = 0, resets = 0;
+  int motions_after_stop = 0;                // measured at the simulated joints
+  double longest_time_to_rest_s = 0, longest_after_operator_s = 0;
+  std::vector<std::string> violations;       // of people who ought not to have got through
   bool recovered = false;                    // a whole trial after the last fault
   std::vector<std::string> losses, crashes;  // one sentence each
-  bool holds() const { return frames_lost == 0 && motions_after_stop == 0 && motions_told == 0 && crashes.empty(); }
+  bool each_often_enough() const;
+  bool holds() const {
+    return frames_lost == 0 && motions_after_stop == 0 && violations.empty() && crashes.empty() && each_often_enough();
+  }
 };
 
 // Throws BadInput for files that are no good. Call before the process has threads.

@@ -50,13 +50,14 @@ class MxtController::Loop {
     while (!stopping_) {
       const bool packet_waits = socket_.readable(0.002);
       const double now_s = rig::host_now_s();
-      if (restart.exchange(false)) {
+      if (restart.exchange(false) || (silent_ && now_s - packet_s_ > options_.silence_s + options_.restart_s)) {
         alarm = false;
         ended_ = false;
+        silent_ = false;
         command_rad_.reset();
       }
       // Silence while under command: the controller brakes and raises an alarm.
-      if (command_rad_ && now_s - packet_s_ > options_.silence_s) alarm = true;
+      if (command_rad_ && now_s - packet_s_ > options_.silence_s) alarm = silent_ = true;
       if (alarm || ended_) command_rad_.reset();
       joints.advance(command_rad_, now_s);
       if (packet_waits) answer(wire::receive_datagram(socket_), now_s);
@@ -133,7 +134,7 @@ class MxtController::Loop {
   Eigen::VectorXd filtered_rad_;
   std::optional<Eigen::VectorXd> command_rad_;
   double packet_s_ = 0;
-  bool ended_ = false;
+  bool ended_ = false, silent_ = false;
   std::atomic<bool> stopping_ = false;
   std::thread thread_;
 };

@@ -3,7 +3,8 @@
 //
 // dat1 is the command after a first-order filter, dat2 the encoders with noise. A step in the command beyond 1.5 times
 // a joint's speed in a cycle, or a set-point out of range, is an alarm; so is silence for 10 cycles once it was
-// commanded. After an alarm or command 255 it answers nothing until its program is started anew.
+// commanded. After an alarm or command 255 it answers nothing until its program is started anew; after an alarm of
+// silence, it is told to start itself again after restart_s.
 // Written from the protocol's description, not from the driver.
 #pragma once
 
@@ -22,7 +23,8 @@ struct MxtControllerOptions {
   int port = 0;                  // 0: the system chooses
   double lag_s = 0.02;
   double encoder_noise_rad = 1e-5;
-  double silence_s = 0.071;      // 10 cycles of 7.1 ms
+  double silence_s = 0.071;      // 10 cycles of 7.1 ms; infinite: a controller that never gives up
+  double restart_s = 0.3;        // after an alarm of silence; infinite: a person starts the program
   unsigned seed = 1;
 };
 

@@ -19,6 +19,7 @@ struct ArmSample {
   bool ready = false;           // the controller would follow a set-point
   std::string not_ready;        // why not, for a person
   bool protective_stop = false; // the controller stopped by itself
+  std::string intruder;         // who else spoke where the controller belongs, for a person; "": nobody did
 };
 
 class Arm {
@@ -34,7 +35,7 @@ struct ArmOptions {
   std::string host = "127.0.0.1";
   int port = 0;                // 0: the protocol's own
   int script_port = 50001;     // rtde: where the robot's script connects to
-  std::string script_address = "0.0.0.0";
+  std::string script_address;  // where it is awaited; "": this host's address that faces the robot
   double rate_hz = 125;
   double controller_timeout_s = 0.1;  // the controller stops by itself after so long without a set-point
   double connect_timeout_s = 2;

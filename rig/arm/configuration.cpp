@@ -24,6 +24,37 @@ Eigen::Isometry3d read_base(rig::Section& keys) {
   return world_from_base;
 }
 
+// Both corners of a box, each number of `low` below that of `high`.
+void read_box(rig::Section& keys, const std::string& low, Eigen::Vector3d& low_m, const std::string& high,
+              Eigen::Vector3d& high_m) {
+  low_m = vector(keys, low, low_m, 10, "m");
+  high_m = vector(keys, high, high_m, 10, "m");
+  if ((low_m.array() >= high_m.array()).any())
+    refuse(keys.where() + " " + low, "each number must lie below that of {}", high);
+}
+
+void read_plan_limits(rig::Section& keys, ArmConfiguration& result) {
+  PlanLimits& plan = result.plan;
+  plan.world_from_base = result.world_from_base;
+  read_box(keys, "workspace_low_m", plan.workspace_low_m, "workspace_high_m", plan.workspace_high_m);
+  read_box(keys, "links_low_m", plan.links_low_m, "links_high_m", plan.links_high_m);
+  plan.link_radius_m = keys.number("link_radius_m", plan.link_radius_m, 0, 0.5, "m");
+  plan.tool_speed_m_s = keys.number("tool_speed_m_s", plan.tool_speed_m_s, 0.01, 10, "m/s");
+  rig::Section obstacles = keys.section("obstacle");
+  for (const std::string& name : obstacles.keys()) {
+    rig::Section box = obstacles.section(name);
+    for (const char* edge : {"low_m", "high_m"})
+      if (!box.has(edge)) refuse(box.where() + " " + edge, "missing, three numbers in m expected (motion-capture frame)");
+    Obstacle obstacle{name, {}, {}};
+    obstacle.low_m.setZero();
+    obstacle.high_m.setZero();
+    read_box(box, "low_m", obstacle.low_m, "high_m", obstacle.high_m);
+    box.finish();
+    plan.obstacles.push_back(obstacle);
+  }
+  obstacles.finish();
+}
+
 }  // namespace
 
 ArmConfiguration read_configuration(rig::Section keys) {
@@ -42,18 +73,17 @@ ArmConfiguration read_configuration(rig::Section keys) {
   GuardLimits& guard = result.guard;
   guard.following_error_rad = keys.number("following_error_rad", guard.following_error_rad, 0.001, 1, "rad");
   guard.stop_ramp_s = keys.number("stop_ramp_s", guard.stop_ramp_s, 0.02, 1, "s");
-  result.plan.workspace_low_m = vector(keys, "workspace_low_m", result.plan.workspace_low_m, 10, "m");
-  result.plan.workspace_high_m = vector(keys, "workspace_high_m", result.plan.workspace_high_m, 10, "m");
-  if ((result.plan.workspace_low_m.array() >= result.plan.workspace_high_m.array()).any())
-    refuse(keys.where() + " workspace_low_m", "each number must lie below that of workspace_high_m");
-  result.plan.tool_speed_m_s = keys.number("tool_speed_m_s", result.plan.tool_speed_m_s, 0.01, 10, "m/s");
-  result.corner_distance_m = keys.number("corner_distance_m", result.corner_distance_m, 0, 10, "m");
+  read_plan_limits(keys, result);
   result.tracker = keys.text("tracker", result.tracker);
-  result.held_corner = keys.text("held_corner", result.held_corner);
-  result.fixed_corner = keys.text("fixed_corner", result.fixed_corner);
-  result.tracker_timeout_s = keys.number("tracker_timeout_s", result.tracker_timeout_s, 0.02, 10, "s");
-  if (result.corner_distance_m > 0 && result.tracker.empty())
+  TrackerLimits& corners = result.corners;
+  corners.corner_distance_m = keys.number("corner_distance_m", corners.corner_distance_m, 0, 10, "m");
+  corners.held_corner = keys.text("held_corner", corners.held_corner);
+  corners.fixed_corner = keys.text("fixed_corner", corners.fixed_corner);
+  corners.timeout_s = keys.number("tracker_timeout_s", corners.timeout_s, 0.02, 10, "s");
+  if (corners.corner_distance_m > 0 && result.tracker.empty())
     refuse(keys.where() + " corner_distance_m", "it needs a tracker to see the corners");
+  result.control_socket = keys.text("control_socket", "");
+  result.control_users = keys.texts("control_users", std::vector<std::string>{});
   keys.finish();
   return result;
 }

@@ -7,6 +7,7 @@
 #include <netinet/tcp.h>
 #include <poll.h>
 #include <sys/socket.h>
+#include <sys/stat.h>
 #include <sys/un.h>
 #include <unistd.h>
 
@@ -141,9 +142,11 @@ Socket listen_tcp(const std::string& address, int port) {
   return socket;
 }
 
-Socket listen_seqpacket(const std::filesystem::path& path) {
+namespace {
+
+Socket listen_at(const std::filesystem::path& path, int type) {
   const sockaddr_un local = unix_address(path);
-  Socket socket = make(AF_UNIX, SOCK_SEQPACKET);
+  Socket socket = make(AF_UNIX, type);
   std::filesystem::remove(path);
   if (::bind(socket.descriptor(), reinterpret_cast<const sockaddr*>(&local), sizeof local) != 0 ||
       ::listen(socket.descriptor(), 8) != 0)
@@ -151,13 +154,34 @@ Socket listen_seqpacket(const std::filesystem::path& path) {
   return socket;
 }
 
-Socket connect_seqpacket(const std::filesystem::path& path) {
+Socket connect_at(const std::filesystem::path& path, int type) {
   const sockaddr_un peer = unix_address(path);
-  Socket socket = make(AF_UNIX, SOCK_SEQPACKET);
+  Socket socket = make(AF_UNIX, type);
   if (::connect(socket.descriptor(), reinterpret_cast<const sockaddr*>(&peer), sizeof peer) != 0)
     throw Disconnected(fmt::format("{}: {}", path.string(), error_text()));
   return socket;
 }
+
+}  // namespace
+
+Socket listen_seqpacket(const std::filesystem::path& path) { return listen_at(path, SOCK_SEQPACKET); }
+Socket connect_seqpacket(const std::filesystem::path& path) { return connect_at(path, SOCK_SEQPACKET); }
+
+Socket listen_unix(const std::filesystem::path& path) {
+  bool taken = true;
+  try {
+    connect_at(path, SOCK_STREAM);
+  } catch (const Disconnected&) {
+    taken = false;  // nobody there, or what one that is gone left behind
+  }
+  if (taken) throw std::runtime_error(fmt::format("{}: another process listens there", path.string()));
+  Socket socket = listen_at(path, SOCK_STREAM);
+  // Folders decide who reaches it, and the listener who may do what.
+  ::chmod(path.c_str(), 0666);
+  return socket;
+}
+
+Socket connect_unix(const std::filesystem::path& path) { return connect_at(path, SOCK_STREAM); }
 
 std::optional<Socket> accept(const Socket& listener, double timeout_s) {
   if (!listener.readable(timeout_s)) return std::nullopt;
@@ -225,6 +249,37 @@ int local_port(const Socket& socket) {
   socklen_t size = sizeof address;
   ::getsockname(socket.descriptor(), reinterpret_cast<sockaddr*>(&address), &size);
   return ntohs(address.sin_port);
+}
+
+namespace {
+
+std::string text_of(const sockaddr_in& address) {
+  char text[INET_ADDRSTRLEN] = "";
+  if (address.sin_family == AF_INET) ::inet_ntop(AF_INET, &address.sin_addr, text, sizeof text);
+  return text;
+}
+
+}  // namespace
+
+std::string local_address(const Socket& socket) {
+  sockaddr_in address{};
+  socklen_t size = sizeof address;
+  ::getsockname(socket.descriptor(), reinterpret_cast<sockaddr*>(&address), &size);
+  return text_of(address);
+}
+
+std::string peer_address(const Socket& socket) {
+  sockaddr_in address{};
+  socklen_t size = sizeof address;
+  ::getpeername(socket.descriptor(), reinterpret_cast<sockaddr*>(&address), &size);
+  return text_of(address);
+}
+
+std::string address_of(const std::string& host) { return text_of(resolve(host, 0)); }
+
+void set_patience(const Socket& socket, double seconds) {
+  const unsigned milliseconds = static_cast<unsigned>(std::lround(seconds * 1e3));
+  ::setsockopt(socket.descriptor(), IPPROTO_TCP, TCP_USER_TIMEOUT, &milliseconds, sizeof milliseconds);
 }
 
 }  // namespace selvedge::wire

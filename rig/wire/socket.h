@@ -1,4 +1,4 @@
-// TCP, UDP and SOCK_SEQPACKET sockets that close themselves and never block for longer than they are told.
+// TCP, UDP and Unix sockets that close themselves and never block for longer than they are told.
 //
 // Every wait has a time limit in seconds. A peer that went away shows as Disconnected, never as SIGPIPE.
 #pragma once
@@ -50,6 +50,10 @@ Socket connect_tcp(const std::string& host, int port, double timeout_s);
 Socket listen_tcp(const std::string& address, int port);
 Socket listen_seqpacket(const std::filesystem::path& path);
 Socket connect_seqpacket(const std::filesystem::path& path);
+// A stream over a path, for every user whom the folders let through. Throws std::runtime_error where somebody listens
+// there already; what a process that is gone left behind is replaced.
+Socket listen_unix(const std::filesystem::path& path);
+Socket connect_unix(const std::filesystem::path& path);
 std::optional<Socket> accept(const Socket& listener, double timeout_s);
 
 // A UDP socket bound to address:port (0: any), and one connected to a peer.
@@ -68,5 +72,11 @@ void send_datagram(const Socket& socket, const Datagram& datagram);
 
 // Port a listening or bound socket got.
 int local_port(const Socket& socket);
+// IPv4 addresses of the two ends, "" where there is none; and of a host by its name. The last throws Disconnected.
+std::string local_address(const Socket& socket);
+std::string peer_address(const Socket& socket);
+std::string address_of(const std::string& host);
+// A TCP peer that acknowledges nothing for so long is gone.
+void set_patience(const Socket& socket, double seconds);
 
 }  // namespace selvedge::wire

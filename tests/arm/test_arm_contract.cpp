@@ -11,6 +11,7 @@
 #include "rig/arm/arm.h"
 #include "rig/arm/model.h"
 #include "rig/clock.h"
+#include "rig/wire/bytes.h"
 #include "rig/wire/socket.h"
 
 namespace selvedge {
@@ -58,6 +59,7 @@ Controller start_mxt() {
   arm::ArmOptions client;
   client.port = simulated->port();
   client.joints = model.joints();
+  client.controller_timeout_s = options.silence_s;
   return {.model = model,
           .connect = [client] { return arm::connect_mxt(client); },
           .joints_at = [simulated](double t) { return simulated->joints_at(t); },
@@ -160,6 +162,24 @@ TEST_P(ArmContract, SilenceOfTheDaemonStopsTheArm) {
   }
   EXPECT_GT(controller.fastest_since(silent_s - 0.5), 0.05);
   EXPECT_EQ(controller.fastest_since(silent_s + 0.8), 0);
+}
+
+// A daemon that dies must stop the arm, so a controller that would wait for it for ever is none to drive.
+TEST(Mxt, AControllerThatNeverGivesUpIsRefused) {
+  const auto model = read("pa10.toml");
+  hardware_sim::MxtControllerOptions options;
+  options.silence_s = 1e9;
+  hardware_sim::MxtController endless(options, model);
+  arm::ArmOptions client;
+  client.port = endless.port();
+  client.joints = model.joints();
+  try {
+    arm::connect_mxt(client);
+    FAIL() << "connected";
+  } catch (const wire::WireError& refused) {
+    EXPECT_NE(std::string(refused.what()).find("MXTTOUT"), std::string::npos) << refused.what();
+  }
+  EXPECT_EQ(endless.fastest_since(0), 0);  // trying it moves nothing
 }
 
 INSTANTIATE_TEST_SUITE_P(Backends, ArmContract, testing::Values(Backend{"rtde", start_rtde}, Backend{"mxt", start_mxt}),

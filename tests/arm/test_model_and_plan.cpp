@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <fstream>
+#include <limits>
 
 #include "files/bad_input.h"
 #include "rig/arm/model.h"
@@ -92,20 +93,20 @@ TEST_F(Plan, FollowsAWavingPathToAMicrometreAndKeepsTheTool) {
   const ToolPath path = sinusoid(0.06, 1.2);
   const JointPath joints = plan(model_, model_.home_rad(), path, {});
   EXPECT_NEAR(joints.duration_s(), 6, 0.005);
-  EXPECT_EQ(joints.q_rad.front(), model_.home_rad());
+  EXPECT_EQ(Eigen::VectorXd(joints.q_rad.col(0)), model_.home_rad());
   const PathSpline spline(path);
   const Eigen::Matrix3d turn = model_.base_from_tool(model_.home_rad()).linear();
   double reached_m = 0;
-  for (size_t i = 0; i < joints.q_rad.size(); ++i) {
-    const Eigen::Isometry3d pose = model_.base_from_tool(joints.q_rad[i]);
+  for (long i = 0; i < joints.q_rad.cols(); ++i) {
+    const Eigen::Isometry3d pose = model_.base_from_tool(joints.q_rad.col(i));
     EXPECT_LT((pose.translation() - spline.at(JointPath::step_s * static_cast<double>(i))).norm(), 2e-6);
     EXPECT_TRUE(pose.linear().isApprox(turn, 1e-5));
     reached_m = std::max(reached_m, (pose.translation() - start_m_).norm());
   }
   EXPECT_NEAR(reached_m, 0.06, 0.002);
   // At rest at both ends.
-  EXPECT_LT((joints.q_rad[1] - joints.q_rad[0]).norm(), 1e-4);
-  EXPECT_LT((joints.q_rad.back() - joints.q_rad[joints.q_rad.size() - 2]).norm(), 1e-4);
+  EXPECT_LT((joints.q_rad.col(1) - joints.q_rad.col(0)).norm(), 1e-4);
+  EXPECT_LT((joints.q_rad.rightCols<1>() - joints.q_rad.col(joints.q_rad.cols() - 2)).norm(), 1e-4);
 }
 
 TEST_F(Plan, SaysWhichLimitBreaksFirstAndWhen) {
@@ -141,10 +142,80 @@ TEST_F(Plan, PathThatStartsElsewhereIsRefusedAndASmallDifferenceIsTakenOut) {
   ToolPath path = sinusoid(0.03, 1);
   path.point_m.colwise() += Eigen::Vector3d(0.002, 0, 0);
   const JointPath joints = plan(model_, model_.home_rad(), path, {});
-  EXPECT_EQ(joints.q_rad.front(), model_.home_rad());
-  EXPECT_LT((model_.base_from_tool(joints.q_rad.back()).translation() - path.point_m.rightCols<1>()).norm(), 2e-6);
+  EXPECT_EQ(Eigen::VectorXd(joints.q_rad.col(0)), model_.home_rad());
+  EXPECT_LT((model_.base_from_tool(joints.q_rad.rightCols<1>()).translation() - path.point_m.rightCols<1>()).norm(), 2e-6);
   path.point_m.colwise() += Eigen::Vector3d(0.01, 0, 0);
   EXPECT_NE(refusal(path).find("at 0 s it begins"), std::string::npos);
+}
+
+// A number that is none lies in no box and below no limit.
+TEST_F(Plan, WhatIsNotFiniteIsRefusedByItsName) {
+  const double nan = std::numeric_limits<double>::quiet_NaN(), huge = 1e308;
+  const ToolPath good = make_sinusoid(start_m_, {.duration_s = 4});
+  const auto refusal = [&](const ToolPath& path, const Eigen::VectorXd& from_rad, const PlanLimits& limits) {
+    return refusal_of([&] { plan(model_, from_rad, path, limits); });
+  };
+  ToolPath spiked = good;
+  spiked.point_m(2, 100) = huge;  // finite, and its spline's slopes are not
+  spiked.point_m(2, 101) = -huge;
+  EXPECT_NE(refusal(spiked, model_.home_rad(), {}), "");
+  Eigen::VectorXd from_rad = model_.home_rad();
+  from_rad[3] = nan;
+  EXPECT_NE(refusal(good, from_rad, {}).find("joint angle that it starts from is not finite"), std::string::npos);
+  PlanLimits limits;
+  limits.corners = CornerDistance{Eigen::Vector3d(nan, 0, 0), Eigen::Vector3d::Zero(), 10};
+  EXPECT_NE(refusal(good, model_.home_rad(), limits).find("fixed corner is not finite"), std::string::npos);
+  limits = {};
+  limits.world_from_base.translation().y() = nan;
+  EXPECT_NE(refusal(good, model_.home_rad(), limits).find("pose of the arm's base is not finite"), std::string::npos);
+  limits = {};
+  limits.tool_speed_m_s = nan;
+  EXPECT_NE(refusal(good, model_.home_rad(), limits).find("tool moves at"), std::string::npos);
+}
+
+TEST_F(Plan, EveryLinkKeepsToItsWorkspaceAndClearOfWhatStandsAbout) {
+  const ToolPath path = make_sinusoid(start_m_, {.duration_s = 4});
+  const auto refusal = [&](const PlanLimits& limits) { return refusal_of([&] { plan(model_, model_.home_rad(), path, limits); }); };
+  const std::vector<Eigen::Vector3d> points = model_.link_points(model_.home_rad());
+  const Eigen::Vector3d elbow_m = points[2];
+  PlanLimits limits;
+  EXPECT_EQ(refusal(limits), "");
+  // The elbow stands above the tool: a ceiling between the two is broken by the elbow alone.
+  ASSERT_GT(elbow_m.z(), start_m_.z() + 0.1);
+  limits.links_high_m.z() = 0.5 * (elbow_m.z() + start_m_.z());
+  EXPECT_NE(refusal(limits).find("link 2 leaves the workspace: z"), std::string::npos) << refusal(limits);
+  // A post beside the forearm, entered in the motion-capture frame of a base that stands turned and elsewhere.
+  limits = {};
+  limits.world_from_base.translation() << 1, 2, 3;
+  limits.world_from_base.linear() = Eigen::AngleAxisd(0.7, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+  const Eigen::Vector3d middle_m = limits.world_from_base * (0.5 * (points[2] + points[3]));
+  const auto post = [&](double off_m) {
+    Obstacle box{"post", middle_m, middle_m};
+    box.low_m.head<2>().array() += off_m - 0.02;
+    box.high_m.head<2>().array() += off_m + 0.02;
+    box.low_m.z() -= 1;
+    box.high_m.z() += 1;
+    return box;
+  };
+  limits.obstacles = {post(0)};
+  EXPECT_NE(refusal(limits).find("comes within 0.000 m of post"), std::string::npos) << refusal(limits);
+  limits.obstacles = {post(1)};
+  EXPECT_EQ(refusal(limits), "");
+}
+
+TEST_F(Plan, DistanceToABoxIsNeverTooLong) {
+  const Obstacle box{"box", Eigen::Vector3d(0, 0, 0), Eigen::Vector3d(1, 1, 1)};
+  const auto distance = [&](Eigen::Vector3d a, Eigen::Vector3d b) { return distance_to_box(a, b, box); };
+  EXPECT_EQ(distance({-1, 0.5, 0.5}, {2, 0.5, 0.5}), 0);
+  EXPECT_NEAR(distance({-1, 0.5, 1.2}, {2, 0.5, 1.2}), 0.2, 0.0051);
+  EXPECT_LE(distance({-1, 0.5, 1.2}, {2, 0.5, 1.2}), 0.2);
+  EXPECT_NEAR(distance({2, 2, 2}, {2, 2, 2}), std::sqrt(3), 0.0051);
+}
+
+TEST_F(Plan, AskedToGiveUpItDoesAtOnce) {
+  std::stop_source asked;
+  asked.request_stop();
+  EXPECT_THROW(plan(model_, model_.home_rad(), make_sinusoid(start_m_, {.duration_s = 600}), {}, asked.get_token()), Cancelled);
 }
 
 TEST_F(Plan, SenselessPathsAreRefused) {

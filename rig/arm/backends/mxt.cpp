@@ -3,9 +3,15 @@
 // The robot's program has run `Mxt`. The first packets only watch (command 0); set-points are absolute joint
 // angles (command 1), and once there was one, one follows every cycle. The reply brings the filtered joints in
 // dat1 and the encoders in dat2.
+// A daemon that dies must stop the arm, so the controller's own time-out is tried at connecting: it is told once to stay
+// where it is commanded to be, hears nothing for controller_timeout_s, and must have given up by then. Its program
+// is then started again by whoever started it, or starts itself again; until it answers anew nothing arms. A controller
+// that still answers is refused.
 // Source: tork-a/melfa_robot (Apache-2.0), strdef.h.
 #include <cmath>
 #include <thread>
+
+#include <spdlog/spdlog.h>
 
 #include "rig/arm/arm.h"
 #include "rig/arm/backends/mxt_packet.h"
@@ -20,15 +26,16 @@ namespace {
 constexpr int kMxtPort = 10000;
 constexpr double kPeriod_s = 0.0071;
 constexpr double kMxtSilence_s = 0.5;
+constexpr std::uint32_t kLate_cycles = 4;   // a reply may be so late
+constexpr double kGrace_cycles = 3;         // of the controller, beyond its time-out
+constexpr double kProgram_s = 60;           // for its program to be started again
 
 class Mxt final : public Arm {
  public:
   explicit Mxt(const ArmOptions& options)
       : options_(options), socket_(wire::connect_udp(options.host, options.port == 0 ? kMxtPort : options.port)) {
-    const double end_s = rig::host_now_s() + options.connect_timeout_s;
-    while (!cycle(std::nullopt, 0.1))
-      if (rig::host_now_s() > end_s)
-        throw wire::Disconnected(fmt::format("mxt: {} does not answer within {} s", options.host, options.connect_timeout_s));
+    await_reply(options.connect_timeout_s);
+    require_time_out();
   }
   ~Mxt() override {
     try {
@@ -54,9 +61,10 @@ class Mxt final : public Arm {
       std::array<std::uint8_t, 2048> bytes;
       const size_t got = socket_.receive(bytes);
       const auto reply = mxt::decode(std::span(bytes).first(got), options_.joints);
-      if (reply.count != count_) continue;  // late, of an earlier cycle
+      if (count_ - reply.count > kLate_cycles) continue;
       answered_s_ = rig::host_now_s();
-      return to_sample(reply, 0.5 * (sent_s + answered_s_));
+      commanded_rad_ = reply.command_rad;
+      return to_sample(reply, reply.count == count_ ? 0.5 * (sent_s + answered_s_) : answered_s_);
     }
     if (answered_s_ > 0 && rig::host_now_s() - answered_s_ > kMxtSilence_s)
       throw wire::Disconnected("mxt: the controller stopped answering (alarm, or its program ended)");
@@ -66,6 +74,27 @@ class Mxt final : public Arm {
   double period_s() const override { return kPeriod_s; }
 
  private:
+  void await_reply(double limit_s) {
+    for (const double end_s = rig::host_now_s() + limit_s; !cycle(std::nullopt, 0.1);)
+      if (rig::host_now_s() > end_s)
+        throw wire::Disconnected(fmt::format("mxt: {} does not answer within {} s", options_.host, limit_s));
+  }
+
+  // Throws WireError where the controller does not give up by itself.
+  void require_time_out() {
+    cycle(commanded_rad_, 0.1);
+    std::this_thread::sleep_for(std::chrono::duration<double>(options_.controller_timeout_s + kGrace_cycles * kPeriod_s));
+    answered_s_ = 0;
+    last_.reset();
+    if (cycle(std::nullopt, 0.1))
+      throw wire::WireError(fmt::format("mxt: {} still answers after {} s without a packet: nothing would stop the arm if this "
+                                        "daemon died. Set the controller's time-out (MXTTOUT, in cycles of 7.1 ms) to at most {}",
+                                        options_.host, options_.controller_timeout_s, std::floor(options_.controller_timeout_s / kPeriod_s)));
+    spdlog::info("mxt: {} gives up within {} s of silence; waiting for its program to be started again", options_.host,
+                 options_.controller_timeout_s);
+    await_reply(kProgram_s);
+  }
+
   void keep_beat() {
     const double now_s = rig::host_now_s();
     next_s_ = std::max(next_s_ + kPeriod_s, now_s - kPeriod_s);
@@ -88,6 +117,7 @@ class Mxt final : public Arm {
   std::uint32_t count_ = 0;
   double next_s_ = 0, answered_s_ = 0;
   std::optional<ArmSample> last_;
+  std::optional<Eigen::VectorXd> commanded_rad_;
 };
 
 }  // namespace

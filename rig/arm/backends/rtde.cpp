@@ -3,6 +3,8 @@
 // The script runs on the robot and connects to script_port here; each cycle it reads one set-point and calls
 // servoj with it. Where the packets stop for longer than the time-out that each of them carries, the script
 // ends and the robot stops: a dead daemon stops the arm.
+// The script is taken from `host` alone. One connection at a time: another while the first lives is turned away and
+// told as an intruder. A script whose robot went without a word is given up after a second, so that it may come again.
 #include <array>
 #include <cmath>
 
@@ -17,12 +19,14 @@ namespace {
 
 constexpr int kRtdePort = 30004;
 constexpr std::int32_t kRunning = 7, kSafetyNormal = 1;
+constexpr double kPatience_s = 1;  // for a script that acknowledges nothing
 
 class Rtde final : public Arm {
  public:
   explicit Rtde(const ArmOptions& options)
       : options_(options),
-        listener_(wire::listen_tcp(options.script_address, options.script_port)),
+        robot_address_(wire::address_of(options.host)),
+        listener_(wire::listen_tcp(script_address(options), options.script_port)),
         state_(wire::connect_tcp(options.host, options.port == 0 ? kRtdePort : options.port, options.connect_timeout_s)),
         clock_({.ticks_per_s = 1e6}) {
     negotiate();
@@ -80,14 +84,29 @@ class Rtde final : public Arm {
     }
   }
 
-  // A script that starts anew replaces the old one.
+  static std::string script_address(const ArmOptions& options) {
+    if (!options.script_address.empty()) return options.script_address;
+    return wire::local_address(wire::connect_udp(options.host, kRtdePort));
+  }
+
   void accept_script() {
-    while (auto next = wire::accept(listener_, 0)) script_ = std::move(*next);
+    // First what the script we have says: where it has ended, another may follow it.
     try {
       std::array<std::uint8_t, 256> ignored;
       while (script_.is_open() && script_.readable(0)) script_.receive(ignored);
     } catch (const wire::Disconnected&) {
       script_.close();
+    }
+    while (auto next = wire::accept(listener_, 0)) {
+      const std::string from = wire::peer_address(*next);
+      if (from != robot_address_) {
+        intruder_ = fmt::format("{} connected to the script port, which is for {} alone", from, robot_address_);
+      } else if (script_.is_open()) {
+        intruder_ = "a second connection to the script port while the robot's script is connected";
+      } else {
+        script_ = std::move(*next);
+        wire::set_patience(script_, kPatience_s);
+      }
     }
   }
 
@@ -114,11 +133,14 @@ class Rtde final : public Arm {
     else if (state.robot_mode != kRunning) sample.not_ready = fmt::format("the robot's mode is {}, not running", state.robot_mode);
     else if (!script_.is_open()) sample.not_ready = "the robot's external control script is not connected";
     sample.ready = sample.not_ready.empty();
+    sample.intruder = std::exchange(intruder_, "");
     return sample;
   }
 
   ArmOptions options_;
+  const std::string robot_address_;
   wire::Socket listener_, state_, script_;
+  std::string intruder_;
   std::vector<std::uint8_t> received_;
   std::int64_t arrival_us_ = 0;
   std::uint8_t recipe_ = 0;
