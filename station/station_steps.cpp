@@ -12,7 +12,7 @@
 #include <unistd.h>
 
 #include "calib/calibration_file.h"
-#include "capture/recorder.h"
+#include "capture/recovery.h"
 #include "capture/trial/trial.h"
 #include "diagnose/diagnosis.h"
 #include "diagnose/diagnosis_report.h"

@@ -6,7 +6,7 @@
 
 #include <fmt/format.h>
 
-#include "capture/recorder.h"
+#include "capture/recovery.h"
 #include "capture/trial/trial.h"
 #include "files/bad_input.h"
 #include "files/whole_file.h"
@@ -25,7 +25,7 @@ void FrameAudit::hear(const selvedge_rig::session_status_t& status) {
   const int attempt = std::atoi(status.message.c_str() + 8);
   const std::lock_guard lock(mutex_);
   int64_t& told = told_[{status.trial, attempt}];
-  told = std::max(told, status.frames_recorded);
+  told = std::max(told, status.frames_written);
 }
 
 void FrameAudit::look(bool all) {
