@@ -231,7 +231,7 @@ TEST_F(RecorderTest, WhatATrialThatWasCutLacksDoesNotHideTheRest) {
   nlohmann::json json = files::read_json(folder_ / "trial.json");
   json["state"] = "complete";
   files::write_json(folder_ / "trial.json", json);
-  EXPECT_THROW(trial::read_trial(folder_), BadInput);
+  EXPECT_EQ(trial::read_trial(folder_).damaged.size(), 4u);  // three tables, and trial.json that is not as it was written
 }
 
 TEST_F(RecorderTest, FramesReadBackWhereNoCornerWasEverSeen) {
