@@ -11,6 +11,8 @@
 
 #include "capture/recorder.h"
 #include "capture/recovery.h"
+#include "files/append_file.h"
+#include "files/whole_file.h"
 
 namespace selvedge::cli {
 
@@ -40,11 +42,23 @@ trial::Trial header() {
   return header;
 }
 
-void say(const capture::Recorder& recorder, bool too_early, RecorderReport::State state) {
+// A journal as the station keeps one (files/append_file.h), in the folder that holds the trial.
+fs::path journal_beside(const fs::path& trial) { return trial.parent_path() / "journal.txt"; }
+std::string journal_line(size_t i) { return fmt::format("line {}\n", i); }
+
+std::string wrong_journal(const fs::path& trial, uint64_t called_durable) {
+  const fs::path path = journal_beside(trial);
+  const std::string text = fs::exists(path) ? files::read_whole(path) : "";
+  std::string wanted;
+  for (size_t i = 0; i < called_durable; ++i) wanted += journal_line(i);
+  return text.compare(0, wanted.size(), wanted) == 0 ? "" : fmt::format("{} lines of the journal were called durable, and do not read", called_durable);
+}
+
+void say(const capture::Recorder& recorder, uint64_t journal, bool too_early, RecorderReport::State state) {
   const capture::Recorded now = recorder.recorded();
   const auto count = [&](const capture::RowCounts& rows) { return too_early ? rows.written : rows.durable; };
   const RecorderReport report{state, count(now.corners), count(now.markers), count(now.robot), too_early ? now.frames.written : now.frames.durable,
-                              now.corners.written, now.frames.written};
+                              now.corners.written, now.frames.written, journal};
   if (::write(1, &report, sizeof report) != sizeof report) ::_exit(1);
 }
 
@@ -97,25 +111,33 @@ void record_job(const RecorderJob& job) {
   capture::RecorderOptions options;
   options.sync_interval_s = 0.002;
   capture::Recorder recorder(header(), job.trial, options);
-  say(recorder, job.too_early, RecorderReport::recording);
+  say(recorder, 0, job.too_early, RecorderReport::recording);
+  files::AppendFile journal(journal_beside(job.trial), journal_line(0));
+  uint64_t lines = 0;
   for (int i = 0; i < job.rows; ++i) {
+    if (i % 8 == 3) {
+      if (lines > 0) journal.append(journal_line(lines));
+      journal.sync();
+      ++lines;
+    }
     const auto n = static_cast<size_t>(i);
     recorder.add_corners(time_s(n), point(n, 0), point(n, 1));
     recorder.add_marker(time_s(n), 3, {0.1, 0.2}, point(n, 2));
     recorder.add_robot(time_s(n), point(n, 3), point(n, 4));
     const trial::GreyImage pixels = picture(i);
     recorder.add_frame(i, time_s(n), pixels.data(), kWidth_px, kHeight_px);
-    say(recorder, job.too_early, RecorderReport::recording);
+    say(recorder, lines, job.too_early, RecorderReport::recording);
     std::this_thread::sleep_for(std::chrono::microseconds(300));
-    say(recorder, job.too_early, RecorderReport::recording);
+    say(recorder, lines, job.too_early, RecorderReport::recording);
   }
   const trial::State state = recorder.finish();
-  say(recorder, job.too_early, state == trial::State::complete ? RecorderReport::complete : RecorderReport::cut);
+  say(recorder, lines, job.too_early, state == trial::State::complete ? RecorderReport::complete : RecorderReport::cut);
 }
 
 std::string shortfall(const fs::path& trial, const RecorderReport& report, bool began) {
   try {
-    return compare(capture::recover(trial).trial, report);
+    const std::string wrong = compare(capture::recover(trial).trial, report);
+    return wrong.empty() ? wrong_journal(trial, report.journal) : wrong;
   } catch (const std::exception& error) {
     // Before the recorder was there, nobody was told that there is a trial.
     return began ? error.what() : "";

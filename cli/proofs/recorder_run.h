@@ -13,6 +13,7 @@ struct RecorderReport {
   uint64_t state = recording;
   uint64_t corners = 0, markers = 0, robot = 0, frames = 0;          // called durable
   uint64_t written_corners = 0, written_frames = 0;
+  uint64_t journal = 0;  // lines of a journal beside the trial, each synced by itself
 };
 
 struct RecorderJob {
