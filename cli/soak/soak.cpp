@@ -225,7 +225,7 @@ class Soak {
     frames_.look(true);
     result_.trials_complete = frames_.complete();
     result_.trials_cut = frames_.cut();
-    result_.frames_acknowledged = frames_.acknowledged();
+    result_.frames_written = frames_.written();
     result_.frames_lost = frames_.lost();
     result_.losses = frames_.losses();
     result_.stops = arm_.stops();
@@ -272,7 +272,7 @@ nlohmann::json to_json(const SoakResult& result, unsigned seed) {
           {"seed", seed},
           {"holds", result.holds()},
           {"trials", {{"complete", result.trials_complete}, {"cut", result.trials_cut}}},
-          {"frames", {{"acknowledged", result.frames_acknowledged}, {"lost", result.frames_lost}, {"losses", result.losses}}},
+          {"frames", {{"written", result.frames_written}, {"lost", result.frames_lost}, {"losses", result.losses}}},
           {"faults", faults},
           {"full_disk_possible", result.small_disk},
           {"arm", {{"stops", result.stops}, {"motions_after_stop", result.motions_after_stop}, {"motions_after_stop_told", result.motions_told},
@@ -283,7 +283,7 @@ nlohmann::json to_json(const SoakResult& result, unsigned seed) {
 
 std::string to_text(const SoakResult& result) {
   std::string text = fmt::format("{:.3f} hours\ntrials                        {} complete, {} cut\n", result.hours, result.trials_complete, result.trials_cut);
-  text += fmt::format("frames acknowledged           {}\nframes lost                   {}\n", result.frames_acknowledged, result.frames_lost);
+  text += fmt::format("frames written                {}\nframes lost                   {}\n", result.frames_written, result.frames_lost);
   text += fmt::format("stops of the arm              {}, longest braking {:.2f} s\n", result.stops, result.longest_braking_s);
   text += fmt::format("motions after a stop          {} seen, {} counted by its daemon\n", result.motions_after_stop, result.motions_told);
   text += fmt::format("daemons ended by themselves   {}\n", result.crashes.size());

@@ -2,7 +2,7 @@
 // after another, until the time is over.
 //
 // Faults come at random times (faults.h). What is killed is started again a second later, as systemd would. Nothing that
-// was acknowledged may be lost (frame_audit.h), and the arm may not move after a stop (arm_audit.h). A daemon that ends
+// was written may be lost (frame_audit.h), and the arm may not move after a stop (arm_audit.h). A daemon that ends
 // by itself counts as well. At the end the faults stop, and the rig is given a while to record one whole trial.
 #pragma once
 
@@ -31,7 +31,7 @@ struct SoakResult {
   FaultCounts faults{};
   bool small_disk = false;                   // false: nothing could be mounted, so no disk ran full
   int trials_complete = 0, trials_cut = 0;
-  int64_t frames_acknowledged = 0, frames_lost = 0;
+  int64_t frames_written = 0, frames_lost = 0;
   int stops = 0, motions_after_stop = 0;
   int64_t motions_told = 0;                  // by the arm's daemon itself
   double longest_braking_s = 0;
