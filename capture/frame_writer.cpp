@@ -10,15 +10,17 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include "capture/trial/checked_trial.h"
 #include "capture/trial/grey_png.h"
 #include "capture/trial/trial_writer.h"
+#include "files/checked_lines.h"
 #include "files/csv_table.h"
 
 namespace selvedge::capture {
 
 namespace {
 
-// Not flushed to disk file by file: the recorder flushes the whole file system now and then.
+// Written, not yet durable: the recorder syncs the whole file system, a batch of frames at a time.
 void write_file(const std::filesystem::path& path, const std::string& bytes) {
   const int descriptor = ::open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
   int number = descriptor < 0 ? errno : 0;
@@ -75,7 +77,7 @@ bool FrameWriter::add(int number, double time_s, const unsigned char* pixels, in
 
 void FrameWriter::drain() {
   std::unique_lock lock(mutex_);
-  changed_.wait(lock, [&] { return !failure_.empty() || counts_.acknowledged == counts_.accepted; });
+  changed_.wait(lock, [&] { return !failure_.empty() || counts_.written == counts_.accepted; });
 }
 
 FrameCounts FrameWriter::counts() const {
@@ -111,26 +113,26 @@ void FrameWriter::write(const Job& job) {
       trial::encode_grey_png(job.pixels.data(), job.width_px, job.height_px, job.stored ? 0 : options_.level);
   std::filesystem::create_directory(folder_ / "frames");  // does nothing where it is there
   write_file(trial::frame_path(folder_, job.number), png);
-  list(job, png.size());
+  list(job, png);
 }
 
-void FrameWriter::list(const Job& job, size_t bytes) {
+void FrameWriter::list(const Job& job, const std::string& png) {
   std::string row = std::to_string(job.number) + ',';
   files::append_number(row, job.time_s);
-  row += '\n';
+  row = files::with_checksum(row + ',' + std::to_string(files::crc32_of(png)));
   {
     const std::lock_guard lock(mutex_);
     queued_bytes_ -= job.pixels.size();
     if (!failure_.empty()) return;
     counts_.stored += job.stored;
-    counts_.bytes_on_disk += bytes;
+    counts_.bytes_on_disk += png.size();
     finished_.emplace(job.sequence, row);
-    if (!csv_) csv_ = std::make_unique<files::AppendFile>(folder_ / "frames.csv", trial::frames_header);
+    if (!csv_) csv_ = std::make_unique<files::AppendFile>(folder_ / "frames.csv", trial::checked_header("frames.csv"));
     while (!finished_.empty() && finished_.begin()->first == next_listed_) {
       csv_->append(finished_.begin()->second);
       finished_.erase(finished_.begin());
       ++next_listed_;
-      ++counts_.acknowledged;
+      ++counts_.written;
     }
   }
   changed_.notify_all();

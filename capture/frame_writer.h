@@ -1,5 +1,5 @@
 // Writes frames as PNG files from several threads, with bounded memory, and lists each in frames.csv once
-// its file is whole: in the order in which frames came, whichever thread was first.
+// its file is whole: in the order in which frames came, whichever thread was first. The recorder makes them durable.
 //
 // Compression gives way to speed: while the queue is short, zlib's `level`; as it fills, stored.
 #pragma once
@@ -27,7 +27,8 @@ struct FrameWriterOptions {
 
 struct FrameCounts {
   size_t accepted = 0;      // taken into the queue
-  size_t acknowledged = 0;  // file whole and listed: readable whatever happens to this process
+  size_t written = 0;       // file whole and listed: readable whatever happens to this process
+  size_t durable = 0;       // of those, on the disk: readable after a loss of power (set by the recorder)
   size_t refused = 0;       // queue full for longer than `patience_s`, or the disk failed
   size_t stored = 0;        // written without compression, to keep up
   size_t most_queued_bytes = 0;
@@ -61,7 +62,7 @@ class FrameWriter {
 
   void work();
   void write(const Job& job);
-  void list(const Job& job, size_t bytes);
+  void list(const Job& job, const std::string& png);
   void fail(const std::string& why);
 
   const std::filesystem::path folder_;

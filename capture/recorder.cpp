@@ -9,9 +9,12 @@
 #include <sys/file.h>
 #include <unistd.h>
 
+#include "capture/trial/checked_trial.h"
 #include "capture/trial/trial_writer.h"
 #include "files/bad_input.h"
+#include "files/checked_lines.h"
 #include "files/csv_table.h"
+#include "files/durable.h"
 #include "files/whole_file.h"
 
 namespace selvedge::capture {
@@ -55,14 +58,14 @@ Recorder::Recorder(const trial::Trial& header, const fs::path& folder, const Rec
   trial_json_["state"] = to_text(trial::State::recording);
   trial_json_.update(extra);
   require_empty(folder);
-  fs::create_directories(folder);
+  files::make_folders(folder);
   folder_descriptor_ = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
   if (folder_descriptor_ < 0 || ::flock(folder_descriptor_, LOCK_EX | LOCK_NB) != 0)
     throw std::runtime_error(folder.string() + ": cannot be opened and locked for recording");
   files::write_whole(folder / reserve_name, std::string(reserve_bytes, '\0'));
-  files::write_json(folder / "trial.json", trial_json_);
+  trial::write_checked_json(folder, trial_json_);
   frames_ = std::make_unique<FrameWriter>(folder, options.frames);
-  if (options.flush_interval_s > 0) flusher_ = std::thread([this] { flush_now_and_then(); });
+  if (options.sync_interval_s > 0) syncer_ = std::thread([this] { sync_now_and_then(); });
 }
 
 Recorder::~Recorder() {
@@ -71,7 +74,7 @@ Recorder::~Recorder() {
   } catch (const std::exception&) {
     // The trial stays marked as being recorded, which `recover` mends.
   }
-  stop_flushing();
+  stop_syncing();
   frames_.reset();
   ::close(folder_descriptor_);
 }
@@ -101,7 +104,7 @@ bool Recorder::add_corners(double time_s, const Eigen::Vector3d& left, const Eig
   std::string row;
   append_point(row, left);
   append_point(row, right);
-  return append(corners_, "corners.csv", trial::corners_header, time_s, row);
+  return append(corners_, "corners.csv", time_s, row);
 }
 
 bool Recorder::add_marker(double time_s, int marker, const Eigen::Vector2d& uv_m, const Eigen::Vector3d& position) {
@@ -111,7 +114,7 @@ bool Recorder::add_marker(double time_s, int marker, const Eigen::Vector2d& uv_m
   row += ',';
   files::append_number(row, uv_m.y());
   append_point(row, position);
-  return append(markers_, "markers.csv", trial::markers_header, time_s, row);
+  return append(markers_, "markers.csv", time_s, row);
 }
 
 bool Recorder::add_robot(double time_s, const Eigen::Vector3d& commanded, const Eigen::Vector3d& measured) {
@@ -120,35 +123,37 @@ bool Recorder::add_robot(double time_s, const Eigen::Vector3d& commanded, const 
   std::string row;
   append_point(row, commanded);
   append_point(row, measured);
-  return append(robot_, "robot.csv", trial::robot_header, time_s, row);
+  return append(robot_, "robot.csv", time_s, row);
 }
 
-bool Recorder::append(Table& table, const char* name, const char* header, double time_s, const std::string& row) {
+bool Recorder::append(Table& table, const char* name, double time_s, const std::string& row) {
   require_finite(time_s, name);
   std::string text;
   files::append_number(text, time_s);
-  text += row + '\n';
+  text = files::with_checksum(text + row);
   const std::lock_guard lock(mutex_);
   if (finished_ || !failure_.empty()) return false;
-  if (table.rows > 0 && time_s < table.last_time_s) {
+  if (table.rows.written > 0 && time_s < table.last_time_s) {
     ++out_of_order_;
     return false;
   }
   try {
-    if (!table.file) table.file = std::make_unique<files::AppendFile>(folder_ / name, header);
+    if (!table.file) table.file = std::make_unique<files::AppendFile>(folder_ / name, trial::checked_header(name));
     table.file->append(text);
   } catch (const std::runtime_error& error) {
     failure_ = error.what();
     return false;
   }
   table.last_time_s = time_s;
-  ++table.rows;
+  ++table.rows.written;
   return true;
 }
 
 Recorded Recorder::recorded() const {
   const std::lock_guard lock(mutex_);
-  return {frames_->counts(), corners_.rows, markers_.rows, robot_.rows, out_of_order_};
+  Recorded now{frames_->counts(), corners_.rows, markers_.rows, robot_.rows, out_of_order_};
+  now.frames.durable = durable_frames_;
+  return now;
 }
 
 std::string Recorder::failure() const {
@@ -163,40 +168,65 @@ trial::State Recorder::finish(const std::string& cut_because, const nlohmann::js
     finished_ = true;
   }
   frames_->drain();
-  stop_flushing();
+  stop_syncing();
+  make_durable();
   const std::string disk = failure();
   const std::string why = disk.empty() ? cut_because : disk;
   const trial::State state = why.empty() ? trial::State::complete : trial::State::cut;
   const FrameCounts counts = frames_->counts();
-  if (disk.empty()) ::syncfs(folder_descriptor_);
   trial_json_.update(extra);
   trial_json_["state"] = to_text(state);
-  trial_json_["frames"]["count"] = counts.acknowledged;
+  trial_json_["frames"]["count"] = counts.written;
   trial_json_["frames"]["gaps"] = gaps_;
   trial_json_["frames"]["refused"] = counts.refused;
+  trial_json_["rows"] = {{"corners.csv", corners_.rows.written}, {"frames.csv", counts.written},
+                         {"markers.csv", markers_.rows.written}, {"robot.csv", robot_.rows.written}};
   if (!why.empty()) trial_json_["cut_because"] = why;
   fs::remove(folder_ / reserve_name);
-  files::write_json(folder_ / "trial.json", trial_json_);
+  trial::write_checked_json(folder_, trial_json_);
   return state;
 }
 
-void Recorder::flush_now_and_then() {
+void Recorder::sync_now_and_then() {
   std::unique_lock lock(mutex_);
-  const auto interval = std::chrono::duration<double>(options_.flush_interval_s);
+  const auto interval = std::chrono::duration<double>(options_.sync_interval_s);
   while (!ended_.wait_for(lock, interval, [this] { return ending_; })) {
     lock.unlock();
-    ::syncfs(folder_descriptor_);
+    if (!make_durable()) return;
     lock.lock();
   }
 }
 
-void Recorder::stop_flushing() {
+// One batch. What was written before the sync began is durable once it has ended; what came meanwhile waits for the next.
+bool Recorder::make_durable() {
+  const Recorded before = recorded();
+  {
+    const std::lock_guard lock(mutex_);
+    if (sync_failed_) return false;
+  }
+  try {
+    files::sync_file_system(folder_descriptor_, folder_);
+  } catch (const std::runtime_error& error) {
+    const std::lock_guard lock(mutex_);
+    sync_failed_ = true;
+    if (failure_.empty()) failure_ = error.what();
+    return false;
+  }
+  const std::lock_guard lock(mutex_);
+  corners_.rows.durable = before.corners.written;
+  markers_.rows.durable = before.markers.written;
+  robot_.rows.durable = before.robot.written;
+  durable_frames_ = before.frames.written;
+  return true;
+}
+
+void Recorder::stop_syncing() {
   {
     const std::lock_guard lock(mutex_);
     ending_ = true;
   }
   ended_.notify_all();
-  if (flusher_.joinable()) flusher_.join();
+  if (syncer_.joinable()) syncer_.join();
 }
 
 }  // namespace selvedge::capture

@@ -26,6 +26,8 @@ void add_experiment(CLI::App& app, int& exit_status);
 void add_fit(CLI::App& app, int& exit_status);
 void add_garment(CLI::App& app, int& exit_status);
 void add_prove(CLI::App& app, int& exit_status);
+void add_recover(CLI::App& app, int& exit_status);
+void add_recorder_of_proof(CLI::App& app, int& exit_status);
 void add_rig(CLI::App& app, int& exit_status);
 void add_arm(CLI::App& app, int& exit_status);
 void add_session(CLI::App& app, int& exit_status);

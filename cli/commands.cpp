@@ -8,6 +8,7 @@ const std::vector<AddCommand>& commands() {
       add_session,
       add_console,
       add_check,
+      add_recover,
       add_calibrate,
       add_fit,
       add_experiment,
@@ -24,6 +25,7 @@ const std::vector<AddCommand>& commands() {
       add_daemon,
       add_simulate_devices,
       add_soak,
+      add_recorder_of_proof,
       add_shell,
   };
   return list;

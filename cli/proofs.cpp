@@ -10,6 +10,7 @@ std::vector<Figure> prove_fit(const FigureOptions& options);
 std::vector<Figure> prove_format(const FigureOptions& options);
 std::vector<Figure> prove_louchet(const FigureOptions& options);
 std::vector<Figure> prove_metric(const FigureOptions& options);
+std::vector<Figure> prove_recorder(const FigureOptions& options);
 std::vector<Figure> prove_rig(const FigureOptions& options);
 std::vector<Figure> prove_station(const FigureOptions& options);
 
@@ -26,6 +27,8 @@ const std::vector<FigureSet>& proofs() {
       {"format", "trials come back from disk unchanged, and every damage is refused", prove_format},
       {"louchet", "the 17x17 sheet of 1995 identified from its motion, by its evolution strategy and by ours", prove_louchet},
       {"metric", "the fold metric recovers stripes of known direction", prove_metric},
+      {"recorder", "after a thousand power cuts whatever the recorder called durable reads; one that says so too early is caught",
+       prove_recorder},
       {"rig", "clock offsets, drifts and the delay set in the simulated devices come back over the real wire, within what is stated", prove_rig},
       {"station", "a session of four fabrics runs by itself and names what was hidden; a browser walks the console", prove_station},
   };

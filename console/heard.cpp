@@ -43,7 +43,8 @@ const char* mode_text(int8_t mode) {
 json point(const Eigen::Vector3d& p) { return {files::finite_or_null(p.x()), files::finite_or_null(p.y()), files::finite_or_null(p.z())}; }
 
 json session_json(const selvedge_rig::session_status_t& s) {
-  return {{"step", s.step}, {"trial", s.trial}, {"frames", s.frames_recorded}, {"lost", s.frames_lost}, {"samples", s.samples_recorded}, {"done", s.done}, {"message", s.message}, {"age_s", age_s(s.utime)}};
+  return {{"step", s.step}, {"trial", s.trial}, {"frames", s.frames_written}, {"frames_durable", s.frames_durable},
+          {"lost", s.frames_lost}, {"samples", s.samples_written}, {"done", s.done}, {"message", s.message}, {"age_s", age_s(s.utime)}};
 }
 
 }  // namespace

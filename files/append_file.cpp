@@ -5,6 +5,7 @@
 #include <fcntl.h>
 #include <unistd.h>
 
+#include "files/durable.h"
 #include "files/file_error.h"
 #include "files/whole_file.h"
 
@@ -53,6 +54,8 @@ void AppendFile::append(const std::string& lines) {
 
 void AppendFile::sync() {
   if (::fdatasync(descriptor_) != 0) fail(path_, "cannot be flushed to disk", errno);
+  if (!is_entered_) sync_folder(folder_of(path_));
+  is_entered_ = true;
 }
 
 }  // namespace selvedge::files

@@ -1,5 +1,5 @@
-// A text file that only grows, line by line. A line counts as written once the kernel has it: it then
-// survives the end of this process, however abrupt. `sync` makes it survive the machine's.
+// A text file that only grows, line by line. A line is written once the kernel has it: it then survives the end
+// of this process, however abrupt. `sync` makes it durable: it then survives a loss of power.
 #pragma once
 
 #include <filesystem>
@@ -23,12 +23,14 @@ class AppendFile {
   // line and std::runtime_error names path and cause.
   void append(const std::string& lines);
 
+  // Everything appended so far, and the file's entry in its folder. Throws std::runtime_error where the disk fails.
   void sync();
 
  private:
   std::filesystem::path path_;
   int descriptor_ = -1;
   long long length_ = 0;  // bytes known to be whole lines
+  bool is_entered_ = false;  // its folder was synced since it was made
 };
 
 }  // namespace selvedge::files

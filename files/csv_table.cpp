@@ -106,10 +106,17 @@ CsvTable read_csv(const std::filesystem::path& path, const std::vector<CsvColumn
                   bool last_line_may_be_cut) {
   const std::string bytes = read_whole(path);
   std::string_view text = bytes;
+  if (last_line_may_be_cut && !text.empty()) {
+    text = text.substr(0, text.rfind('\n') + 1);  // rfind's npos + 1 is 0
+    if (text.empty()) refuse(path.string() + ":1", "found {} and no line break, expected a whole header line", in_quotes(bytes));
+  }
+  return parse_csv(path, text, wanted);
+}
+
+CsvTable parse_csv(const std::filesystem::path& path, std::string_view text, const std::vector<CsvColumn>& wanted) {
   if (text.substr(0, 3) == "\xef\xbb\xbf") text.remove_prefix(3);
   const std::string first = path.string() + ":1";
   if (text.empty()) refuse(first, "found an empty file, expected a header line");
-  if (last_line_may_be_cut) text = text.substr(0, text.rfind('\n') + 1);  // rfind's npos + 1 is 0
 
   CsvTable table{path, wanted.size(), {}};
   const size_t header_end = text.find('\n');

@@ -7,6 +7,7 @@
 
 #include <filesystem>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace selvedge::files {
@@ -31,6 +32,9 @@ struct CsvTable {
 // Throws BadInput naming path and line.
 CsvTable read_csv(const std::filesystem::path& path, const std::vector<CsvColumn>& wanted,
                   bool last_line_may_be_cut = false);
+
+// The same of text that was read already; `path` is for errors.
+CsvTable parse_csv(const std::filesystem::path& path, std::string_view text, const std::vector<CsvColumn>& wanted);
 
 // The value as an int. Throws BadInput where it is not one; `name` is the column's, for the error.
 int whole_number(const CsvTable& table, size_t row, size_t column, const char* name);

@@ -24,6 +24,7 @@ class JsonReader {
   void allow_only(const std::vector<std::string>& keys) const;
 
   const std::string& path() const { return path_; }
+  const nlohmann::json& object() const { return object_; }
 
   // Each throws BadInput where the key is missing or of another kind.
   double number(const std::string& key) const;                   // finite

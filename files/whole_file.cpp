@@ -10,6 +10,7 @@
 #include <unistd.h>
 
 #include "files/bad_input.h"
+#include "files/durable.h"
 #include "files/file_error.h"
 
 namespace selvedge::files {
@@ -60,6 +61,7 @@ void write_whole(const fs::path& path, const std::string& bytes) {
     ::unlink(temporary.c_str());
     fail(path, "cannot be put in place", number);
   }
+  sync_folder(folder_of(path));
 }
 
 nlohmann::json read_json(const fs::path& path) {

@@ -11,7 +11,8 @@ namespace selvedge::files {
 // Bytes of a regular file. Throws BadInput naming the path where it is missing or unreadable.
 std::string read_whole(const std::filesystem::path& path);
 
-// Writes to a temporary name in the same folder, flushes to disk (fsync), then renames over `path`.
+// Writes to a temporary name in the same folder, flushes to disk (fsync), renames over `path`, and flushes the folder:
+// once this returns, a loss of power leaves the new file, and before that the old one or the new one, each whole.
 // Throws std::runtime_error naming path and cause where the disk refuses; `path` is then unchanged.
 void write_whole(const std::filesystem::path& path, const std::string& bytes);
 

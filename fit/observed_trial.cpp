@@ -5,6 +5,7 @@
 #include <limits>
 #include <map>
 
+#include "capture/trial/trial_summary.h"
 #include "files/bad_input.h"
 #include "fit/stripe_residual.h"
 
@@ -98,7 +99,8 @@ ObservedTrial observe_trial(const trial::Trial& trial, const ObserveOptions& opt
   cloth::Experiment& e = out.experiment;
   e.material.density = trial.fabric.mass_kg / (trial.fabric.width_m * trial.fabric.height_m);
   e.gravity_m_s2 = trial.gravity_m_s2;
-  e.path = cloth::smooth_path(hold_of(trial.held), trial.corners.time_s, trial.corners.left, trial.corners.right, out.still);
+  const trial::Corners corners = trial.damaged.empty() ? trial.corners : trial::with_gaps_hidden(trial.corners);
+  e.path = cloth::smooth_path(hold_of(trial.held), corners.time_s, corners.left, corners.right, out.still);
   e.path.clamp_direction = trial.clamp_direction.normalized();
   e.starts_at_rest = true;  // a trial that does not start at rest is led in from rest: its transient dies out
   e.start_s = trial.corners.time_s.front();

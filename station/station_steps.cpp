@@ -10,7 +10,7 @@
 #include <spdlog/spdlog.h>
 
 #include "calib/calibration_file.h"
-#include "capture/recorder.h"
+#include "capture/recovery.h"
 #include "capture/session/operator_stop.h"
 #include "capture/session/terminal.h"
 #include "capture/trial/trial.h"

@@ -12,6 +12,7 @@
 #include "capture/session/arm_lease.h"
 #include "capture/session/operator_stop.h"
 #include "capture/session/rest.h"
+#include "files/durable.h"
 #include "files/json_number.h"
 #include "rig/arm/daemon.h"
 #include "rig/arm/path.h"
@@ -175,9 +176,11 @@ class Recording {
     selvedge_rig::session_status_t status{};
     status.step = "recording";
     status.trial = trial_;
-    status.frames_recorded = static_cast<int64_t>(recorded.frames.acknowledged);
+    status.frames_written = static_cast<int64_t>(recorded.frames.written);
+    status.frames_durable = static_cast<int64_t>(recorded.frames.durable);
     status.frames_lost = frames_lost();
-    status.samples_recorded = static_cast<int64_t>(recorded.corner_samples);
+    status.samples_written = static_cast<int64_t>(recorded.corners.written);
+    status.samples_durable = static_cast<int64_t>(recorded.corners.durable);
     status.done = -1;
     status.message = fmt::format("attempt {}", attempt_);
     rig_.publish_status(status);
@@ -312,6 +315,7 @@ void set_trial_aside(const std::filesystem::path& folder, const std::string& nam
   std::filesystem::path aside;
   for (int k = 1; aside.empty() || std::filesystem::exists(aside); ++k) aside = folder / fmt::format("{}-spoiled-{}", name, k);
   std::filesystem::rename(folder / name, aside);
+  files::sync_folder(folder);
 }
 
 TrialRecord run_trial(RigClient& rig, const rig::Configuration& configuration, const SessionPlan& session, const TrialPlan& plan,

@@ -5,7 +5,7 @@
 //
 // All times in a trial are host seconds since its origin, which lies just before the first frame: tracker samples
 // as the tracker's daemon maps them, frames by their mid-exposure on the camera's clock mapped to the host's.
-// While it records, SESSION_STATUS says ten times a second what is acknowledged on disk; its message names the attempt.
+// While it records, SESSION_STATUS says ten times a second what is written and what is durable; its message names the attempt.
 // An attempt that a device spoils stays as FOLDER/NAME-spoiled-K, a trial that is cut. trial.json's "clocks" says how
 // the camera's and the tracker's clocks were mapped.
 // A robot's path is planned and checked by the arm's daemon before recording starts; where a limit breaks, the

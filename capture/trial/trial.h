@@ -86,6 +86,8 @@ struct Trial {
   std::optional<Frames> frames;
   std::optional<Markers> markers;
   std::optional<Robot> robot;
+  // What does not read any more and was passed over, a sentence each, naming the file; of trials with checksums alone.
+  std::vector<std::string> damaged;
 };
 
 struct Campaign {
@@ -96,8 +98,12 @@ struct Campaign {
 };
 
 // Reads and checks everything but the pixels (sizes of all images are checked from their headers).
-// Throws BadInput as docs/formats.md lists, naming file, line or key and what was expected.
+// Throws BadInput as docs/formats.md lists, naming file, line or key and what was expected. In a trial that has checksums a
+// damaged line or image is passed over and named in `damaged`; only its trial.json can still refuse it.
 Trial read_trial(const std::filesystem::path& folder);
+
+// What trial.json alone says: a trial without samples. Throws BadInput as read_trial does for that file.
+Trial read_header(const std::filesystem::path& trial_json);
 
 // A folder with campaign.json, or one trial's folder (a campaign of that one trial).
 Campaign read_campaign(const std::filesystem::path& folder);

@@ -3,12 +3,14 @@
 
 #include <Eigen/LU>
 
+#include "capture/trial/checked_trial.h"
 #include "capture/trial/grey_png.h"
 #include "capture/trial/trial.h"
 #include "capture/trial/trial_writer.h"
 #include "files/bad_input.h"
 #include "files/csv_table.h"
 #include "files/json_reader.h"
+#include "files/whole_file.h"
 
 namespace selvedge::trial {
 
@@ -133,40 +135,51 @@ Eigen::Matrix3Xd points(const CsvTable& table, size_t first) {
   return result;
 }
 
-// A table with times in column 0 and at least one row.
-CsvTable read_timed(const fs::path& path, const std::vector<files::CsvColumn>& wanted, State state) {
-  CsvTable table = files::read_csv(path, wanted, state != State::complete);
-  if (table.rows() == 0) refuse(path.string(), "found a header and no rows, expected at least one");
-  files::require_times_ascend(table, 0);
-  return table;
-}
-
-Corners read_corners(const fs::path& path, State state) {
-  const CsvTable table = read_timed(path, {{"t_s"}, {"left_x", true}, {"left_y", true}, {"left_z", true},
-                                           {"right_x", true}, {"right_y", true}, {"right_z", true}}, state);
+Corners read_corners(const CsvTable& table, bool whole) {
   Corners corners{column(table, 0), points(table, 1), points(table, 4)};
   for (const auto* corner : {&corners.left, &corners.right})
-    if (state == State::complete && corner->array().isNaN().all())
-      refuse(path.string(), "found no sample in which the {} corner is seen, expected at least one",
+    if (whole && corner->array().isNaN().all())
+      refuse(table.path.string(), "found no sample in which the {} corner is seen, expected at least one",
              corner == &corners.left ? "left" : "right");
   return corners;
 }
 
-Frames read_frames(const fs::path& folder, State state) {
-  const CsvTable table = read_timed(folder / "frames.csv", {{"t_s"}, {"frame"}}, state);
+// Listed images that are not as they were written, one after another for the same reason: one sentence.
+void name_images(const std::vector<std::pair<int, std::string>>& images, std::vector<std::string>& damaged) {
+  for (size_t i = 0; i < images.size();) {
+    size_t next = i + 1;
+    while (next < images.size() && images[next].second == images[i].second && images[next].first == images[next - 1].first + 1) ++next;
+    std::string text = fmt::format("frames/{:06d}.png", images[i].first);
+    if (next > i + 1) text += fmt::format(" to {:06d}.png", images[next - 1].first);
+    damaged.push_back(text + ": " + images[i].second);
+    i = next;
+  }
+}
+
+// table: times, numbers, and where the trial has checksums the images'.
+Frames read_frames(const fs::path& folder, const CsvTable& table, bool checked, std::vector<std::string>& damaged) {
   Frames frames;
-  frames.time_s = column(table, 0);
+  std::vector<std::pair<int, std::string>> damaged_images;
+  int last = -1;
   for (size_t row = 0; row < table.rows(); ++row) {
     const int number = files::whole_number(table, row, 1, "frame");
     if (number < 0) refuse(table.where(row), "frame: found {}, expected 0 or more", number);
-    if (row > 0 && number <= frames.number.back())
-      refuse(table.where(row), "frame: found {} after {}, expected numbers that rise", number, frames.number.back());
-    frames.number.push_back(number);
-    frames.path.push_back(frame_path(folder, number));
+    if (number <= last) refuse(table.where(row), "frame: found {} after {}, expected numbers that rise", number, last);
+    last = number;
+    const fs::path path = frame_path(folder, number);
+    if (checked) {
+      const std::string damage = image_damage(path, static_cast<uint32_t>(table(row, 2)));
+      if (!damage.empty()) damaged_images.emplace_back(number, damage);
+      if (!damage.empty()) continue;
+    }
     std::error_code error;
-    if (!fs::exists(frames.path.back(), error))
+    if (!fs::exists(path, error))
       refuse(table.where(row), "frame {} is listed, but found no file frames/{:06d}.png", number, number);
+    frames.number.push_back(number);
+    frames.time_s.push_back(table(row, 0));
+    frames.path.push_back(path);
   }
+  name_images(damaged_images, damaged);
   return frames;
 }
 
@@ -176,9 +189,7 @@ void require_camera_size(const geometry::Projection& camera, int width_px, int h
            camera.width_px, camera.height_px);
 }
 
-Markers read_markers(const fs::path& path, State state) {
-  const CsvTable table =
-      read_timed(path, {{"t_s"}, {"marker"}, {"u_m"}, {"v_m"}, {"x"}, {"y"}, {"z"}}, state);
+Markers read_markers(const CsvTable& table) {
   Markers markers;
   markers.time_s = column(table, 0);
   markers.position = points(table, 4);
@@ -191,22 +202,6 @@ Markers read_markers(const fs::path& path, State state) {
   return markers;
 }
 
-Robot read_robot(const fs::path& path, State state) {
-  const CsvTable table = read_timed(path, {{"t_s"}, {"commanded_x"}, {"commanded_y"}, {"commanded_z"},
-                                           {"measured_x"}, {"measured_y"}, {"measured_z"}}, state);
-  return {column(table, 0), points(table, 1), points(table, 4)};
-}
-
-// Whether a table that a trial may lack is to be read. A recorder that was cut off leaves a table that it had only just
-// begun without a whole row: there is nothing in it yet, and what else was recorded is to be read all the same.
-bool is_recorded(const fs::path& path, State state) {
-  std::error_code error;
-  if (!fs::exists(path, error)) return false;
-  if (state == State::complete) return true;
-  const std::string bytes = files::read_whole(path);
-  return std::count(bytes.begin(), bytes.end(), '\n') > 1;
-}
-
 // Whether trial.json or a frames folder promises images.
 bool images_promised(const JsonReader& json, const fs::path& folder) {
   std::error_code error;
@@ -214,21 +209,61 @@ bool images_promised(const JsonReader& json, const fs::path& folder) {
   return json.has("frames") && json.child("frames").number_or("count", 0) > 0;
 }
 
-void read_images(const JsonReader& json, Trial& trial) {
-  trial.frames = read_frames(trial.folder, trial.state);
+void read_images(const JsonReader& json, const TableReader& tables, Trial& trial) {
+  const bool complete = trial.state == State::complete;
+  std::vector<files::CsvColumn> wanted = {{"t_s"}, {"frame"}};
+  if (tables.checked()) wanted.push_back({"image_crc32"});
+  const auto table = tables.read("frames.csv", wanted, complete && images_promised(json, trial.folder));
+  if (!table) return;
   if (!trial.camera) refuse(json.where("camera"), "found no such key, expected it because the trial has images");
-  for (const fs::path& path : trial.frames->path) {
+  Frames frames = read_frames(trial.folder, *table, tables.checked(), trial.damaged);
+  for (const fs::path& path : frames.path) {
     const PngSize size = read_png_size(path);
     require_camera_size(*trial.camera, size.width_px, size.height_px, path);
   }
-  if (trial.state != State::complete || !json.has("frames") || !json.child("frames").has("count")) return;
+  if (!frames.number.empty()) trial.frames = std::move(frames);
+  // With checksums, TableReader has named what is missing.
+  if (!complete || tables.checked() || !json.has("frames") || !json.child("frames").has("count")) return;
   const double count = json.child("frames").number("count");
   if (count != static_cast<double>(trial.frames->number.size()))
     refuse((trial.folder / "frames.csv").string(), "found {} frames, expected {} as trial.json says (frames.count)",
            trial.frames->number.size(), count);
 }
 
+void read_tables(const JsonReader& json, const TableReader& tables, Trial& trial) {
+  const bool complete = trial.state == State::complete;
+  const auto corners = tables.read("corners.csv", {{"t_s"}, {"left_x", true}, {"left_y", true}, {"left_z", true},
+                                                   {"right_x", true}, {"right_y", true}, {"right_z", true}}, complete);
+  if (corners) trial.corners = read_corners(*corners, complete && trial.damaged.empty());
+  read_images(json, tables, trial);
+  if (const auto markers = tables.read("markers.csv", {{"t_s"}, {"marker"}, {"u_m"}, {"v_m"}, {"x"}, {"y"}, {"z"}}, false))
+    trial.markers = read_markers(*markers);
+  if (complete && !trial.frames && !trial.markers && trial.damaged.empty())
+    refuse(trial.folder.string(), "found neither frames.csv nor markers.csv, expected one of them or both");
+  if (const auto robot = tables.read("robot.csv", {{"t_s"}, {"commanded_x"}, {"commanded_y"}, {"commanded_z"},
+                                                   {"measured_x"}, {"measured_y"}, {"measured_z"}}, false))
+    trial.robot = Robot{column(*robot, 0), points(*robot, 1), points(*robot, 4)};
+}
+
+// trial.json that still reads but is not what was written; and the copy that would stand in for it.
+void name_changed_json(const fs::path& folder, const nlohmann::json& object, std::vector<std::string>& damaged) {
+  if (!is_as_written(object)) damaged.push_back("trial.json: not as it was written (its checksum differs): damaged, or edited by hand");
+  if (!has_checksums(object)) return;
+  try {
+    const nlohmann::json copy = files::read_json(folder / copy_name);
+    if (!copy.is_object() || !copy.contains("crc32") || !is_as_written(copy)) damaged.push_back(fmt::format("{}: damaged", copy_name));
+  } catch (const BadInput& unreadable) {
+    damaged.push_back(unreadable.what());
+  }
+}
+
 }  // namespace
+
+Trial read_header(const fs::path& trial_json) {
+  Trial trial;
+  read_trial_json(JsonReader(trial_json), trial);
+  return trial;
+}
 
 Trial read_trial(const fs::path& folder) {
   std::error_code error;
@@ -238,15 +273,11 @@ Trial read_trial(const fs::path& folder) {
   trial.folder = folder;
   trial.name = (fs::absolute(folder) / "").lexically_normal().parent_path().filename().string();
   read_trial_json(json, trial);
-  const bool is_complete = trial.state == State::complete;
-  if (is_complete || is_recorded(folder / "corners.csv", trial.state)) trial.corners = read_corners(folder / "corners.csv", trial.state);
-  const bool has_frames = is_recorded(folder / "frames.csv", trial.state) || (is_complete && images_promised(json, folder));
-  const bool has_markers = is_recorded(folder / "markers.csv", trial.state);
-  if (is_complete && !has_frames && !has_markers)
-    refuse(folder.string(), "found neither frames.csv nor markers.csv, expected one of them or both");
-  if (has_frames) read_images(json, trial);
-  if (has_markers) trial.markers = read_markers(folder / "markers.csv", trial.state);
-  if (is_recorded(folder / "robot.csv", trial.state)) trial.robot = read_robot(folder / "robot.csv", trial.state);
+  name_changed_json(folder, json.object(), trial.damaged);
+  // What a mended trial had lost before.
+  if (json.has("damaged"))
+    for (const std::string& sentence : json.texts("damaged")) trial.damaged.push_back(sentence);
+  read_tables(json, TableReader(folder, trial.state, json.object(), trial.damaged), trial);
   return trial;
 }
 

@@ -1,6 +1,7 @@
 #include "capture/trial/trial_summary.h"
 
 #include <algorithm>
+#include <cmath>
 #include <set>
 
 namespace selvedge::trial {
@@ -37,6 +38,31 @@ MarkerSummary summary(const Markers& markers) {
 size_t missing_numbers(const Frames& frames) {
   if (frames.number.empty()) return 0;
   return static_cast<size_t>(frames.number.back() - frames.number.front()) + 1 - frames.number.size();
+}
+
+Corners with_gaps_hidden(const Corners& corners) {
+  const double rate_hz = sampling(corners.time_s).rate_hz;
+  if (rate_hz == 0) return corners;
+  Corners filled;
+  std::vector<std::ptrdiff_t> source;  // -1: hidden
+  for (size_t i = 0; i < corners.time_s.size(); ++i) {
+    const double before_s = i == 0 ? corners.time_s[0] : corners.time_s[i - 1], step_s = corners.time_s[i] - before_s;
+    const auto missing = step_s * rate_hz > 1.5 ? std::lround(step_s * rate_hz) - 1 : 0;
+    for (long k = 1; k <= missing; ++k) {
+      filled.time_s.push_back(before_s + step_s * static_cast<double>(k) / static_cast<double>(missing + 1));
+      source.push_back(-1);
+    }
+    filled.time_s.push_back(corners.time_s[i]);
+    source.push_back(static_cast<std::ptrdiff_t>(i));
+  }
+  const auto count = static_cast<Eigen::Index>(source.size());
+  filled.left = filled.right = Eigen::Matrix3Xd::Constant(3, count, std::nan(""));
+  for (Eigen::Index i = 0; i < count; ++i) {
+    if (source[static_cast<size_t>(i)] < 0) continue;
+    filled.left.col(i) = corners.left.col(source[static_cast<size_t>(i)]);
+    filled.right.col(i) = corners.right.col(source[static_cast<size_t>(i)]);
+  }
+  return filled;
 }
 
 double hidden_share(const Eigen::Matrix3Xd& corner) {

@@ -121,6 +121,7 @@ Client start(const std::function<Result()>& client) {
 
 struct Recording : Outcome {
   capture::FrameCounts written;
+  size_t durable_before_end = 0;  // frames, when the camera stopped
   size_t gaps = 0;      // in the numbers, as trial.json names them
   double most_mb = 0;   // of memory, the whole process
 };
@@ -138,6 +139,7 @@ Recording record_frames(double seconds, const std::filesystem::path& folder) {
   static_cast<Outcome&>(result) = read_frames(seconds, [&](const camera::RingFrame& f) {
     recorder.add_frame(static_cast<int>(f.head.frame_number), static_cast<double>(f.head.frame_number) / kRate_hz, f.pixels.data(), kWidth_px, kHeight_px);
   });
+  result.durable_before_end = recorder.recorded().frames.durable;
   recorder.finish();
   result.written = recorder.recorded().frames;
   result.gaps = files::read_json(folder / "trial.json").at("frames").at("gaps").size();
@@ -241,17 +243,18 @@ std::vector<Figure> bench_recorder(const FigureOptions& options) {
   }
   std::filesystem::remove_all(folder);
   camera::FrameRingWriter::remove(camera::ring_name(kBusPort, "camera"));
-  const double count = static_cast<double>(r.frames), acknowledged = static_cast<double>(r.written.acknowledged);
+  const double count = static_cast<double>(r.frames), written = static_cast<double>(r.written.written);
   const std::string what = fmt::format("1280×1024 at 60 Hz for {:.0f} s: ", seconds);
   std::vector<Figure> out;
-  out.push_back({what + "frames acknowledged", acknowledged / r.seconds, kRate_hz, "1/s", Relation::shown, "the camera's rate"});
+  out.push_back({what + "frames written", written / r.seconds, kRate_hz, "1/s", Relation::shown, "the camera's rate"});
+  out.push_back({what + "frames durable when the camera stopped", static_cast<double>(r.durable_before_end), written, "", Relation::shown, "frames written"});
   out.push_back({what + "frames lost between camera and ring", static_cast<double>(r.lost), 0, "", Relation::shown, "none"});
   out.push_back({what + "frames refused by the recorder", static_cast<double>(r.written.refused), 0, "", Relation::shown, "none"});
   out.push_back({what + "gaps named in the trial", static_cast<double>(r.gaps), 0, "", Relation::shown, "none"});
   out.push_back({what + "frames stored without compression, to keep up", static_cast<double>(r.written.stored), count, "", Relation::shown, "all frames"});
   out.push_back({what + "most memory of pictures that wait", static_cast<double>(r.written.most_queued_bytes) / 1048576.0, 256, "MiB", Relation::shown, "the queue's bound"});
   out.push_back({what + "most memory of daemon and recorder", r.most_mb, 512, "MiB", Relation::shown, "the queue, the ring and room to spare"});
-  out.push_back({what + "on disk, a frame", static_cast<double>(r.written.bytes_on_disk) / acknowledged / 1048576.0, 1.25, "MiB", Relation::shown, "its pixels"});
+  out.push_back({what + "on disk, a frame", static_cast<double>(r.written.bytes_on_disk) / written / 1048576.0, 1.25, "MiB", Relation::shown, "its pixels"});
   out.push_back({what + "processor time a frame, daemon and recorder", 1e3 * r.cpu_s / count, 1e3 / kRate_hz, "ms", Relation::shown, "one core's"});
   options.progress(1, "done");
   return out;

@@ -131,6 +131,11 @@ void print_campaign(const trial::Campaign& campaign) {
   fmt::print("\n{}", report::text_table(header, rows));
 }
 
+// What was passed over on reading.
+void print_damage(const Trial& trial) {
+  for (const std::string& sentence : trial.damaged) fmt::print("damaged: {}: {}\n", trial.name, sentence);
+}
+
 // An observation outside the times of the corners has no motion to compare it with.
 void print_remarks(const Trial& trial) {
   const trial::Sampling corners = trial::sampling(trial.corners.time_s);
@@ -157,7 +162,10 @@ void check(const std::string& path) {
   for (const Trial& trial : campaign.trials) decode_all(trial);
   if (std::filesystem::exists(std::filesystem::path(path) / "campaign.json")) print_campaign(campaign);
   else print_trial(campaign.trials.front());
-  for (const Trial& trial : campaign.trials) print_remarks(trial);
+  for (const Trial& trial : campaign.trials) {
+    print_damage(trial);
+    print_remarks(trial);
+  }
 }
 
 }  // namespace

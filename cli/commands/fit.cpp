@@ -66,6 +66,8 @@ void run_fit(FitArguments& a, const CLI::App& command) {
   if (a.optimiser == "least_squares") refuse_what_least_squares_has_not(command);
   expect_folder("--out", a.out);
   const trial::Campaign campaign = trial::read_campaign(a.path);
+  for (const trial::Trial& t : campaign.trials)
+    for (const std::string& sentence : t.damaged) fmt::print(stderr, "passed over as damaged: {}: {}\n", t.name, sentence);
   a.options.drag = fit::drag_named(a.base);
   a.options.hold_out = a.hold_out == "trials" ? fit::HoldOut::trials : a.hold_out == "frames" ? fit::HoldOut::frames : fit::HoldOut::automatic;
   if (a.integrator == "runge_kutta_45") a.options.integrator = cloth::Options::Integrator::runge_kutta_45;

@@ -1,4 +1,4 @@
-// ./selvedge soak --hours H --seed S: a simulated rig under injected faults; exit 1 where an acknowledged frame is lost,
+// ./selvedge soak --hours H --seed S: a simulated rig under injected faults; exit 1 where a written frame is lost,
 // the arm moves after a stop, or a daemon ends by itself.
 #include <filesystem>
 #include <memory>
@@ -36,7 +36,7 @@ int run_soak(SoakOptions options, const std::filesystem::path& runs) {
 }  // namespace
 
 void add_soak(CLI::App& app, int& exit_status) {
-  auto* command = app.add_subcommand("soak", "run a simulated rig under faults; exit 1 where an acknowledged frame is lost or the arm moves after a stop");
+  auto* command = app.add_subcommand("soak", "run a simulated rig under faults; exit 1 where a written frame is lost or the arm moves after a stop");
   auto options = std::make_shared<SoakOptions>();
   const std::filesystem::path source = shared_folder();
   options->rig = source / "data" / "soak" / "rig.toml";

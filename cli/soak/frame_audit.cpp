@@ -6,7 +6,7 @@
 
 #include <fmt/format.h>
 
-#include "capture/recorder.h"
+#include "capture/recovery.h"
 #include "capture/trial/trial.h"
 #include "files/bad_input.h"
 #include "files/whole_file.h"
@@ -25,7 +25,7 @@ void FrameAudit::hear(const selvedge_rig::session_status_t& status) {
   const int attempt = std::atoi(status.message.c_str() + 8);
   const std::lock_guard lock(mutex_);
   int64_t& told = told_[{status.trial, attempt}];
-  told = std::max(told, status.frames_recorded);
+  told = std::max(told, status.frames_written);
 }
 
 void FrameAudit::look(bool all) {
@@ -58,12 +58,12 @@ int64_t FrameAudit::said_in(const fs::path& folder) {
 void FrameAudit::audit(const std::string& trial, int attempt, int64_t told) {
   const fs::path spoiled = trials_ / (trial + kSpoiled + std::to_string(attempt));
   const fs::path folder = fs::exists(spoiled) ? spoiled : trials_ / trial;
-  int64_t acknowledged = told, readable = 0;
+  int64_t written = told, readable = 0;
   std::string why;
   try {
-    // A folder without trial.json never got as far as to acknowledge anything.
+    // A folder without trial.json never got as far as to write anything.
     if (fs::exists(folder / "trial.json") || told > 0) {
-      acknowledged = std::max(acknowledged, said_in(folder));
+      written = std::max(written, said_in(folder));
       capture::recover(folder);
       const trial::Trial found = trial::read_trial(folder);
       (found.state == trial::State::complete ? complete_ : cut_) += 1;
@@ -79,15 +79,15 @@ void FrameAudit::audit(const std::string& trial, int attempt, int64_t told) {
   } catch (const std::exception& error) {
     why = error.what();
   }
-  const int64_t lost = std::max<int64_t>(0, acknowledged - readable);
-  acknowledged_ += acknowledged;
+  const int64_t lost = std::max<int64_t>(0, written - readable);
+  written_ += written;
   lost_ += lost;
   {
     const std::lock_guard lock(mutex_);
     told_.erase({trial, attempt});
   }
   if (lost > 0) {
-    losses_.push_back(fmt::format("{} attempt {}: {} frames acknowledged, {} readable{}", trial, attempt, acknowledged, readable, why.empty() ? "" : ": " + why));
+    losses_.push_back(fmt::format("{} attempt {}: {} frames written, {} readable{}", trial, attempt, written, readable, why.empty() ? "" : ": " + why));
     if (fs::exists(folder)) fs::copy(folder, trials_.parent_path() / (folder.filename().string() + "-lost"), fs::copy_options::recursive);  // off the small disk
   }
   fs::remove_all(folder);

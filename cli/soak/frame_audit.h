@@ -1,6 +1,6 @@
-// What the recorder acknowledged, held against what can be read once it is gone.
+// What the recorder called written, held against what can be read once it is gone.
 //
-// The recorder says on SESSION_STATUS how many frames of an attempt are safe on disk; the trial.json of a trial that
+// The recorder says on SESSION_STATUS how many frames of an attempt are written, whatever becomes of it; the trial.json of a trial that
 // ended says it as well. A frame counts as readable where the project's own reader lists it and decodes its image.
 #pragma once
 
@@ -30,7 +30,7 @@ class FrameAudit {
 
   int complete() const { return complete_; }
   int cut() const { return cut_; }
-  int64_t acknowledged() const { return acknowledged_; }
+  int64_t written() const { return written_; }
   int64_t lost() const { return lost_; }
   const std::vector<std::string>& losses() const { return losses_; }  // one sentence a trial that lost something
 
@@ -40,9 +40,9 @@ class FrameAudit {
 
   const std::filesystem::path trials_;
   std::mutex mutex_;
-  std::map<std::pair<std::string, int>, int64_t> told_;  // guarded: trial and attempt, frames acknowledged
+  std::map<std::pair<std::string, int>, int64_t> told_;  // guarded: trial and attempt, frames written
   int complete_ = 0, cut_ = 0;
-  int64_t acknowledged_ = 0, lost_ = 0;
+  int64_t written_ = 0, lost_ = 0;
   std::vector<std::string> losses_;
 };
 

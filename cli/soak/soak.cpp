@@ -247,7 +247,7 @@ class Soak {
     frames_.look(true);
     result_.trials_complete = frames_.complete();
     result_.trials_cut = frames_.cut();
-    result_.frames_acknowledged = frames_.acknowledged();
+    result_.frames_written = frames_.written();
     result_.frames_lost = frames_.lost();
     result_.losses = frames_.losses();
     result_.stops = arm_.stops();
@@ -304,7 +304,7 @@ nlohmann::json to_json(const SoakResult& result, unsigned seed) {
           {"seed", seed},
           {"holds", result.holds()},
           {"trials", {{"complete", result.trials_complete}, {"cut", result.trials_cut}}},
-          {"frames", {{"acknowledged", result.frames_acknowledged}, {"lost", result.frames_lost}, {"losses", result.losses}}},
+          {"frames", {{"written", result.frames_written}, {"lost", result.frames_lost}, {"losses", result.losses}}},
           {"faults", faults},
           {"full_disk_possible", result.small_disk},
           {"arm", {{"stops", result.stops}, {"operator_stops", result.operator_stops}, {"stops_in_motion", result.stops_in_motion},
@@ -317,7 +317,7 @@ nlohmann::json to_json(const SoakResult& result, unsigned seed) {
 
 std::string to_text(const SoakResult& result) {
   std::string text = fmt::format("{:.3f} hours\ntrials                        {} complete, {} cut\n", result.hours, result.trials_complete, result.trials_cut);
-  text += fmt::format("frames acknowledged           {}\nframes lost                   {}\n", result.frames_acknowledged, result.frames_lost);
+  text += fmt::format("frames written                {}\nframes lost                   {}\n", result.frames_written, result.frames_lost);
   text += fmt::format("stops of the arm              {} ({} in motion), longest time to rest {:.2f} s\n", result.stops, result.stops_in_motion,
                       result.longest_time_to_rest_s);
   text += fmt::format("operators' stops              {}, longest time to rest {:.2f} s; {} words to reset\n", result.operator_stops,

@@ -2,7 +2,7 @@
 // after another, until the time is over.
 //
 // Faults come at random times (faults.h). What is killed is started again a second later, as systemd would. Nothing that
-// was acknowledged may be lost (frame_audit.h), and the arm may not move after a stop (arm_audit.h), which people give
+// was written may be lost (frame_audit.h), and the arm may not move after a stop (arm_audit.h), which people give
 // (people.h). A daemon that ends by itself counts as well. At the end the faults stop, and the rig is given a while to
 // record one whole trial. A run of an hour or more must have seen each kind of fault kLeastEach times.
 #pragma once
@@ -34,7 +34,7 @@ struct SoakResult {
   FaultCounts faults{};
   bool small_disk = false;                   // false: nothing could be mounted, so no disk ran full
   int trials_complete = 0, trials_cut = 0;
-  int64_t frames_acknowledged = 0, frames_lost = 0;
+  int64_t frames_written = 0, frames_lost = 0;
   int stops = 0, operator_stops = 0, stops_in_motion = 0, resets = 0;
   int motions_after_stop = 0;                // measured at the simulated joints
   double longest_time_to_rest_s = 0, longest_after_operator_s = 0;

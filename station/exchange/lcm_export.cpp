@@ -168,8 +168,8 @@ void BusMessages::add_status(const trial::Trial& trial, const std::string& name,
   status.done = -1;
   add(rig::kSessionStatus, first_s, status);
   status.step = "done";
-  status.frames_recorded = trial.frames ? static_cast<int64_t>(trial.frames->number.size()) : 0;
-  status.samples_recorded = static_cast<int64_t>(trial.corners.time_s.size());
+  status.frames_written = status.frames_durable = trial.frames ? static_cast<int64_t>(trial.frames->number.size()) : 0;
+  status.samples_written = status.samples_durable = static_cast<int64_t>(trial.corners.time_s.size());
   status.message = trial::to_text(trial.state);
   add(rig::kSessionStatus, last_s, status);
 }

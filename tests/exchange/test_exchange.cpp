@@ -184,7 +184,7 @@ TEST_F(Exchange, AnLcmLogHoldsTheBussMessagesAtTheirTimes) {
   const auto status = on_channel<selvedge_rig::session_status_t>(events, "SESSION_STATUS");
   ASSERT_EQ(status.size(), 2u);
   EXPECT_EQ(status[0].trial, "trial");
-  EXPECT_EQ(status[1].frames_recorded, 3);
+  EXPECT_EQ(status[1].frames_written, 3);
 }
 
 TEST_F(Exchange, AnLcmLogOfACampaignReplaysAsABus) {

@@ -69,7 +69,7 @@ function showChecks(state) {
   by("record-start").disabled = Boolean(own.running) || !hasToken();
   by("record-stop").disabled = !own.running;
   const parts = [];
-  if (r) parts.push(check("frames on disk", r.frames, null), check("frames lost", r.lost, r.lost === 0), check("corner samples", r.samples, null));
+  if (r) parts.push(check("frames written", r.frames, null), check("frames durable", r.frames_durable, null), check("frames lost", r.lost, r.lost === 0), check("corner samples", r.samples, null));
   const seen = (state.markers?.seen ?? []).map((m) => m.name);
   if (r || own.running) parts.push(check("corners seen", `${seen.filter((n) => n === "left" || n === "right").length} of 2`, seen.includes("left") && seen.includes("right")));
   if (own.running) parts.push(check(own.trial, `${number(100 * (own.done ?? 0), 0)} %`, null));
