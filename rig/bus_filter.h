@@ -1,0 +1,17 @@
+// The kernel's filter before the bus's receive socket: packets of this host's own network, nothing else.
+//
+// LCM receives on 0.0.0.0, whatever the `ttl` it sends with, and hands out no socket. Its sockets are found among this
+// process's: UDP over IPv4, bound to the bus's port. The filter (classic BPF) lets through what came over lo and
+// multicast that this host sent and looped back to itself; another host's packets never reach LCM's code.
+// Source: socket(7) SO_ATTACH_FILTER, packet(7), linux/filter.h (SKF_AD_IFINDEX, SKF_AD_PKTTYPE).
+#pragma once
+
+#include <cstdint>
+
+namespace selvedge::rig {
+
+// Puts the filter before each such socket. Returns how many there are; throws BadInput where there is none, or the
+// kernel will not: a bus that hears everybody must not look like one that does not.
+int hear_this_host_alone(uint16_t port);
+
+}  // namespace selvedge::rig
