@@ -24,8 +24,6 @@ namespace {
 namespace fs = std::filesystem;
 using selvedge_rig::corner_sample_t;
 
-constexpr const char* kChannel = "TRACKER_CORNERS";
-
 class BusTrust : public ::testing::Test {
  protected:
   BusConfiguration on_port(int port) {
