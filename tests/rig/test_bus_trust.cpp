@@ -1,11 +1,15 @@
 // Whom the bus believes: this user's processes, on the network and in what others recorded of it.
+#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <csignal>
+#include <cstring>
 #include <filesystem>
 #include <thread>
 
 #include <lcm/eventlog.h>
+#include <netinet/in.h>
+#include <sys/socket.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -166,6 +170,47 @@ TEST_F(BusTrust, SignedMessagesArriveThroughAFloodOfJunk) {
   EXPECT_GE(heard, 100);
   EXPECT_GT(count.refused, 100);
   EXPECT_EQ(count.undecodable, 0);
+}
+
+// A piece of a large message as LCM sends it; `offset` says where in the message it lies.
+std::vector<uint8_t> piece(uint32_t size, uint32_t offset, uint16_t number, const std::vector<uint8_t>& bytes) {
+  std::vector<uint8_t> packet = {'L', 'C', '0', '3'};
+  const auto put = [&](uint32_t value, int count) {
+    for (int i = count - 1; i >= 0; --i) packet.push_back(static_cast<uint8_t>(value >> (8 * i)));
+  };
+  put(77, 4);  // the message's number
+  put(size, 4);
+  put(offset, 4);
+  put(number, 2);
+  put(3, 2);  // pieces in all
+  packet.insert(packet.end(), bytes.begin(), bytes.end());
+  return packet;
+}
+
+// The second piece would make LCM write four gigabytes behind its memory, and the process end.
+TEST_F(BusTrust, LivesThroughPiecesThatLieOutsideTheirMessage) {
+  Bus sender(on_port(17116)), receiver(on_port(17116));
+  receiver.subscribe<corner_sample_t>(kChannel, [](const corner_sample_t&) {});
+  const int socket = ::socket(AF_INET, SOCK_DGRAM, 0);
+  ASSERT_GE(socket, 0);
+  sockaddr_in bus{};
+  bus.sin_family = AF_INET;
+  bus.sin_port = htons(17116);
+  bus.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  const auto send = [&](const std::vector<uint8_t>& packet) {
+    ASSERT_EQ(::sendto(socket, packet.data(), packet.size(), 0, reinterpret_cast<const sockaddr*>(&bus), sizeof bus),
+              static_cast<ssize_t>(packet.size()));
+  };
+  std::vector<uint8_t> first(60000, 'x');
+  std::copy_n(kChannel, std::strlen(kChannel) + 1, first.begin());
+  for (const uint32_t offset : {0xffffffffu - 59000u, 0xfffff000u, 100000u}) {
+    send(piece(100000, 0, 0, first));
+    send(piece(100000, offset, 1, std::vector<uint8_t>(60000, 'y')));
+  }
+  corner_sample_t sample = one_corner(0, 7);
+  sender.publish(kChannel, sample);
+  ASSERT_TRUE(wait(receiver, [&] { return receiver.count(kChannel).received == 1; }));
+  ::close(socket);
 }
 
 class BusLog : public BusTrust {
