@@ -102,7 +102,8 @@ void Bus::subscribe_bytes(const std::string& channel, int queue,
 }
 
 void Bus::on_message(const lcm_recv_buf_t* buffer, const char* channel, void* subscription) {
-  static_cast<Subscription*>(subscription)->receive(channel, static_cast<const uint8_t*>(buffer->data), buffer->data_size);
+  const auto* bytes = static_cast<const uint8_t*>(buffer->data);
+  static_cast<Subscription*>(subscription)->receive(channel, bytes, buffer->data_size);
 }
 
 // 1 means that the publisher started anew, any other number at or below the last that an old message came again.
@@ -139,7 +140,8 @@ void Bus::Subscription::receive(const char* from, const uint8_t* data, size_t si
   count.*outcome += 1;
 }
 
-// Said once a channel: a process of another user, or one that still has a key since deleted, looks like silence otherwise.
+// Said once a channel: a process of another user, or one that still has a key since deleted, looks like silence
+// otherwise.
 void Bus::Subscription::refuse_message(const char* from) {
   {
     const std::lock_guard lock(bus->mutex_);

@@ -74,8 +74,8 @@ int hear_this_host_alone(uint16_t port) {
     ++found;
   }
   if (found == 0)
-    refuse("bus", "no UDP socket of this process is bound to port {}{}{}, expected LCM's: the bus would hear other hosts",
-           port, error ? ", /proc/self/fd: " : "", error ? error.message() : "");
+    refuse("bus", "no UDP socket of this process is bound to port {}{}{}, expected LCM's: it would hear other hosts", port,
+           error ? ", /proc/self/fd: " : "", error ? error.message() : "");
   return found;
 }
 

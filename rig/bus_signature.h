@@ -27,7 +27,8 @@ class BusSignature {
 
   // Puts the trailer behind the message. From any thread.
   void sign(std::string_view channel, std::vector<uint8_t>& message) const;
-  // Whether the bytes end in the trailer that sign() would have put there; takes as long for a wrong one. From any thread.
+  // Whether the bytes end in the trailer that sign() would have put there; takes as long for a wrong one. From any
+  // thread.
   bool holds(std::string_view channel, const uint8_t* bytes, size_t size) const;
 
  private:

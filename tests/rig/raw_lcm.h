@@ -16,7 +16,9 @@ namespace selvedge::rig {
 
 inline constexpr const char* kChannel = "TRACKER_CORNERS";
 
-inline std::string multicast_url(int port, int ttl = 0) { return fmt::format("udpm://239.255.76.67:{}?ttl={}", port, ttl); }
+inline std::string multicast_url(int port, int ttl = 0) {
+  return fmt::format("udpm://239.255.76.67:{}?ttl={}", port, ttl);
+}
 
 class RawLcm {
  public:

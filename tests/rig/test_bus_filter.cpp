@@ -1,5 +1,5 @@
-// Another network namespace, joined to the bus's by a cable (a veth pair): a host beside the rig's, as the kernel tells.
-// It knows the key, so the kernel's filter alone keeps it out.
+// Another network namespace, joined to the bus's by a cable (a veth pair): a host beside the rig's, as the kernel
+// tells. It knows the key, so the kernel's filter alone keeps it out.
 //
 // Namespaces of the test's own, in a user namespace: no root, and nothing of the host's network is touched.
 #include "rig/bus_filter.h"
@@ -74,7 +74,8 @@ std::vector<uint8_t> lcm_packet(const std::vector<uint8_t>& message) {
   require(::prctl(PR_SET_PDEATHSIG, SIGKILL) == 0 && ::unshare(CLONE_NEWNET) == 0, "the other host's network");
   char byte = 0;
   require(::write(ready, &byte, 1) == 1 && ::read(go, &byte, 1) == 1, "the other host's start");
-  run("ip link set lo up && ip addr add 10.0.0.2/24 dev there && ip link set there up && ip route add default via 10.0.0.1");
+  run("ip link set lo up && ip addr add 10.0.0.2/24 dev there && ip link set there up && "
+      "ip route add default via 10.0.0.1");
   std::vector<uint8_t> message = encoded(one_corner(1, kForeign));
   BusSignature(key).sign(kChannel, message);
   const std::vector<uint8_t> packet = lcm_packet(message);

@@ -3,6 +3,7 @@
 #include <atomic>
 #include <chrono>
 #include <csignal>
+#include <cstdlib>
 #include <cstring>
 #include <filesystem>
 #include <thread>
@@ -53,7 +54,8 @@ class BusTrust : public ::testing::Test {
   const std::string key_file_ = folder_.path() / "bus.key";
 };
 
-// Key 0, 1 … 31; the sixteen bytes are Python's hmac.digest(bytes(range(32)), b"TRACKER_CORNERS\0hello", "sha256")[:16].
+// Key 0, 1 … 31; the sixteen bytes are Python's
+// hmac.digest(bytes(range(32)), b"TRACKER_CORNERS\0hello", "sha256")[:16].
 TEST(BusSignature, IsWhatTheFormatSays) {
   BusKey key;
   for (size_t i = 0; i < key.size(); ++i) key[i] = static_cast<uint8_t>(i);
@@ -69,13 +71,15 @@ TEST(BusSignature, IsWhatTheFormatSays) {
     EXPECT_FALSE(signature.holds(kChannel, bytes.data(), bytes.size())) << "bit " << at;
     bytes[at / 8] ^= static_cast<uint8_t>(1 << at % 8);
   }
-  for (size_t size = 0; size < bytes.size(); ++size) EXPECT_FALSE(signature.holds(kChannel, bytes.data(), size)) << size;
+  for (size_t size = 0; size < bytes.size(); ++size)
+    EXPECT_FALSE(signature.holds(kChannel, bytes.data(), size)) << size;
 }
 
 TEST_F(BusTrust, DropsAndCountsWhatIsNotSignedForThisChannelWithThisKey) {
   Bus receiver(on_port(17110));
   std::vector<int64_t> heard;
-  receiver.subscribe<corner_sample_t>(kChannel, [&](const corner_sample_t& sample) { heard.push_back(sample.frame_number); });
+  receiver.subscribe<corner_sample_t>(kChannel,
+                                      [&](const corner_sample_t& sample) { heard.push_back(sample.frame_number); });
   RawLcm stranger(multicast_url(17110));
   const BusKey key = shared_bus_key(key_file_), foreign_key = shared_bus_key(folder_.path() / "foreign.key");
   const std::vector<uint8_t> message = encoded(one_corner(1, 666));
@@ -95,7 +99,8 @@ TEST_F(BusTrust, DropsAndCountsWhatIsNotSignedForThisChannelWithThisKey) {
   Bus sender(on_port(17110));
   corner_sample_t sample = one_corner(0, 7);
   sender.publish(kChannel, sample);
-  stranger.send(kChannel, signed_bytes(key, kChannel, encoded(one_corner(2, 8))));  // another program that knows the key
+  // Another program that knows the key.
+  stranger.send(kChannel, signed_bytes(key, kChannel, encoded(one_corner(2, 8))));
   ASSERT_TRUE(wait(receiver, [&] { return heard.size() >= 2; }));
   EXPECT_EQ(heard, (std::vector<int64_t>{7, 8}));
   EXPECT_EQ(receiver.count(kChannel).refused, forged);
@@ -119,7 +124,8 @@ TEST_F(BusTrust, ABusWithoutATrueKeyIsNotOpened) {
   BusConfiguration configuration = on_port(17112);
   shared_bus_key(key_file_);
   fs::permissions(key_file_, fs::perms(0644));
-  EXPECT_THAT(refusal_of([&] { Bus bus(configuration); }), ::testing::HasSubstr(key_file_ + ": the bus's key has mode 644"));
+  EXPECT_THAT(refusal_of([&] { Bus bus(configuration); }),
+              ::testing::HasSubstr(key_file_ + ": the bus's key has mode 644"));
 }
 
 TEST_F(BusTrust, CarriesMessagesOfManyPackets) {
@@ -223,7 +229,8 @@ class BusLog : public BusTrust {
     configuration.key_file = "/nowhere/bus.key";  // none is read, none is made
     Bus bus(configuration);
     std::vector<int64_t> frames;
-    bus.subscribe<corner_sample_t>(kChannel, [&](const corner_sample_t& sample) { frames.push_back(sample.frame_number); });
+    bus.subscribe<corner_sample_t>(kChannel,
+                                   [&](const corner_sample_t& sample) { frames.push_back(sample.frame_number); });
     while (bus.handle(1)) {}
     EXPECT_EQ(bus.count(kChannel).refused, 0);
     EXPECT_EQ(bus.count(kChannel).undecodable, 0);
@@ -274,7 +281,8 @@ TEST_F(BusLog, OfLcmLoggerStaysReadable) {
   ASSERT_NE(log, nullptr);
   while (lcm_eventlog_event_t* event = lcm_eventlog_read_next_event(log)) {
     corner_sample_t sample;
-    EXPECT_EQ(sample.decode(event->data, 0, event->datalen), event->datalen - static_cast<int>(BusSignature::kTrailerBytes));
+    EXPECT_EQ(sample.decode(event->data, 0, event->datalen),
+              event->datalen - static_cast<int>(BusSignature::kTrailerBytes));
     EXPECT_EQ(sample.name, std::vector<std::string>{"left"});
     decoded.push_back(sample.frame_number);
     lcm_eventlog_free_event(event);
@@ -282,6 +290,16 @@ TEST_F(BusLog, OfLcmLoggerStaysReadable) {
   lcm_eventlog_destroy(log);
   ASSERT_FALSE(decoded.empty());
   EXPECT_EQ(replayed(), decoded);
+
+  // And LCM's own player sends it as it was.
+  Bus receiver(on_port(17115));
+  std::vector<int64_t> heard;
+  receiver.subscribe<corner_sample_t>(
+      kChannel, [&](const corner_sample_t& sample) { heard.push_back(sample.frame_number); }, 10000);
+  const std::string play = fmt::format("lcm-logplayer --lcm-url='{}' '{}'", multicast_url(17115), log_.string());
+  ASSERT_EQ(std::system(play.c_str()), 0);
+  ASSERT_TRUE(wait(receiver, [&] { return heard.size() >= decoded.size(); }));
+  EXPECT_EQ(heard, decoded);
 }
 
 }  // namespace
