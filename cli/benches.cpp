@@ -2,6 +2,7 @@
 
 namespace selvedge::cli {
 
+std::vector<Figure> bench_bus(const FigureOptions& options);
 std::vector<Figure> bench_capture(const FigureOptions& options);
 std::vector<Figure> bench_capture_usb3(const FigureOptions& options);
 std::vector<Figure> bench_capture_v4l2(const FigureOptions& options);
@@ -15,6 +16,7 @@ std::vector<Figure> bench_metric(const FigureOptions& options);
 
 const std::vector<FigureSet>& benches() {
   static const std::vector<FigureSet> list = {
+      {"bus", "a message of the bus signed, sent, received and checked, beside LCM alone", bench_bus},
       {"capture", "the camera daemon beside arv-camera-test and v4l2-ctl, each on one simulated camera", bench_capture},
       {"capture-usb3", "of these, the USB3 Vision camera alone", bench_capture_usb3},
       {"capture-v4l2", "of these, the V4L2 camera alone", bench_capture_v4l2},

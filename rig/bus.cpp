@@ -7,7 +7,9 @@
 #include <spdlog/spdlog.h>
 
 #include "files/bad_input.h"
+#include "rig/bus_filter.h"
 #include "rig/network.h"
+#include "rig/runtime_folder.h"
 
 namespace selvedge::rig {
 
@@ -31,7 +33,12 @@ void check_network(const BusConfiguration& configuration) {
 }  // namespace
 
 Bus::Bus(const BusConfiguration& configuration) {
-  if (configuration.log_file.empty()) check_network(configuration);
+  if (configuration.log_file.empty()) {
+    check_network(configuration);
+    port_ = static_cast<uint16_t>(configuration.port);
+    key_file_ = configuration.key_file.empty() ? (runtime_folder() / "bus.key").string() : configuration.key_file;
+    signature_.emplace(shared_bus_key(key_file_));
+  }
   const std::string url = lcm_url(configuration);
   lcm_ = lcm_create(url.c_str());
   if (lcm_ == nullptr) refuse("bus", "LCM cannot open {}", url);
@@ -62,11 +69,14 @@ ChannelCount Bus::count(const std::string& channel) const {
     sum.lost += subscription->count.lost;
     sum.undecodable += subscription->count.undecodable;
     sum.failed += subscription->count.failed;
+    sum.refused += subscription->count.refused;
+    sum.repeated += subscription->count.repeated;
   }
   return sum;
 }
 
-void Bus::publish_bytes(const std::string& channel, const std::vector<uint8_t>& bytes) {
+void Bus::publish_bytes(const std::string& channel, std::vector<uint8_t> bytes) {
+  if (signature_) signature_->sign(channel, bytes);
   if (lcm_publish(lcm_, channel.c_str(), bytes.data(), static_cast<unsigned>(bytes.size())) != 0)
     throw std::runtime_error(fmt::format("bus: LCM refuses {} bytes on channel {}", bytes.size(), channel));
 }
@@ -85,27 +95,39 @@ void Bus::subscribe_bytes(const std::string& channel, int queue,
   lcm_subscription_t* handle = lcm_subscribe(lcm_, channel.c_str(), &Bus::on_message, subscription.get());
   if (handle == nullptr) refuse("bus", "LCM cannot subscribe to channel {}", channel);
   lcm_subscription_set_queue_capacity(handle, queue);
+  // LCM makes its receive socket in the first lcm_subscribe.
+  if (signature_ && subscriptions_.empty()) hear_this_host_alone(port_);
   const std::lock_guard lock(mutex_);
   subscriptions_.push_back(std::move(subscription));
 }
 
-void Bus::on_message(const lcm_recv_buf_t* buffer, const char*, void* subscription) {
-  static_cast<Subscription*>(subscription)->receive(buffer->data, static_cast<int>(buffer->data_size));
+void Bus::on_message(const lcm_recv_buf_t* buffer, const char* channel, void* subscription) {
+  const auto* bytes = static_cast<const uint8_t*>(buffer->data);
+  static_cast<Subscription*>(subscription)->receive(channel, bytes, buffer->data_size);
 }
 
-// A number at or below the last one means that the publisher started anew (or repeats itself), not a loss.
+// 1 means that the publisher started anew, any other number at or below the last that an old message came again.
 void Bus::Subscription::note_sequence(int64_t sequence) {
   const std::lock_guard lock(bus->mutex_);
+  if (sequence > 1 && sequence <= last_sequence) {
+    count.repeated += 1;
+    return;
+  }
   if (last_sequence > 0 && sequence > last_sequence) count.lost += sequence - last_sequence - 1;
   last_sequence = sequence;
 }
 
 // The decoder throws std::length_error over sizes that lie, and the handler may throw anything; LCM is C and
 // must see none of it.
-void Bus::Subscription::receive(const void* data, int size) noexcept {
+void Bus::Subscription::receive(const char* from, const uint8_t* data, size_t size) noexcept {
   int64_t ChannelCount::* outcome = &ChannelCount::received;
   try {
-    if (!decode_and_handle(data, size, *this)) outcome = &ChannelCount::undecodable;
+    if (bus->signature_ && !bus->signature_->holds(from, data, size)) {
+      refuse_message(from);
+      return;
+    }
+    if (ends_in_trailer(data, size)) size -= BusSignature::kTrailerBytes;
+    if (!decode_and_handle(data, static_cast<int>(size), *this)) outcome = &ChannelCount::undecodable;
   } catch (const std::length_error&) {
     outcome = &ChannelCount::undecodable;
   } catch (const std::exception& error) {
@@ -116,6 +138,17 @@ void Bus::Subscription::receive(const void* data, int size) noexcept {
   }
   const std::lock_guard lock(bus->mutex_);
   count.*outcome += 1;
+}
+
+// Said once a channel: a process of another user, or one that still has a key since deleted, looks like silence
+// otherwise.
+void Bus::Subscription::refuse_message(const char* from) {
+  {
+    const std::lock_guard lock(bus->mutex_);
+    if (++count.refused > 1) return;
+  }
+  spdlog::warn("bus: a message on {} is not signed with the key in {}; it is dropped, and so is each like it", from,
+               bus->key_file_);
 }
 
 }  // namespace selvedge::rig

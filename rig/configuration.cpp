@@ -23,6 +23,7 @@ BusConfiguration Configuration::bus() const {
   result.receive_buffer_bytes = static_cast<int>(
       keys.integer("receive_buffer_bytes", result.receive_buffer_bytes, 65536, 1 << 30, "bytes"));
   result.log_file = keys.text("log_file", result.log_file);
+  result.key_file = keys.text("key_file", result.key_file);
   keys.finish();
   return result;
 }

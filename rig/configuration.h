@@ -31,7 +31,7 @@ class Configuration {
 
   bool has(const std::string& section) const { return file_.has(section); }
   Section section(const std::string& name) const { return file_.section(name); }  // empty where the file does not have it
-  BusConfiguration bus() const;                    // [bus] port, receive_buffer_bytes
+  BusConfiguration bus() const;                    // [bus] port, receive_buffer_bytes, log_file, key_file
 
  private:
   explicit Configuration(files::TomlFile file) : file_(std::move(file)) {}

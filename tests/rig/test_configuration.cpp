@@ -17,6 +17,9 @@ TEST(Configuration, ReadsWhatIsThereAndFallsBackElsewhere) {
   const Configuration configuration = Configuration::parse(kText, "rig.toml");
   EXPECT_EQ(configuration.bus().port, 7700);
   EXPECT_EQ(configuration.bus().receive_buffer_bytes, 4194304);
+  EXPECT_EQ(configuration.bus().key_file, "");
+  EXPECT_EQ(Configuration::parse("[bus]\nkey_file = \"/etc/selvedge/bus.key\"\n", "rig.toml").bus().key_file,
+            "/etc/selvedge/bus.key");
   Section camera = configuration.section("camera");
   EXPECT_EQ(camera.choice("backend", std::nullopt, {"aravis", "v4l2"}), "aravis");
   EXPECT_EQ(camera.number("exposure_s", std::nullopt, 0, 1, "s"), 0.002);

@@ -14,6 +14,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/refusal.h"
+#include "tests/rig/temporary_folder.h"
 
 namespace selvedge::rig {
 namespace {
@@ -25,18 +26,15 @@ using ::testing::HasSubstr;
 class RuntimeFolder : public ::testing::Test {
  protected:
   void SetUp() override {
-    std::string name = (fs::temp_directory_path() / "selvedge-runtime-XXXXXX").string();
-    ASSERT_NE(::mkdtemp(name.data()), nullptr);
-    top_ = name;
     ::unsetenv("RUNTIME_DIRECTORY");
     ::unsetenv("XDG_RUNTIME_DIR");
   }
-  void TearDown() override { fs::remove_all(top_); }
   static mode_t mode(const fs::path& path) {
     struct stat found{};
     return ::stat(path.c_str(), &found) == 0 ? found.st_mode & 07777 : 0;
   }
-  fs::path top_;
+  TemporaryFolder folder_;
+  const fs::path top_ = folder_.path();
 };
 
 TEST_F(RuntimeFolder, IsTheUnitsThenTheLoginsThenTheUsersOwn) {
