@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <stdexcept>
 #include <string>
 
 #include <nlohmann/json_fwd.hpp>
@@ -33,12 +34,15 @@ class RigLink {
   // Each throws BadInput or std::runtime_error with a sentence for the page.
   virtual void arm(const std::string& who) = 0;      // arms and holds
   virtual void disarm() = 0;                         // what was armed here
-  virtual void stop(const std::string& why) = 0;     // stops the arm, whoever armed it, and what is recorded here
+  virtual void stop(const std::string& why) = 0;     // stops the arm, whoever armed it, and what is recorded here; returns once the arm has said so
+  virtual void reset(const std::string& who);        // a person's word that lifts a stop that lasts; throws where the rig knows none
   virtual void record(const nlohmann::json& trial) = 0;
   virtual void stop_recording() = 0;
   virtual void answer(int64_t prompt_id, const std::string& text) = 0;
   // Whether an arm moves or may move because somebody said so here.
   virtual bool armed_here() const = 0;
 };
+
+inline void RigLink::reset(const std::string&) { throw std::runtime_error("this rig knows no reset of a stop"); }
 
 }  // namespace selvedge::console
