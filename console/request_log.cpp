@@ -20,7 +20,8 @@ RequestLog::RequestLog(const std::filesystem::path& file) {
   try {
     const auto sink = std::make_shared<spdlog::sinks::basic_file_sink_mt>(file.string());
     writer_ = std::make_shared<spdlog::details::thread_pool>(kLinesThatWait, 1);
-    lines_ = std::make_shared<spdlog::async_logger>("console", sink, writer_, spdlog::async_overflow_policy::overrun_oldest);
+    lines_ =
+        std::make_shared<spdlog::async_logger>("console", sink, writer_, spdlog::async_overflow_policy::overrun_oldest);
   } catch (const spdlog::spdlog_ex& error) {
     refuse(file.string(), "cannot be written: {}", error.what());
   }
@@ -32,7 +33,8 @@ RequestLog::~RequestLog() = default;
 
 void RequestLog::add(const std::string& who, const std::string& what, const std::string& text, int status) {
   if (!lines_) return;
-  std::string line = fmt::format("{:%Y-%m-%dT%H:%M:%SZ} {} {} {} {:.400}", fmt::gmtime(std::time(nullptr)), who, status, what, text);
+  std::string line =
+      fmt::format("{:%Y-%m-%dT%H:%M:%SZ} {} {} {} {:.400}", fmt::gmtime(std::time(nullptr)), who, status, what, text);
   for (char& c : line)
     if (static_cast<unsigned char>(c) < ' ') c = ' ';  // what a stranger sends makes no lines of its own
   lines_->info("{}", line);

@@ -1,7 +1,7 @@
 // The console's log: one line for each request that changes something, each refusal and each stop, in UTC.
 //
-// A thread of its own writes it. Whoever adds a line waits for no disk; where lines come faster than the disk takes them,
-// the oldest of those that wait are given up.
+// A thread of its own writes it. Whoever adds a line waits for no disk; where lines come faster than the disk takes
+// them, the oldest of those that wait are given up.
 #pragma once
 
 #include <filesystem>

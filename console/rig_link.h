@@ -34,8 +34,10 @@ class RigLink {
   // Each throws BadInput or std::runtime_error with a sentence for the page.
   virtual void arm(const std::string& who) = 0;      // arms and holds
   virtual void disarm() = 0;                         // what was armed here
-  virtual void stop(const std::string& why) = 0;     // stops the arm, whoever armed it, and what is recorded here; returns once the arm has said so
-  virtual void reset(const std::string& who);        // a person's word that lifts a stop that lasts; throws where the rig knows none
+  // Stops the arm, whoever armed it, and what is recorded here. Returns once the arm has said that it stopped.
+  virtual void stop(const std::string& why) = 0;
+  // A person's word that lifts a stop that lasts. Throws where the rig knows none.
+  virtual void reset(const std::string& who);
   virtual void record(const nlohmann::json& trial) = 0;
   virtual void stop_recording() = 0;
   virtual void answer(int64_t prompt_id, const std::string& text) = 0;

@@ -63,7 +63,9 @@ constexpr const char* kNotBuilt =
 
 struct Server::Impl {
   Impl(const ServerOptions& o, RigLink& l, const RunFolder& r)
-      : options(o), link(l), run(r), log(o.log), watch(l, o.page_bound_s, [this](const std::string& why) { log.add("-", "stop", why, 200); }) {
+      : options(o), link(l), run(r), log(o.log), watch(l, o.page_bound_s, [this](const std::string& why) {
+          log.add("-", "stop", why, 200);
+        }) {
     server.new_task_queue = [] { return new httplib::ThreadPool(kThreads); };
     server.set_keep_alive_timeout(2);
     server.set_read_timeout(kHalfARequest_s);
@@ -81,14 +83,19 @@ struct Server::Impl {
       hosts.push_back(fmt::format("{}:{}", name, port));
       stop_origins += fmt::format(" http://{}:{}", name, stop_port->port());
     }
-    server.set_default_headers({{"X-Content-Type-Options", "nosniff"},
-                                {"Referrer-Policy", "no-referrer"},
-                                {"Cache-Control", "no-store"},
-                                {"Content-Security-Policy", "default-src 'self'; connect-src 'self'" + stop_origins + "; img-src 'self' data: blob:; style-src 'self' 'unsafe-inline'; script-src 'self'; frame-ancestors 'self'; base-uri 'none'; form-action 'none'"}});
+    server.set_default_headers(
+        {{"X-Content-Type-Options", "nosniff"},
+         {"Referrer-Policy", "no-referrer"},
+         {"Cache-Control", "no-store"},
+         {"Content-Security-Policy",
+          "default-src 'self'; connect-src 'self'" + stop_origins +
+              "; img-src 'self' data: blob:; style-src 'self' 'unsafe-inline'; script-src 'self'; "
+              "frame-ancestors 'self'; base-uri 'none'; form-action 'none'"}});
     gate = std::make_unique<Gate>(hosts, o.token);
     route();
     thread = std::thread([this] { server.listen_after_bind(); });
-    while (!server.is_running()) std::this_thread::sleep_for(std::chrono::milliseconds(1));  // what does not run yet cannot be stopped
+    while (!server.is_running())
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));  // what does not run yet cannot be stopped
   }
 
   ~Impl() {
@@ -97,9 +104,12 @@ struct Server::Impl {
     thread.join();
   }
 
-  // A page of before a restart finds the port where it was, so it is the one beside the console's own where that is free.
+  // A page of before a restart finds the port where it was: it is the one beside the console's own where that is free.
   void open_stop_port() {
-    const auto open = [this](int wanted) { stop_port = std::make_unique<StopPort>(StopPortOptions{options.bind, wanted}, [this](const std::string& peer) { stop(peer); }); };
+    const auto open = [this](int wanted) {
+      stop_port = std::make_unique<StopPort>(StopPortOptions{options.bind, wanted},
+                                             [this](const std::string& peer) { stop(peer); });
+    };
     if (options.stop_port) return open(*options.stop_port);
     try {
       if (port < 65535) return open(port + 1);
@@ -174,14 +184,16 @@ struct Server::Impl {
         answer(response, {{"error", error.what()}}, 409);
       }
       watch.heard(page);
-      log.add(request.remote_addr, path, response.status == 200 ? request.body : request.body + " " + response.body, response.status);
+      log.add(request.remote_addr, path, response.status == 200 ? request.body : request.body + " " + response.body,
+              response.status);
     });
   }
 
   void route() {
     server.set_pre_routing_handler([this](const Request& request, Response& response) { return let_in(request, response); });
     server.Get("/", get([this](const Request&, Response& response) {
-                 response.set_content(fs::exists(options.web / "app.js") ? page_text() : kNotBuilt, "text/html; charset=utf-8");
+                 response.set_content(fs::exists(options.web / "app.js") ? page_text() : kNotBuilt,
+                                      "text/html; charset=utf-8");
                }));
     server.Get("/api/session", get([this](const Request&, Response& response) { answer(response, run.session()); }));
     server.Get("/api/trials", get([this](const Request&, Response& response) { answer(response, run.trials()); }));
@@ -230,7 +242,8 @@ struct Server::Impl {
 
   std::string page_text() const {
     std::string text = files::read_whole(options.web / "index.html");
-    if (const size_t at = text.find(kStopPortMark); at != std::string::npos) text.replace(at, std::string(kStopPortMark).size(), std::to_string(stop_port->port()));
+    if (const size_t at = text.find(kStopPortMark); at != std::string::npos)
+      text.replace(at, std::string(kStopPortMark).size(), std::to_string(stop_port->port()));
     return text;
   }
 

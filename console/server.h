@@ -5,10 +5,10 @@
 //   GET  /api/session, /api/trials, /api/trial?path=, /api/frame?path=&index=, /api/simulated?path=&index=, /api/motion?path=
 //   GET  /run/PATH             a report or a data file of the run
 //   POST /api/heartbeat, /api/arm, /api/disarm, /api/reset, /api/record, /api/record/stop, /api/answer
-//   POST /api/stop             from anybody, whatever its body; the same as POST /stop of the stop port (stop_port.h), which
-//                              works where this server's threads are all taken
-// Every other POST needs the header X-Selvedge-Token; X-Selvedge-Page names the page (page_watch.h). Who is let in: gate.h.
-// Every POST but the heartbeat, and every refusal, is a line of the log file (request_log.h).
+//   POST /api/stop             from anybody, whatever its body; the same as POST /stop of the stop port (stop_port.h),
+//                              which works where this server's threads are all taken
+// Every other POST needs the header X-Selvedge-Token; X-Selvedge-Page names the page (page_watch.h). Who is let in:
+// gate.h. Every POST but the heartbeat, and every refusal, is a line of the log file (request_log.h).
 // Source of the event stream: HTML Living Standard, server-sent events.
 #pragma once
 

@@ -32,19 +32,23 @@ namespace {
 using Clock = std::chrono::steady_clock;
 using nlohmann::json;
 
-constexpr int kLook_ms = 250;          // between looks at what has waited too long
-constexpr int kWaiting = 1024;          // connections that the kernel keeps until they are taken, where it allows so many
+constexpr int kLook_ms = 250;   // between looks at what has waited too long
+constexpr int kWaiting = 1024;  // connections that the kernel keeps until they are taken, where it allows so many
 constexpr size_t kLongestLine = 2048;  // of a request; what it asks for stands in its first bytes
 
 constexpr const char* kPage =
-    "<!DOCTYPE html><meta charset=utf-8><title>Selvedge: stop</title><body style=\"font:16px sans-serif;max-width:40em;margin:3em auto\">"
-    "<h1>The stop of a Selvedge console</h1><p>This port stops the arm, and does nothing else. Whoever reaches it may. It is no emergency stop: that one is on the arm's own pendant.</p>"
-    "<form method=post action=/stop><button style=\"font-size:2em;padding:1em 2em;background:#c22;color:#fff\">STOP</button></form>"
+    "<!DOCTYPE html><meta charset=utf-8><title>Selvedge: stop</title>"
+    "<body style=\"font:16px sans-serif;max-width:40em;margin:3em auto\">"
+    "<h1>The stop of a Selvedge console</h1><p>This port stops the arm, and does nothing else. Whoever reaches it may. "
+    "It is no emergency stop: that one is on the arm's own pendant.</p>"
+    "<form method=post action=/stop>"
+    "<button style=\"font-size:2em;padding:1em 2em;background:#c22;color:#fff\">STOP</button></form>"
     "<p>From a program: <code>POST /stop</code>; the answer comes when the arm has stopped.</p>";
 
 std::string answer_text(const char* status, const char* type, const std::string& body) {
   return fmt::format(
-      "HTTP/1.1 {}\r\nContent-Type: {}\r\nContent-Length: {}\r\nConnection: close\r\nCache-Control: no-store\r\nX-Content-Type-Options: nosniff\r\n"
+      "HTTP/1.1 {}\r\nContent-Type: {}\r\nContent-Length: {}\r\nConnection: close\r\n"
+      "Cache-Control: no-store\r\nX-Content-Type-Options: nosniff\r\n"
       "Access-Control-Allow-Origin: *\r\nAccess-Control-Allow-Methods: POST\r\nAccess-Control-Allow-Headers: *\r\n"
       "Content-Security-Policy: default-src 'none'; style-src 'unsafe-inline'; form-action 'self'\r\n\r\n{}",
       status, type, body.size(), body);
@@ -53,7 +57,8 @@ std::string answer_text(const char* status, const char* type, const std::string&
 // Empty where the stop was done.
 std::string answer_of_stop(const std::string& error) {
   const json body = error.empty() ? json{{"stopped", true}} : json{{"error", error}};
-  return answer_text(error.empty() ? "200 OK" : "500 Internal Server Error", "application/json", body.dump(-1, ' ', false, json::error_handler_t::replace));
+  return answer_text(error.empty() ? "200 OK" : "500 Internal Server Error", "application/json",
+                     body.dump(-1, ' ', false, json::error_handler_t::replace));
 }
 
 enum class Request { not_yet, stop, other };
@@ -62,13 +67,17 @@ enum class Request { not_yet, stop, other };
 Request request_in(std::string_view received) {
   received.remove_prefix(std::min(received.find_first_not_of("\r\n"), received.size()));
   constexpr std::string_view stop = "POST /stop";
-  if (received.substr(0, stop.size()) == stop && received.size() > stop.size() && std::string_view(" ?\r\n").find(received[stop.size()]) != std::string_view::npos) return Request::stop;
-  return received.find('\n') != std::string_view::npos || received.size() >= kLongestLine ? Request::other : Request::not_yet;
+  if (received.substr(0, stop.size()) == stop && received.size() > stop.size() &&
+      std::string_view(" ?\r\n").find(received[stop.size()]) != std::string_view::npos)
+    return Request::stop;
+  return received.find('\n') != std::string_view::npos || received.size() >= kLongestLine ? Request::other
+                                                                                          : Request::not_yet;
 }
 
 std::string answer_to_other(std::string_view received) {
   received.remove_prefix(std::min(received.find_first_not_of("\r\n"), received.size()));
-  if (received.starts_with("GET ") || received.starts_with("HEAD ")) return answer_text("200 OK", "text/html; charset=utf-8", kPage);
+  if (received.starts_with("GET ") || received.starts_with("HEAD "))
+    return answer_text("200 OK", "text/html; charset=utf-8", kPage);
   if (received.starts_with("OPTIONS ")) return answer_text("200 OK", "text/plain", "");
   return answer_text("404 Not Found", "text/plain", "This port knows POST /stop.\n");
 }
@@ -79,10 +88,10 @@ struct Connection {
   wire::Socket socket;
   std::string peer;
   Stage stage = Stage::asking;
-  Clock::time_point since;   // of its stage
-  std::string received;      // the first bytes
-  size_t bytes = 0;          // read in all
-  bool silent = false;       // its sender will send no more
+  Clock::time_point since;  // of its stage
+  std::string received;     // the first bytes
+  size_t bytes = 0;         // read in all
+  bool silent = false;      // its sender will send no more
 };
 
 }  // namespace
@@ -99,7 +108,8 @@ struct StopPort::Impl {
     wake = wire::Socket(::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK));
     nothing = wire::Socket(::open("/dev/null", O_RDONLY | O_CLOEXEC));
     for (int i = 0; i < o.connections; ++i) spare.emplace_back(::fcntl(nothing.descriptor(), F_DUPFD_CLOEXEC, 0));
-    if (!wake.is_open() || !nothing.is_open() || !spare.back().is_open()) throw std::runtime_error("the console's stop port: no file descriptors are left");
+    if (!wake.is_open() || !nothing.is_open() || !spare.back().is_open())
+      throw std::runtime_error("the console's stop port: no file descriptors are left");
     for (int i = 0; i < o.doers; ++i) doers.emplace_back([this] { do_stops(); });
     mover = std::thread([this] { move_bytes(); });
   }
@@ -121,7 +131,8 @@ struct StopPort::Impl {
 
   void ring() {
     const uint64_t one = 1;
-    [[maybe_unused]] const ssize_t written = ::write(wake.descriptor(), &one, sizeof one);  // fails where it rings already
+    [[maybe_unused]] const ssize_t written =
+        ::write(wake.descriptor(), &one, sizeof one);  // fails where it rings already
   }
 
   // A doer's work. Whoever asked while all doers were busy is answered by the same stop, which begins after they asked.
@@ -170,7 +181,8 @@ struct StopPort::Impl {
 
   bool gone_or_too_late(const Connection& c) const {
     if (c.stage == Connection::Stage::stopping) return false;
-    return c.silent || c.bytes > options.largest_request || Clock::now() - c.since > std::chrono::duration<double>(options.patience_s);
+    return c.silent || c.bytes > options.largest_request ||
+           Clock::now() - c.since > std::chrono::duration<double>(options.patience_s);
   }
 
   // As many as there is room for; the rest next time, when those who ask for something have been heard.
@@ -178,13 +190,15 @@ struct StopPort::Impl {
     for (int taken = 0; taken < options.connections; ++taken) {
       sockaddr_in from{};
       socklen_t size = sizeof from;
-      int descriptor = ::accept4(listener.descriptor(), reinterpret_cast<sockaddr*>(&from), &size, SOCK_NONBLOCK | SOCK_CLOEXEC);
+      int descriptor =
+          ::accept4(listener.descriptor(), reinterpret_cast<sockaddr*>(&from), &size, SOCK_NONBLOCK | SOCK_CLOEXEC);
       // The process has no descriptor left: this port has put some aside.
       while (descriptor < 0 && (errno == EMFILE || errno == ENFILE)) {
         if (spare.empty()) make_room();
         if (spare.empty()) break;
         spare.pop_back();
-        descriptor = ::accept4(listener.descriptor(), reinterpret_cast<sockaddr*>(&from), &size, SOCK_NONBLOCK | SOCK_CLOEXEC);
+        descriptor =
+            ::accept4(listener.descriptor(), reinterpret_cast<sockaddr*>(&from), &size, SOCK_NONBLOCK | SOCK_CLOEXEC);
       }
       if (descriptor < 0 && errno == ECONNABORTED) continue;
       if (descriptor < 0) break;
@@ -204,7 +218,8 @@ struct StopPort::Impl {
   // Drops whom it harms least, the oldest first. Whether it dropped one.
   bool make_room() {
     for (const auto stage : {Connection::Stage::answered, Connection::Stage::asking, Connection::Stage::stopping}) {
-      const auto oldest = std::find_if(connections.begin(), connections.end(), [&](const Connection& c) { return c.stage == stage; });
+      const auto oldest =
+          std::find_if(connections.begin(), connections.end(), [&](const Connection& c) { return c.stage == stage; });
       if (oldest == connections.end()) continue;
       put_aside(std::move(oldest->socket));
       connections.erase(oldest);
@@ -217,12 +232,16 @@ struct StopPort::Impl {
   void drop_if(Condition condition) {
     for (Connection& c : connections)
       if (condition(c)) put_aside(std::move(c.socket));
-    connections.erase(std::remove_if(connections.begin(), connections.end(), [](const Connection& c) { return !c.socket.is_open(); }), connections.end());
+    connections.erase(
+        std::remove_if(connections.begin(), connections.end(), [](const Connection& c) { return !c.socket.is_open(); }),
+        connections.end());
   }
 
   // Closes a connection, and keeps its descriptor where some of those put aside are in use.
   void put_aside(wire::Socket socket) {
-    if (static_cast<int>(spare.size()) < options.connections && ::dup3(nothing.descriptor(), socket.descriptor(), O_CLOEXEC) >= 0) spare.push_back(std::move(socket));
+    if (static_cast<int>(spare.size()) < options.connections &&
+        ::dup3(nothing.descriptor(), socket.descriptor(), O_CLOEXEC) >= 0)
+      spare.push_back(std::move(socket));
   }
 
   void read(Connection& c) {
@@ -246,7 +265,8 @@ struct StopPort::Impl {
     {
       const std::lock_guard lock(mutex);
       if (wanted.empty()) wanted_by = c.peer;
-      if (static_cast<int>(wanted.size()) == options.connections) wanted.erase(wanted.begin());  // it was dropped long ago
+      if (static_cast<int>(wanted.size()) == options.connections)
+        wanted.erase(wanted.begin());  // it was dropped long ago
       wanted.push_back(c.id);
     }
     waiting.notify_one();
@@ -265,8 +285,8 @@ struct StopPort::Impl {
         if (std::find(ids.begin(), ids.end(), c.id) != ids.end()) answer(c, answer_of_stop(error));
   }
 
-  // The kernel takes an answer whole: it is short, and the first that is sent. The sender then closes, or its time runs out:
-  // a connection closed with bytes unread would take the answer with it.
+  // The kernel takes an answer whole: it is short, and the first that is sent. The sender then closes, or its time
+  // runs out: a connection closed with bytes unread would take the answer with it.
   void answer(Connection& c, const std::string& text) {
     ::send(c.socket.descriptor(), text.data(), text.size(), MSG_NOSIGNAL);
     ::shutdown(c.socket.descriptor(), SHUT_WR);
@@ -277,20 +297,21 @@ struct StopPort::Impl {
   const StopPortOptions options;
   const Stop stop;
   wire::Socket listener, wake, nothing;
-  std::vector<wire::Socket> spare;       // descriptors put aside; the mover's alone, as are the next two
-  std::vector<Connection> connections;   // the oldest first
+  std::vector<wire::Socket> spare;      // descriptors put aside; the mover's alone, as are the next two
+  std::vector<Connection> connections;  // the oldest first
   uint64_t last_id = 0;
-  std::mutex mutex;                      // of all down to ending
+  std::mutex mutex;  // of all down to ending
   std::condition_variable waiting;
-  std::vector<uint64_t> wanted;          // connections that wait for a stop that has not begun
-  std::string wanted_by;                 // the first of them
+  std::vector<uint64_t> wanted;  // connections that wait for a stop that has not begun
+  std::string wanted_by;         // the first of them
   std::vector<std::pair<std::vector<uint64_t>, std::string>> done;  // connections, and what went wrong
   bool no_more_stops = false, ending = false;
   std::vector<std::thread> doers;
   std::thread mover;
 };
 
-StopPort::StopPort(const StopPortOptions& options, Stop stop) : impl_(std::make_unique<Impl>(options, std::move(stop))) {}
+StopPort::StopPort(const StopPortOptions& options, Stop stop)
+    : impl_(std::make_unique<Impl>(options, std::move(stop))) {}
 StopPort::~StopPort() = default;
 int StopPort::port() const { return wire::local_port(impl_->listener); }
 

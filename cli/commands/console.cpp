@@ -53,7 +53,10 @@ void add_console(CLI::App& app, int&) {
   command->add_option("--config", a->configuration, "the rig's configuration; default: rig.toml of the run");
   command->add_option("--calibration", a->calibration, "calibration.json for trials that are recorded here; default: the run's");
   command->add_option("--port", a->server.port, "TCP port; 0: any that is free")->check(CLI::Range(0, 65535))->capture_default_str();
-  command->add_option("--stop-port", a->server.stop_port, "TCP port of the stop alone; 0: any that is free; default: --port + 1, or any that is free")->check(CLI::Range(0, 65535));
+  command
+      ->add_option("--stop-port", a->server.stop_port,
+                   "TCP port of the stop alone; 0: any that is free; default: --port + 1, or any that is free")
+      ->check(CLI::Range(0, 65535));
   command->add_option("--bind", a->server.bind, "address to listen at; other than loopback lets others on the network look")->capture_default_str();
   command->add_option("--page-timeout", a->server.page_bound_s, "s without a word of the page that armed the arm, then it is stopped")->check(CLI::Range(0.5, 60.0))->capture_default_str();
   command->callback([a] { run_console(*a); });

@@ -40,7 +40,9 @@ inline bool comes_true(const std::function<bool()>& condition, double limit_s = 
 class FakeRig : public RigLink {
  public:
   json state() override { return {{"devices", json::array()}, {"armed_here", armed.load()}}; }
-  std::optional<Preview> preview(int64_t newer_than) override { return newer_than < 7 ? std::optional<Preview>({1, 7, "png", "{\"tiles\":[]}"}) : std::nullopt; }
+  std::optional<Preview> preview(int64_t newer_than) override {
+    return newer_than < 7 ? std::optional<Preview>({1, 7, "png", "{\"tiles\":[]}"}) : std::nullopt;
+  }
   void watched() override { ++looks; }
   void arm(const std::string&) override {
     if (refuses) throw std::runtime_error("the arm is off");
@@ -87,7 +89,8 @@ class ConsoleServer : public testing::Test {
     files::write_whole(folder_ / "secret.json", "{\"secret\": 1}");
     files::write_whole(folder_ / "run" / "report.html", "a report");
     files::write_whole(folder_ / "run" / "key.pem", "private");
-    files::write_whole(folder_ / "run" / "knit" / "still" / "trial.json", "{\"experiment\": \"static\", \"state\": \"cut\"}");
+    files::write_whole(folder_ / "run" / "knit" / "still" / "trial.json",
+                       "{\"experiment\": \"static\", \"state\": \"cut\"}");
     fs::create_symlink(folder_ / "secret.json", folder_ / "run" / "link.json");
     options_.token = "right";
     options_.web = folder_ / "web";
@@ -103,7 +106,8 @@ class ConsoleServer : public testing::Test {
     fs::remove_all(folder_);
   }
 
-  httplib::Headers with(const std::string& token, const std::string& page = "one", const std::string& origin = "") const {
+  httplib::Headers with(const std::string& token, const std::string& page = "one",
+                        const std::string& origin = "") const {
     httplib::Headers headers = {{"X-Selvedge-Token", token}, {"X-Selvedge-Page", page}};
     if (!origin.empty()) headers.emplace("Origin", origin);
     return headers;
@@ -117,7 +121,9 @@ class ConsoleServer : public testing::Test {
     return result ? result->status : -1;
   }
   // A thread of its own writes the log.
-  bool logged(const std::string& text) const { return comes_true([&] { return log().find(text) != std::string::npos; }); }
+  bool logged(const std::string& text) const {
+    return comes_true([&] { return log().find(text) != std::string::npos; });
+  }
   std::string log() const { return fs::exists(options_.log) ? files::read_whole(options_.log) : ""; }
 
   const fs::path folder_ = fs::temp_directory_path() / fmt::format("selvedge-console-test-{}", ::getpid());

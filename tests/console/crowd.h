@@ -1,5 +1,5 @@
-// A crowd of connections that keeps a port busy, for tests: half of them ask for a stream of events and do not read it, half
-// send half a request and wait. Whichever the server closes is opened again.
+// A crowd of connections that keeps a port busy, for tests: half of them ask for a stream of events and do not read it,
+// half send half a request and wait. Whichever the server closes is opened again.
 #pragma once
 
 #include <poll.h>
@@ -32,8 +32,10 @@ inline std::string all_said_by(const wire::Socket& socket, double limit_s = 30) 
 class Crowd {
  public:
   Crowd(int port, int streams, int half_open) : port_(port) {
-    for (int i = 0; i < streams; ++i) requests_.push_back("GET /api/events HTTP/1.1\r\nHost: 127.0.0.1:" + std::to_string(port) + "\r\n\r\n");
-    for (int i = 0; i < half_open; ++i) requests_.push_back(i % 2 == 0 ? "POST /sto" : "POST /api/stop HTTP/1.1\r\nContent-Len");
+    for (int i = 0; i < streams; ++i)
+      requests_.push_back("GET /api/events HTTP/1.1\r\nHost: 127.0.0.1:" + std::to_string(port) + "\r\n\r\n");
+    for (int i = 0; i < half_open; ++i)
+      requests_.push_back(i % 2 == 0 ? "POST /sto" : "POST /api/stop HTTP/1.1\r\nContent-Len");
     connections_.resize(requests_.size());
     open_what_is_closed();
     thread_ = std::thread([this] {

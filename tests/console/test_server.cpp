@@ -26,7 +26,8 @@ TEST_F(ConsoleServer, ShowsThePageAndTheRun) {
 }
 
 TEST_F(ConsoleServer, ChangesNothingWithoutItsToken) {
-  for (const char* path : {"/api/arm", "/api/reset", "/api/disarm", "/api/record", "/api/record/stop", "/api/answer", "/api/heartbeat"}) {
+  for (const char* path :
+       {"/api/arm", "/api/reset", "/api/disarm", "/api/record", "/api/record/stop", "/api/answer", "/api/heartbeat"}) {
     EXPECT_EQ(post(path, {}), 403) << path;
     EXPECT_EQ(post(path, with("wrong")), 403) << path;
   }

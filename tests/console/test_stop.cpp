@@ -24,7 +24,9 @@ std::string answer_to(int port, const std::string& text) {
   return all_said_by(socket);
 }
 
-bool is_stopped(const std::string& answer) { return answer.starts_with("HTTP/1.1 200 OK") && answer.find("{\"stopped\":true}") != std::string::npos; }
+bool is_stopped(const std::string& answer) {
+  return answer.starts_with("HTTP/1.1 200 OK") && answer.find("{\"stopped\":true}") != std::string::npos;
+}
 
 // Room for this many connections, both ends of which lie in this process.
 void need_descriptors(rlim_t count) {
@@ -68,8 +70,10 @@ class StopPortTest : public testing::Test {
 TEST_F(StopPortTest, ActsOnTheFirstBytesWhateverFollows) {
   const int port = open().port();
   int wanted = 0;
-  for (const char* request : {"POST /stop ", "POST /stop\n", "\r\nPOST /stop HTTP/1.1\r\n", "POST /stop HTTP/1.1\r\nContent-Length: 1000000\r\n\r\n{not json",
-                              "POST /stop?why=because HTTP/1.0\r\n\r\n", "POST /stop HTTP/1.1\r\nOrigin: http://elsewhere.example\r\nHost: rebound.example\r\n\r\n"}) {
+  for (const char* request :
+       {"POST /stop ", "POST /stop\n", "\r\nPOST /stop HTTP/1.1\r\n",
+        "POST /stop HTTP/1.1\r\nContent-Length: 1000000\r\n\r\n{not json", "POST /stop?why=because HTTP/1.0\r\n\r\n",
+        "POST /stop HTTP/1.1\r\nOrigin: http://elsewhere.example\r\nHost: rebound.example\r\n\r\n"}) {
     EXPECT_TRUE(is_stopped(answer_to(port, request))) << request;
     EXPECT_EQ(stops(), ++wanted) << request;
   }
@@ -89,7 +93,8 @@ TEST_F(StopPortTest, ActsWhenItsBytesComeOneByOne) {
 
 TEST_F(StopPortTest, DoesNothingElse) {
   const int port = open().port();
-  EXPECT_NE(answer_to(port, "GET / HTTP/1.1\r\n").find("This port stops the arm, and does nothing else"), std::string::npos);
+  EXPECT_NE(answer_to(port, "GET / HTTP/1.1\r\n").find("This port stops the arm, and does nothing else"),
+            std::string::npos);
   EXPECT_TRUE(answer_to(port, "OPTIONS /stop HTTP/1.1\r\n").starts_with("HTTP/1.1 200 OK"));
   for (const char* request : {"POST /stopper HTTP/1.1\r\n", "POST /arm HTTP/1.1\r\n", "PUT /stop HTTP/1.1\r\n"})
     EXPECT_TRUE(answer_to(port, request).starts_with("HTTP/1.1 404")) << request;
@@ -99,7 +104,8 @@ TEST_F(StopPortTest, DoesNothingElse) {
 }
 
 TEST_F(StopPortTest, LetsPagesOfAnyAddressReadTheAnswer) {
-  EXPECT_NE(answer_to(open().port(), "POST /stop HTTP/1.1\r\n\r\n").find("Access-Control-Allow-Origin: *\r\n"), std::string::npos);
+  EXPECT_NE(answer_to(open().port(), "POST /stop HTTP/1.1\r\n\r\n").find("Access-Control-Allow-Origin: *\r\n"),
+            std::string::npos);
 }
 
 TEST_F(StopPortTest, SaysWhatWentWrong) {
@@ -192,7 +198,10 @@ TEST_F(StopPortTest, StopsWhenTheProcessHasNoFileDescriptorLeft) {
   std::vector<wire::Socket> hoard;
   while (hoard.empty() || hoard.back().is_open()) {
     hoard.emplace_back(::open("/dev/null", O_RDONLY | O_CLOEXEC));
-    if (hoard.size() == 64) ::setrlimit(RLIMIT_NOFILE, std::make_unique<rlimit>(rlimit{static_cast<rlim_t>(hoard.back().descriptor() + 8), before.rlim_max}).get());
+    if (hoard.size() == 64)
+      ::setrlimit(
+          RLIMIT_NOFILE,
+          std::make_unique<rlimit>(rlimit{static_cast<rlim_t>(hoard.back().descriptor() + 8), before.rlim_max}).get());
   }
   ASSERT_EQ(errno, EMFILE);
   sockaddr_in address{};
@@ -226,9 +235,13 @@ class ConsoleStop : public ConsoleServer {};
 TEST_F(ConsoleStop, ComesFromAnybodyWithAnyBodyAtBothPorts) {
   int wanted = 0;
   for (const std::string& body : {std::string(), std::string("{not json"), std::string(1 << 20, 'x')}) {
-    for (const auto& [port, path] : {std::pair{server_->port(), "/api/stop"}, std::pair{server_->stop_port(), "/stop"}}) {
+    for (const auto& [port, path] :
+         {std::pair{server_->port(), "/api/stop"}, std::pair{server_->stop_port(), "/stop"}}) {
       rig_.armed = true;
-      const std::string head = fmt::format("POST {} HTTP/1.1\r\nHost: rebound.example\r\nOrigin: http://elsewhere.example\r\nX-Selvedge-Token: dead\r\nContent-Length: {}\r\n\r\n", path, body.size());
+      const std::string head = fmt::format(
+          "POST {} HTTP/1.1\r\nHost: rebound.example\r\nOrigin: http://elsewhere.example\r\nX-Selvedge-Token: "
+          "dead\r\nContent-Length: {}\r\n\r\n",
+          path, body.size());
       const wire::Socket socket = wire::connect_tcp("127.0.0.1", port, 30);
       say(socket, head);
       std::string answer(512, ' ');
@@ -247,7 +260,8 @@ TEST_F(ConsoleStop, NamesThePeerInTheLog) {
   const std::string line = log();
   EXPECT_NE(line.find(" 127.0.0.1:"), std::string::npos) << line;
   EXPECT_NE(line.find(" 200 stop"), std::string::npos) << line;
-  EXPECT_NE(rig_.stopped_because.find("operator at the console, from 127.0.0.1:"), std::string::npos) << rig_.stopped_because;
+  EXPECT_NE(rig_.stopped_because.find("operator at the console, from 127.0.0.1:"), std::string::npos)
+      << rig_.stopped_because;
 }
 
 TEST_F(ConsoleStop, IsNotSaidToBeDoneWhereItFailed) {
@@ -261,7 +275,10 @@ TEST_F(ConsoleStop, ThePageKnowsItsStopPortAndMayConnectToIt) {
   const auto page = client_->Get("/");
   EXPECT_NE(page->body.find(std::to_string(server_->stop_port())), std::string::npos);
   const std::string policy = page->get_header_value("Content-Security-Policy");
-  EXPECT_NE(policy.find(fmt::format("connect-src 'self' http://127.0.0.1:{0} http://localhost:{0};", server_->stop_port())), std::string::npos) << policy;
+  EXPECT_NE(
+      policy.find(fmt::format("connect-src 'self' http://127.0.0.1:{0} http://localhost:{0};", server_->stop_port())),
+      std::string::npos)
+      << policy;
   std::string text;
   client_->Get("/api/events", [&](const char* data, size_t size) {
     text.append(data, size);
@@ -283,7 +300,8 @@ TEST_F(ConsoleStop, HasThePortBesideTheConsolesOwnWhereThatIsFree) {
     EXPECT_NE(beside.stop_port(), taken);
     EXPECT_TRUE(is_stopped(answer_to(beside.stop_port(), "POST /stop ")));
   } catch (const BadInput& error) {
-    EXPECT_NE(std::string(error.what()).find("--port"), std::string::npos) << "only the port below may be another program's";
+    EXPECT_NE(std::string(error.what()).find("--port"), std::string::npos)
+        << "only the port below may be another program's";
   }
   // A port that another program takes meanwhile is no fault: another pair is tried.
   bool beside = false;
@@ -324,8 +342,8 @@ class Echo {
   std::thread thread_;
 };
 
-// A hundred streams and a hundred half-open requests at each port, all kept up; 100 ms are promised on a machine that does
-// not itself keep a byte waiting: on a busy one its own delay comes on top.
+// A hundred streams and a hundred half-open requests at each port, all kept up; 100 ms are promised on a machine that
+// does not itself keep a byte waiting: on a busy one its own delay comes on top.
 TEST_F(ConsoleStop, ComesAtOnceThroughACrowdAtBothPorts) {
   need_descriptors(2048);
   const Crowd console(server_->port(), 100, 100), stop(server_->stop_port(), 100, 100);
@@ -335,7 +353,8 @@ TEST_F(ConsoleStop, ComesAtOnceThroughACrowdAtBothPorts) {
     echo_s.push_back(echo.there_and_back_s());
     const int before = rig_.stops;
     const auto click = Clock::now();
-    ASSERT_TRUE(is_stopped(answer_to(server_->stop_port(), "POST /stop HTTP/1.1\r\nHost: 127.0.0.1\r\nContent-Length: 0\r\n\r\n")));
+    ASSERT_TRUE(is_stopped(
+        answer_to(server_->stop_port(), "POST /stop HTTP/1.1\r\nHost: 127.0.0.1\r\nContent-Length: 0\r\n\r\n")));
     answered_s.push_back(seconds_since(click));
     called_s.push_back(std::chrono::duration<double>(rig_.stopped_at.load() - click).count());
     EXPECT_EQ(rig_.stops, before + 1);
@@ -344,8 +363,11 @@ TEST_F(ConsoleStop, ComesAtOnceThroughACrowdAtBothPorts) {
   EXPECT_GE(console.opened(), 200);
   EXPECT_GE(stop.opened(), 200);
   for (std::vector<double>* all : {&called_s, &answered_s, &echo_s}) std::sort(all->begin(), all->end());
-  fmt::print("click to RigLink::stop: median {:.2f} ms, worst of 100 {:.2f} ms; to the answer: {:.2f} ms, {:.2f} ms; a byte there and back: {:.2f} ms, {:.2f} ms\n",
-             1e3 * called_s[50], 1e3 * called_s[99], 1e3 * answered_s[50], 1e3 * answered_s[99], 1e3 * echo_s[50], 1e3 * echo_s[99]);
+  fmt::print(
+      "click to RigLink::stop: median {:.2f} ms, worst of 100 {:.2f} ms; to the answer: {:.2f} ms, {:.2f} ms; a byte "
+      "there and back: {:.2f} ms, {:.2f} ms\n",
+      1e3 * called_s[50], 1e3 * called_s[99], 1e3 * answered_s[50], 1e3 * answered_s[99], 1e3 * echo_s[50],
+      1e3 * echo_s[99]);
   EXPECT_LT(called_s[50], 0.1 + 20 * echo_s[50]);
   EXPECT_LT(called_s[99], 0.1 + 20 * echo_s[99]);
   EXPECT_LT(answered_s[50], 0.1 + 20 * echo_s[50]);
