@@ -22,9 +22,11 @@ export async function until(what, test, limit_s = 180) {
 
 // Draws in software: a machine without a screen has nothing else.
 const drawing = ["--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"];
-export const launch = () => puppeteer.launch({ protocolTimeout: 300_000, executablePath: chromium, args: ["--no-sandbox", "--disable-dev-shm-usage", ...drawing] });
+const args = ["--no-sandbox", "--disable-dev-shm-usage", ...drawing];
+export const launch = () => puppeteer.launch({ protocolTimeout: 300_000, executablePath: chromium, args });
 
-// A hundred streams that nobody reads and a hundred requests that stop halfway, at a port, kept up until they are sent away.
+// A hundred streams that nobody reads and a hundred requests that stop halfway, at a port, kept up until they are sent
+// away.
 export function crowd(port) {
   const sockets = new Set();
   let ended = false, open = 0;

@@ -1,5 +1,5 @@
-// The stop: sent to the stop port and to the console's own port at the same time, for either may be out of reach. The page
-// says "stopped" only once one of them has said so, and turns red where neither has within half a second.
+// The stop: sent to the stop port and to the console's own port at the same time, for either may be out of reach. The
+// page says "stopped" only once one of them has said so, and turns red where neither has within half a second.
 import { result } from "./api.js";
 import { by, say } from "./dom.js";
 
@@ -24,19 +24,22 @@ function show(kind, text) {
 }
 
 // Nothing that the request carries makes the browser ask beforehand whether it may.
-const send = async (address) => result(await fetch(address, { method: "POST", cache: "no-store", credentials: "omit", keepalive: true, signal: AbortSignal.timeout(kGiveUp_ms) }));
+const plain = { method: "POST", cache: "no-store", credentials: "omit", keepalive: true };
+const send = async (address) => result(await fetch(address, { ...plain, signal: AbortSignal.timeout(kGiveUp_ms) }));
 
 export async function stop() {
-  const mine = ++newest, begin = performance.now(), waited_s = () => ((performance.now() - begin) / 1e3).toFixed(1);
+  const mine = ++newest, begin = performance.now();
   const ways = [send("/api/stop")];
   if (port) ways.unshift(send(`${location.protocol}//${location.hostname}:${port}/stop`));
   if (by("stop-state").className !== "unconfirmed" || by("stop-state").hidden) show("asked", "stopping …");
   const late = setTimeout(() => { if (mine === newest) show("unconfirmed", unconfirmed); }, kConfirmed_ms);
   try {
     await Promise.any(ways);
-    if (mine === newest) show("stopped", performance.now() - begin > kConfirmed_ms ? `stopped, confirmed after ${waited_s()} s` : "stopped");
+    const waited_ms = performance.now() - begin, late_words = `, confirmed after ${(waited_ms / 1e3).toFixed(1)} s`;
+    if (mine === newest) show("stopped", `stopped${waited_ms > kConfirmed_ms ? late_words : ""}`);
   } catch (failed) {
-    if (mine === newest) show("unconfirmed", `${unconfirmed} (${[...new Set(failed.errors.map((error) => error.message))].join("; ")})`);
+    const why = [...new Set(failed.errors.map((error) => error.message))].join("; ");
+    if (mine === newest) show("unconfirmed", `${unconfirmed} (${why})`);
   } finally {
     clearTimeout(late);
   }
