@@ -1,18 +1,16 @@
 #include "console/server.h"
 
 #include <chrono>
-#include <ctime>
-#include <fstream>
-#include <mutex>
 #include <thread>
 
-#include <fmt/chrono.h>
 #include <fmt/format.h>
 #include <httplib.h>
 #include <nlohmann/json.hpp>
 
 #include "console/gate.h"
 #include "console/page_watch.h"
+#include "console/request_log.h"
+#include "console/stop_port.h"
 #include "files/bad_input.h"
 #include "files/whole_file.h"
 #include "report/base64.h"
@@ -27,7 +25,10 @@ using httplib::Response;
 using nlohmann::json;
 
 constexpr size_t kThreads = 32;             // each page holds one for its events
+constexpr int kPages = 16;                  // that may do so at once; the rest of the threads is for requests
+constexpr int kHalfARequest_s = 2;          // until the rest of it must have come
 constexpr size_t kLargestRequest = 1 << 16;
+constexpr const char* kStopPortMark = "{{stop-port}}";  // in index.html
 
 const char* type_of(const fs::path& path) {
   const std::string extension = path.extension().string();
@@ -62,23 +63,39 @@ constexpr const char* kNotBuilt =
 
 struct Server::Impl {
   Impl(const ServerOptions& o, RigLink& l, const RunFolder& r)
-      : options(o), link(l), run(r), watch(l, o.page_bound_s, [this](const std::string& why) { log("-", "stop", why, 200); }) {
+      : options(o), link(l), run(r), log(o.log), watch(l, o.page_bound_s, [this](const std::string& why) {
+          log.add("-", "stop", why, 200);
+        }) {
     server.new_task_queue = [] { return new httplib::ThreadPool(kThreads); };
     server.set_keep_alive_timeout(2);
+    server.set_read_timeout(kHalfARequest_s);
     server.set_payload_max_length(kLargestRequest);
     server.set_tcp_nodelay(true);
-    server.set_default_headers({{"X-Content-Type-Options", "nosniff"},
-                                {"Referrer-Policy", "no-referrer"},
-                                {"Cache-Control", "no-store"},
-                                {"Content-Security-Policy", "default-src 'self'; img-src 'self' data: blob:; style-src 'self' 'unsafe-inline'; script-src 'self'; frame-ancestors 'self'; base-uri 'none'; form-action 'none'"}});
     const int bound = o.port == 0 ? server.bind_to_any_port(o.bind.c_str()) : server.bind_to_port(o.bind.c_str(), o.port) ? o.port : -1;
     if (bound <= 0) refuse(fmt::format("--bind {} --port {}", o.bind, o.port), "the address cannot be had: another program has it, or this host does not have it");
     port = bound;
-    std::vector<std::string> hosts = {fmt::format("{}:{}", o.bind, port)};
-    if (o.bind == "127.0.0.1") hosts.push_back(fmt::format("localhost:{}", port));
+    open_stop_port();
+    std::vector<std::string> names = {o.bind}, hosts;
+    if (o.bind == "127.0.0.1") names.push_back("localhost");
+    // The page may also connect to its stop port, which is another origin.
+    std::string stop_origins;
+    for (const std::string& name : names) {
+      hosts.push_back(fmt::format("{}:{}", name, port));
+      stop_origins += fmt::format(" http://{}:{}", name, stop_port->port());
+    }
+    server.set_default_headers(
+        {{"X-Content-Type-Options", "nosniff"},
+         {"Referrer-Policy", "no-referrer"},
+         {"Cache-Control", "no-store"},
+         {"Content-Security-Policy",
+          "default-src 'self'; connect-src 'self'" + stop_origins +
+              "; img-src 'self' data: blob:; style-src 'self' 'unsafe-inline'; script-src 'self'; "
+              "frame-ancestors 'self'; base-uri 'none'; form-action 'none'"}});
     gate = std::make_unique<Gate>(hosts, o.token);
     route();
     thread = std::thread([this] { server.listen_after_bind(); });
+    while (!server.is_running())
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));  // what does not run yet cannot be stopped
   }
 
   ~Impl() {
@@ -87,20 +104,52 @@ struct Server::Impl {
     thread.join();
   }
 
-  void log(const std::string& who, const std::string& what, const std::string& text, int status) {
-    const std::lock_guard lock(log_mutex);
-    if (options.log.empty()) return;
-    std::string line = fmt::format("{:%Y-%m-%dT%H:%M:%SZ} {} {} {} {:.400}", fmt::gmtime(std::time(nullptr)), who, status, what, text);
-    for (char& c : line)
-      if (static_cast<unsigned char>(c) < ' ') c = ' ';  // what a stranger sends makes no lines of its own
-    std::ofstream(options.log, std::ios::app) << line << '\n';
+  // A page of before a restart finds the port where it was: it is the one beside the console's own where that is free.
+  void open_stop_port() {
+    const auto open = [this](int wanted) {
+      stop_port = std::make_unique<StopPort>(StopPortOptions{options.bind, wanted},
+                                             [this](const std::string& peer) { stop(peer); });
+    };
+    if (options.stop_port) return open(*options.stop_port);
+    try {
+      if (port < 65535) return open(port + 1);
+    } catch (const BadInput&) {  // another program has it
+    }
+    open(0);
   }
 
-  // Every request passes here first.
+  // On anybody's word: a stop too many is harmless, one that is refused is not.
+  void stop(const std::string& peer) {
+    try {
+      link.stop("stopped by an operator at the console, from " + peer);
+    } catch (const std::exception& error) {
+      log.add(peer, "stop", error.what(), 500);
+      throw;
+    }
+    watch.disarmed();
+    log.add(peer, "stop", "", 200);
+  }
+
+  // The page's own stop at the console's port: for where the stop port cannot be reached.
+  void stop(const Request& request, Response& response) {
+    response.set_header("Connection", "close");  // a body may follow, which nobody reads
+    try {
+      stop(fmt::format("{}:{}", request.remote_addr, request.remote_port));
+      answer(response, {{"stopped", true}});
+    } catch (const std::exception& error) {
+      answer(response, {{"error", error.what()}}, 500);
+    }
+  }
+
+  // Every request passes here first, before its body is read. A stop needs nothing to be let in.
   httplib::Server::HandlerResponse let_in(const Request& request, Response& response) {
+    if (request.method == "POST" && request.path == "/api/stop") {
+      stop(request, response);
+      return httplib::Server::HandlerResponse::Handled;
+    }
     const auto why = gate->refusal(Asked{request.method, request.path, request.get_header_value("Host"), request.get_header_value("Origin"), request.get_header_value("X-Selvedge-Token")});
     if (!why) return httplib::Server::HandlerResponse::Unhandled;
-    log(request.remote_addr, request.method + " " + request.path, *why, 403);
+    log.add(request.remote_addr, request.method + " " + request.path, *why, 403);
     answer(response, {{"error", *why}}, 403);
     return httplib::Server::HandlerResponse::Handled;
   }
@@ -135,15 +184,16 @@ struct Server::Impl {
         answer(response, {{"error", error.what()}}, 409);
       }
       watch.heard(page);
-      log(request.remote_addr, path, response.status == 200 ? request.body : request.body + " " + response.body, response.status);
+      log.add(request.remote_addr, path, response.status == 200 ? request.body : request.body + " " + response.body,
+              response.status);
     });
   }
 
   void route() {
     server.set_pre_routing_handler([this](const Request& request, Response& response) { return let_in(request, response); });
     server.Get("/", get([this](const Request&, Response& response) {
-                 const fs::path page = options.web / "index.html";
-                 response.set_content(fs::exists(options.web / "app.js") ? files::read_whole(page) : kNotBuilt, "text/html; charset=utf-8");
+                 response.set_content(fs::exists(options.web / "app.js") ? page_text() : kNotBuilt,
+                                      "text/html; charset=utf-8");
                }));
     server.Get("/api/session", get([this](const Request&, Response& response) { answer(response, run.session()); }));
     server.Get("/api/trials", get([this](const Request&, Response& response) { answer(response, run.trials()); }));
@@ -184,20 +234,27 @@ struct Server::Impl {
       watch.disarmed();
       link.disarm();
     });
-    post("/api/stop", [this](const std::string&, const json&) {
-      link.stop("stopped by an operator at the console");
-      watch.disarmed();
-    });
+    post("/api/reset", [this](const std::string&, const json&) { link.reset("reset by an operator at the console"); });
     post("/api/record", [this](const std::string&, const json& body) { link.record(body); });
     post("/api/record/stop", [this](const std::string&, const json&) { link.stop_recording(); });
     post("/api/answer", [this](const std::string&, const json& body) { link.answer(body.value("prompt", int64_t{0}), body.value("answer", "")); });
   }
 
+  std::string page_text() const {
+    std::string text = files::read_whole(options.web / "index.html");
+    if (const size_t at = text.find(kStopPortMark); at != std::string::npos)
+      text.replace(at, std::string(kStopPortMark).size(), std::to_string(stop_port->port()));
+    return text;
+  }
+
   void stream(Response& response) {
+    if (++listening > kPages) {
+      --listening;
+      return answer(response, {{"error", fmt::format("{} pages listen already", kPages)}}, 503);
+    }
     auto shown = std::make_shared<int64_t>(-1);
     auto next = std::make_shared<std::chrono::steady_clock::time_point>(std::chrono::steady_clock::now());
     response.set_header("X-Accel-Buffering", "no");
-    ++listening;
     response.set_chunked_content_provider(
         "text/event-stream",
         [this, shown, next](size_t, httplib::DataSink& sink) {
@@ -205,7 +262,9 @@ struct Server::Impl {
           std::this_thread::sleep_until(*next);
           *next = std::chrono::steady_clock::now() + std::chrono::microseconds(static_cast<int64_t>(1e6 / options.state_rate_hz));
           link.watched();
-          std::string text = event("state", link.state().dump(-1, ' ', false, json::error_handler_t::replace));
+          json state = link.state();
+          state["stop_port"] = stop_port->port();
+          std::string text = event("state", state.dump(-1, ' ', false, json::error_handler_t::replace));
           if (const auto preview = link.preview(*shown)) {
             *shown = preview->number;
             text += event("preview", fmt::format("{{\"number\":{},\"utime\":{},\"png\":\"{}\",\"overlay\":{}}}", preview->number, preview->utime, report::base64(preview->png), preview->overlay));
@@ -218,12 +277,13 @@ struct Server::Impl {
   const ServerOptions options;
   RigLink& link;
   const RunFolder& run;
-  std::mutex log_mutex;
+  RequestLog log;
   std::unique_ptr<Gate> gate;
   PageWatch watch;
   std::atomic<bool> ending{false};
   std::atomic<int> listening{0};
   int port = 0;
+  std::unique_ptr<StopPort> stop_port;
   httplib::Server server;
   std::thread thread;
 };
@@ -231,6 +291,7 @@ struct Server::Impl {
 Server::Server(const ServerOptions& options, RigLink& link, const RunFolder& run) : impl_(std::make_unique<Impl>(options, link, run)) {}
 Server::~Server() = default;
 int Server::port() const { return impl_->port; }
+int Server::stop_port() const { return impl_->stop_port->port(); }
 std::string Server::url() const { return fmt::format("http://{}:{}/#token={}", impl_->options.bind, impl_->port, impl_->options.token); }
 int Server::listeners() const { return impl_->listening; }
 

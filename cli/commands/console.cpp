@@ -39,6 +39,7 @@ void run_console(ConsoleArguments& a) {
   console::BusRigLink link({a.configuration, a.calibration.empty() ? a.run / "calibration.json" : a.calibration, a.run / "console"});
   const console::Server server(a.server, link, run);
   fmt::print("console of {}: {}\nwhoever has this address may move the arm; Ctrl-C ends it\n", a.run.string(), server.url());
+  fmt::print("stop port: http://{}:{}/ (whoever reaches it may stop the arm)\n", a.server.bind, server.stop_port());
   std::fflush(stdout);
   while (!stopping) std::this_thread::sleep_for(std::chrono::milliseconds(50));
 }
@@ -52,6 +53,10 @@ void add_console(CLI::App& app, int&) {
   command->add_option("--config", a->configuration, "the rig's configuration; default: rig.toml of the run");
   command->add_option("--calibration", a->calibration, "calibration.json for trials that are recorded here; default: the run's");
   command->add_option("--port", a->server.port, "TCP port; 0: any that is free")->check(CLI::Range(0, 65535))->capture_default_str();
+  command
+      ->add_option("--stop-port", a->server.stop_port,
+                   "TCP port of the stop alone; 0: any that is free; default: --port + 1, or any that is free")
+      ->check(CLI::Range(0, 65535));
   command->add_option("--bind", a->server.bind, "address to listen at; other than loopback lets others on the network look")->capture_default_str();
   command->add_option("--page-timeout", a->server.page_bound_s, "s without a word of the page that armed the arm, then it is stopped")->check(CLI::Range(0.5, 60.0))->capture_default_str();
   command->callback([a] { run_console(*a); });

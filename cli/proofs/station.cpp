@@ -64,7 +64,7 @@ std::vector<Figure> prove_browser(const fs::path& folder, const report::Progress
   const fs::path source = shared_folder(), build = console_web_folder().parent_path();
   const fs::path walk = source / "tests/console/browser.sh";
   if (!fs::exists(walk)) files::write_whole(folder / "browser.log", "SKIPPED: the console was NOT tried in a browser: its test comes with the source alone\n");
-  const int status = !fs::exists(walk) ? 77 : run(fmt::format("SELVEDGE_BROWSER=1 '{}' '{}' '{}' '{}'", walk.string(), station::own_program().string(), source.string(), build.string()), folder / "browser.log");
+  const int status = !fs::exists(walk) ? 77 : run(fmt::format("'{}' '{}' '{}' '{}'", walk.string(), station::own_program().string(), source.string(), build.string()), folder / "browser.log");
   const Relation relation = status == 77 ? Relation::shown : Relation::at_most;
   std::string said = files::read_whole(folder / "browser.log");
   if (status == 77) fmt::print(stderr, "{}", said);

@@ -3,113 +3,19 @@
 
 #include <atomic>
 #include <chrono>
-#include <fstream>
 #include <thread>
+#include <vector>
 
 #include <fmt/format.h>
-#include <gtest/gtest.h>
-#include <httplib.h>
-#include <nlohmann/json.hpp>
-#include <unistd.h>
 
 #include "console/gate.h"
-#include "console/page_watch.h"
-#include "files/bad_input.h"
-#include "files/whole_file.h"
+#include "tests/console/console_server.h"
 
 namespace selvedge::console {
 namespace {
 
-namespace fs = std::filesystem;
-using nlohmann::json;
-
-class FakeRig : public RigLink {
- public:
-  json state() override { return {{"devices", json::array()}, {"armed_here", armed.load()}}; }
-  std::optional<Preview> preview(int64_t newer_than) override { return newer_than < 7 ? std::optional<Preview>({1, 7, "png", "{\"tiles\":[]}"}) : std::nullopt; }
-  void watched() override { ++looks; }
-  void arm(const std::string&) override {
-    if (refuses) throw std::runtime_error("the arm is off");
-    std::this_thread::sleep_for(std::chrono::duration<double>(arming_s.load()));
-    armed = true;
-  }
-  void disarm() override { armed = false; }
-  void stop(const std::string& why) override {
-    armed = false;
-    ++stops;
-    const std::lock_guard lock(mutex);
-    stopped_because = why;
-  }
-  void record(const json& trial) override {
-    const std::lock_guard lock(mutex);
-    recorded = trial;
-  }
-  void stop_recording() override {}
-  void answer(int64_t, const std::string& text) override {
-    if (text != "repeat") refuse("answer", "found {}", text);
-  }
-  bool armed_here() const override { return armed; }
-
-  std::atomic<bool> armed{false}, refuses{false};
-  std::atomic<double> arming_s{0};
-  std::atomic<int> stops{0}, looks{0};
-  std::mutex mutex;
-  std::string stopped_because;
-  json recorded;
-};
-
-class ConsoleServer : public testing::Test {
- protected:
-  void SetUp() override {
-    fs::remove_all(folder_);
-    fs::create_directories(folder_ / "web");
-    fs::create_directories(folder_ / "run" / "knit" / "still");
-    files::write_whole(folder_ / "web" / "index.html", "the page");
-    files::write_whole(folder_ / "web" / "app.js", "script");
-    files::write_whole(folder_ / "secret.json", "{\"secret\": 1}");
-    files::write_whole(folder_ / "run" / "report.html", "a report");
-    files::write_whole(folder_ / "run" / "key.pem", "private");
-    files::write_whole(folder_ / "run" / "knit" / "still" / "trial.json", "{\"experiment\": \"static\", \"state\": \"cut\"}");
-    fs::create_symlink(folder_ / "secret.json", folder_ / "run" / "link.json");
-    options_.token = "right";
-    options_.web = folder_ / "web";
-    options_.log = folder_ / "console.log";
-    options_.page_bound_s = 0.5;
-    run_ = std::make_unique<RunFolder>(folder_ / "run");
-    server_ = std::make_unique<Server>(options_, rig_, *run_);
-    client_ = std::make_unique<httplib::Client>("127.0.0.1", server_->port());
-  }
-  void TearDown() override {
-    client_.reset();
-    server_.reset();
-    fs::remove_all(folder_);
-  }
-
-  httplib::Headers with(const std::string& token, const std::string& page = "one", const std::string& origin = "") const {
-    httplib::Headers headers = {{"X-Selvedge-Token", token}, {"X-Selvedge-Page", page}};
-    if (!origin.empty()) headers.emplace("Origin", origin);
-    return headers;
-  }
-  int post(const std::string& path, const httplib::Headers& headers, const std::string& body = "{}") {
-    const auto result = client_->Post(path.c_str(), headers, body, "application/json");
-    return result ? result->status : -1;
-  }
-  int get(const std::string& path, const httplib::Headers& headers = {}) {
-    const auto result = client_->Get(path.c_str(), headers);
-    return result ? result->status : -1;
-  }
-  std::string log() const { return fs::exists(options_.log) ? files::read_whole(options_.log) : ""; }
-
-  const fs::path folder_ = fs::temp_directory_path() / fmt::format("selvedge-console-test-{}", ::getpid());
-  ServerOptions options_;
-  FakeRig rig_;
-  std::unique_ptr<RunFolder> run_;
-  std::unique_ptr<Server> server_;
-  std::unique_ptr<httplib::Client> client_;
-};
-
 TEST_F(ConsoleServer, ShowsThePageAndTheRun) {
-  EXPECT_EQ(client_->Get("/")->body, "the page");
+  EXPECT_EQ(client_->Get("/")->body, fmt::format("the page, its stop at {}", server_->stop_port()));
   EXPECT_EQ(client_->Get("/app.js")->body, "script");
   EXPECT_EQ(client_->Get("/run/report.html")->body, "a report");
   const json trials = json::parse(client_->Get("/api/trials")->body);
@@ -120,7 +26,8 @@ TEST_F(ConsoleServer, ShowsThePageAndTheRun) {
 }
 
 TEST_F(ConsoleServer, ChangesNothingWithoutItsToken) {
-  for (const char* path : {"/api/arm", "/api/stop", "/api/disarm", "/api/record", "/api/record/stop", "/api/answer", "/api/heartbeat"}) {
+  for (const char* path :
+       {"/api/arm", "/api/reset", "/api/disarm", "/api/record", "/api/record/stop", "/api/answer", "/api/heartbeat"}) {
     EXPECT_EQ(post(path, {}), 403) << path;
     EXPECT_EQ(post(path, with("wrong")), 403) << path;
   }
@@ -128,8 +35,8 @@ TEST_F(ConsoleServer, ChangesNothingWithoutItsToken) {
   EXPECT_EQ(rig_.stops, 0);
   EXPECT_EQ(post("/api/arm", with("right")), 200);
   EXPECT_TRUE(rig_.armed);
-  EXPECT_NE(log().find("403 POST /api/arm no token"), std::string::npos) << log();
-  EXPECT_NE(log().find("200 /api/arm"), std::string::npos) << log();
+  EXPECT_TRUE(logged("403 POST /api/arm no token")) << log();
+  EXPECT_TRUE(logged("200 /api/arm")) << log();
 }
 
 TEST_F(ConsoleServer, RefusesOtherOriginsAndOtherHosts) {
@@ -168,7 +75,7 @@ TEST_F(ConsoleServer, ALostPageStopsTheArm) {
   EXPECT_EQ(rig_.stops, 1);
   EXPECT_FALSE(rig_.armed);
   EXPECT_NE(rig_.stopped_because.find("has not been heard"), std::string::npos);
-  EXPECT_NE(log().find("has not been heard"), std::string::npos);
+  EXPECT_TRUE(logged("has not been heard")) << log();
 }
 
 TEST_F(ConsoleServer, APageThatGoesWhileTheArmIsArmedStopsIt) {
@@ -206,6 +113,37 @@ TEST_F(ConsoleServer, SendsEventsToSeveralPages) {
   EXPECT_EQ(states, 4);
   EXPECT_EQ(previews, 4);
   EXPECT_GT(rig_.looks, 4);
+}
+
+TEST_F(ConsoleServer, ResetsAStopOnAPersonsWord) {
+  rig_.latched = true;
+  EXPECT_EQ(post("/api/reset", with("wrong")), 403);
+  EXPECT_TRUE(rig_.latched);
+  EXPECT_EQ(post("/api/reset", with("right")), 200);
+  EXPECT_FALSE(rig_.latched);
+  EXPECT_TRUE(logged("200 /api/reset")) << log();
+}
+
+TEST_F(ConsoleServer, RefusesTheSeventeenthStreamAndTakesItWhenAnotherEnds) {
+  std::atomic<bool> ending{false};
+  std::vector<std::thread> pages;
+  for (int i = 0; i < 16; ++i)
+    pages.emplace_back([&] {
+      httplib::Client page("127.0.0.1", server_->port());
+      page.Get("/api/events", [&](const char*, size_t) { return !ending; });
+    });
+  EXPECT_TRUE(comes_true([&] { return server_->listeners() == 16; }));
+  EXPECT_EQ(get("/api/events"), 503);
+  EXPECT_EQ(get("/"), 200) << "streams leave threads for requests";
+  ending = true;
+  for (std::thread& page : pages) page.join();
+  EXPECT_TRUE(comes_true([&] { return server_->listeners() == 0; }));
+  std::string text;
+  client_->Get("/api/events", [&](const char* data, size_t size) {
+    text.append(data, size);
+    return false;
+  });
+  EXPECT_NE(text.find("event: state"), std::string::npos);
 }
 
 TEST(Gate, TokensDiffer) {

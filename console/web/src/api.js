@@ -12,10 +12,13 @@ export function takeToken() {
 export const hasToken = () => stored() !== "";
 export const page = crypto.getRandomValues(new Uint32Array(4)).join("-");
 
-// Throws an Error with the server's sentence.
-async function result(response) {
+// The console takes this token no more: the tab forgets it.
+export const forgetToken = () => sessionStorage.removeItem("selvedge-token");
+
+// Throws an Error with the server's sentence and its status.
+export async function result(response) {
   const body = await response.json().catch(() => ({}));
-  if (!response.ok) throw new Error(body.error ?? `${response.status}`);
+  if (!response.ok) throw Object.assign(new Error(body.error ?? `${response.status}`), { status: response.status });
   return body;
 }
 
@@ -23,7 +26,7 @@ export const get = async (path) => result(await fetch(path));
 
 export async function post(path, body = {}) {
   const headers = { "Content-Type": "application/json", "X-Selvedge-Token": stored(), "X-Selvedge-Page": page };
-  return result(await fetch(path, { method: "POST", headers, body: JSON.stringify(body), keepalive: path === "/api/stop" }));
+  return result(await fetch(path, { method: "POST", headers, body: JSON.stringify(body) }));
 }
 
 // Calls onState and onPreview as events come, onLink with whether they do.
@@ -42,12 +45,13 @@ export function listen({ onState, onPreview, onLink }) {
 }
 
 // One at a time: a server that is slow to answer must not be sent ever more.
+// onLost: what went wrong, and the status where the console answered.
 export function beat(onLost) {
   let waits = false;
   setInterval(async () => {
     if (waits || !hasToken()) return;
     waits = true;
-    await post("/api/heartbeat").catch((error) => onLost(error.message));
+    await post("/api/heartbeat").catch((error) => onLost(error.message, error.status));
     waits = false;
   }, 500);
 }

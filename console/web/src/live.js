@@ -2,10 +2,13 @@
 import { get, hasToken, post } from "./api.js";
 import { by, element, notice, number, say } from "./dom.js";
 import { Space } from "./space.js";
+import { setStopPort } from "./stop.js";
 
 const space = new Space(by("space"));
 const rates = new Map();   // device: the last rates, for its small plot
-let armedHere = false, prompted = 0, stood = "";
+let armedHere = false, prompted = 0, stood = "", tokenDead = false;
+
+const may = () => hasToken() && !tokenDead;
 
 const attempt = (request) => request.catch((error) => notice(error.message));
 
@@ -36,8 +39,11 @@ function showArm(arm) {
   say(by("arm-state"), state);
   by("arm-state").className = `pill ${arm.age_s > 2 ? "silent" : arm.mode === "moves" ? "moving" : arm.armed ? "armed" : arm.mode === "stopped" ? "stopped" : "running"}`;
   say(by("arm-text"), arm.mode === "stopped" && arm.stop ? `stopped: ${arm.stop}` : `tool at ${arm.tool.map((v) => number(1e3 * v, 0)).join(", ")} mm`);
-  by("arm").disabled = armedHere || !hasToken();
-  by("disarm").disabled = !armedHere;
+  by("arm").disabled = armedHere || Boolean(arm.latched) || !may();
+  by("disarm").disabled = !armedHere || !may();
+  by("latched").hidden = !arm.latched;
+  by("reset").disabled = !may();
+  if (!arm.latched) askReset(false);
   space.setArm(arm.links, arm.mode === "moves", arm.armed);
 }
 
@@ -45,12 +51,11 @@ function showPrompt(prompt) {
   const box = by("prompt");
   box.hidden = !prompt || prompt.step === "done";
   if (box.hidden) { prompted = 0; return; }
-  const asks = prompt.step === "ask";
-  say(by("prompt-title"), asks ? "A step failed" : "At the rig");
+  say(by("prompt-title"), { ask: "A step failed", reset_stop: "The arm was stopped" }[prompt.step] ?? "At the rig");
   say(by("prompt-text"), prompt.text);
   if (prompted === prompt.id) return;
   prompted = prompt.id;
-  const answers = asks ? ["repeat", "skip", "stop"] : prompt.step === "change_swatch" ? ["done"] : [];
+  const answers = { ask: ["repeat", "skip", "stop"], change_swatch: ["done"], reset_stop: ["reset"] }[prompt.step] ?? [];
   by("prompt-answers").replaceChildren(...answers.map((text) => element("button", { class: "primary", onclick: () => attempt(post("/api/answer", { prompt: prompt.id, answer: text })) }, text)));
 }
 
@@ -66,7 +71,7 @@ function check(name, value, good) { return element("div", { class: `check ${good
 
 function showChecks(state) {
   const own = state.record ?? {}, r = state.recording;
-  by("record-start").disabled = Boolean(own.running) || !hasToken();
+  by("record-start").disabled = Boolean(own.running) || !may();
   by("record-stop").disabled = !own.running;
   const parts = [];
   if (r) parts.push(check("frames written", r.frames, null), check("frames durable", r.frames_durable, null), check("frames lost", r.lost, r.lost === 0), check("corner samples", r.samples, null));
@@ -81,6 +86,7 @@ let states = 0;
 
 export function showState(state) {
   armedHere = state.armed_here;
+  setStopPort(state.stop_port);
   showDevices(state.devices);
   showArm(state.arm);
   showPrompt(state.prompt);
@@ -111,7 +117,18 @@ export async function showRun() {
 
 export const arm = () => attempt(post("/api/arm"));
 export const disarm = () => attempt(post("/api/disarm"));
-export const stop = () => attempt(post("/api/stop"));
+
+// The console was started again: all but the stop needs the token of the new one.
+export function setTokenDead() {
+  tokenDead = true;
+  by("token-dead").hidden = false;
+}
+
+// Asked within the page: a dialog of the browser would hold up the stop's keys and this page's word that it is there.
+function askReset(sure) {
+  by("reset").hidden = sure;
+  by("reset-sure").hidden = !sure;
+}
 
 export function record() {
   const form = new FormData(by("record"));
@@ -122,6 +139,8 @@ export function record() {
 
 by("arm").addEventListener("click", arm);
 by("disarm").addEventListener("click", disarm);
-by("stop").addEventListener("click", stop);
+by("reset").addEventListener("click", () => askReset(true));
+by("reset-no").addEventListener("click", () => askReset(false));
+by("reset-yes").addEventListener("click", () => { askReset(false); attempt(post("/api/reset")); });
 by("record").addEventListener("submit", (event) => { event.preventDefault(); record(); });
 by("record-stop").addEventListener("click", () => attempt(post("/api/record/stop")));

@@ -1,11 +1,12 @@
 // The console's page: views, keys, and what keeps them up to date.
 import "uplot/dist/uPlot.min.css";
 import "./style.css";
-import { beat, hasToken, listen, takeToken } from "./api.js";
+import { beat, forgetToken, hasToken, listen, takeToken } from "./api.js";
 import { by, notice, say } from "./dom.js";
 import * as live from "./live.js";
 import { showPreview } from "./preview.js";
 import * as results from "./results.js";
+import { stop } from "./stop.js";
 import * as trials from "./trials.js";
 
 const views = ["live", "trials", "results"];
@@ -34,9 +35,9 @@ async function look() {
 function key(event) {
   const typing = /^(INPUT|SELECT|TEXTAREA)$/.test(event.target.tagName) && event.target.type !== "range" && event.target.type !== "checkbox";
   if (event.ctrlKey || event.metaKey || event.altKey) return;
-  // The stop works wherever the focus is, but where a space is a letter.
-  if (event.key === " " && !typing) { event.preventDefault(); live.stop(); return; }
-  if (event.key === "Escape") { event.target.blur?.(); live.stop(); return; }
+  // The stop works wherever the focus is, but where a space is a letter. A key that is held down asks once.
+  if (event.key === " " && !typing) { event.preventDefault(); if (!event.repeat) stop(); return; }
+  if (event.key === "Escape") { event.target.blur?.(); if (!event.repeat) stop(); return; }
   if (typing) return;
   const number = Number(event.key);
   if (number >= 1 && number <= views.length) return view(views[number - 1]);
@@ -55,6 +56,10 @@ takeToken();
 if (!hasToken()) notice("This page may only look: open the address that ./selvedge console printed, with its token.", "info");
 for (const name of views) by(`tab-${name}`).addEventListener("click", () => view(name));
 addEventListener("keydown", key, true);
+// Keys that are pressed within a report go to its own document.
+by("report").addEventListener("load", () => by("report").contentDocument?.addEventListener("keydown", key, true));
+by("stop").addEventListener("click", stop);
+by("reload").addEventListener("click", () => { forgetToken(); location.reload(); });
 listen({
   onState: live.showState,
   onPreview: showPreview,
@@ -65,7 +70,10 @@ listen({
     by("link").className = `pill ${up ? "running" : "lost"}`;
   },
 });
-beat((why) => { if (linked) notice(`the console does not take this page's word: ${why}`); });
+beat((why, status) => {
+  if (status === 403) live.setTokenDead();
+  else if (linked) notice(`the console does not hear this page: ${why}`);
+});
 setInterval(async () => {
   if (looks) return;
   looks = true;
