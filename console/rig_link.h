@@ -36,15 +36,13 @@ class RigLink {
   virtual void disarm() = 0;                         // what was armed here
   // Stops the arm, whoever armed it, and what is recorded here. Returns once the arm has said that it stopped.
   virtual void stop(const std::string& why) = 0;
-  // A person's word that lifts a stop that lasts. Throws where the rig knows none.
-  virtual void reset(const std::string& who);
+  // A person's word that lifts the stop that state() shows.
+  virtual void reset(const std::string& who) = 0;
   virtual void record(const nlohmann::json& trial) = 0;
   virtual void stop_recording() = 0;
   virtual void answer(int64_t prompt_id, const std::string& text) = 0;
   // Whether an arm moves or may move because somebody said so here.
   virtual bool armed_here() const = 0;
 };
-
-inline void RigLink::reset(const std::string&) { throw std::runtime_error("this rig knows no reset of a stop"); }
 
 }  // namespace selvedge::console

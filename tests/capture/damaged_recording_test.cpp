@@ -21,16 +21,16 @@ namespace {
 namespace fs = std::filesystem;
 using trial::Trial;
 
-constexpr int width = 48, height = 32, samples = 40, frames = 6;
+constexpr int wide = 48, high = 32, samples = 40, frames = 6;
 
-Trial header() {
+Trial damaged_header() {
   Trial header;
   header.experiment = trial::Experiment::robot;
   header.fabric = {"test fabric", 0.3, 0.3, 0.0144, true};
   header.camera.emplace();
   header.camera->matrix << 500, 0, 24, 0, 0, 500, 16, 0, 0, 0, 1, 1;
-  header.camera->width_px = width;
-  header.camera->height_px = height;
+  header.camera->width_px = wide;
+  header.camera->height_px = high;
   return header;
 }
 
@@ -43,8 +43,8 @@ void add_samples(Recorder& recorder, std::mt19937& random) {
     recorder.add_robot(i / 120.0, point(), point());
   }
   for (int number = 0; number < frames; ++number) {
-    const trial::GreyImage pixels = trial::GreyImage::NullaryExpr(height, width, [&] { return static_cast<unsigned char>(random() & 255); });
-    recorder.add_frame(number, number / 60.0, pixels.data(), width, height);
+    const trial::GreyImage pixels = trial::GreyImage::NullaryExpr(high, wide, [&] { return static_cast<unsigned char>(random() & 255); });
+    recorder.add_frame(number, number / 60.0, pixels.data(), wide, high);
   }
 }
 
@@ -55,7 +55,7 @@ class DamagedRecording : public testing::Test {
     ASSERT_NE(::mkdtemp(name.data()), nullptr);
     scratch_ = name;
     std::mt19937 random(11);
-    Recorder recorder(header(), sound());
+    Recorder recorder(damaged_header(), sound());
     add_samples(recorder, random);
     ASSERT_EQ(recorder.finish(), trial::State::complete);
     whole_ = trial::read_trial(sound());
