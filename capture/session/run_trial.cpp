@@ -310,10 +310,10 @@ TrialRecord attempt_trial(RigClient& rig, const rig::Configuration& configuratio
 
 }  // namespace
 
-void set_trial_aside(const std::filesystem::path& folder, const std::string& name) {
+void set_trial_aside(const std::filesystem::path& folder, const std::string& name, int attempt) {
   if (!std::filesystem::exists(folder / name)) return;
   std::filesystem::path aside;
-  for (int k = 1; aside.empty() || std::filesystem::exists(aside); ++k) aside = folder / fmt::format("{}-spoiled-{}", name, k);
+  for (int k = attempt; aside.empty() || std::filesystem::exists(aside); ++k) aside = folder / fmt::format("{}-spoiled-{}", name, k);
   std::filesystem::rename(folder / name, aside);
   files::sync_folder(folder);
 }
@@ -339,7 +339,7 @@ TrialRecord run_trial(RigClient& rig, const rig::Configuration& configuration, c
       spdlog::warn("{}, attempt {}: {}", plan.name, attempt, error.what());
       if (!stop_holds(rig)) count_spoiled(error.what());
     }
-    set_trial_aside(folder, plan.name);
+    set_trial_aside(folder, plan.name, attempt);
   }
 }
 

@@ -38,8 +38,8 @@ struct RigOptics {
   geometry::Projection camera, projector;
 };
 
-// Renames FOLDER/NAME, where there is one, to FOLDER/NAME-spoiled-K with the first K that is free.
-void set_trial_aside(const std::filesystem::path& folder, const std::string& name);
+// Renames FOLDER/NAME, where there is one, to FOLDER/NAME-spoiled-K with the first K from `attempt` on that is free.
+void set_trial_aside(const std::filesystem::path& folder, const std::string& name, int attempt = 1);
 
 // Writes FOLDER/NAME. at_rest: called in every attempt once the fabric hangs still; it may show other patterns.
 // Throws DeviceFailed where the trial could not be recorded in plan.attempts attempts.

@@ -46,7 +46,10 @@ void FrameAudit::look(bool all) {
   if (attempts.empty()) return;
   const std::string newest = attempts.rbegin()->first.first;
   for (const auto& [key, told] : attempts)
-    if (all || key.first != newest) audit(key.first, key.second, told);
+    if (all || key.first != newest) {
+      const auto next = std::next(attempts.find(key));
+      audit(key.first, key.second, told, next == attempts.end() || next->first.first != key.first);
+    }
 }
 
 // Frames that a trial.json which is final promises.
@@ -55,9 +58,9 @@ int64_t FrameAudit::said_in(const fs::path& folder) {
   return json.at("state") == "recording" ? 0 : json.at("frames").at("count").get<int64_t>();
 }
 
-void FrameAudit::audit(const std::string& trial, int attempt, int64_t told) {
+void FrameAudit::audit(const std::string& trial, int attempt, int64_t told, bool last) {
   const fs::path spoiled = trials_ / (trial + kSpoiled + std::to_string(attempt));
-  const fs::path folder = fs::exists(spoiled) ? spoiled : trials_ / trial;
+  const fs::path folder = fs::exists(spoiled) || !last ? spoiled : trials_ / trial;
   int64_t written = told, readable = 0;
   std::string why;
   try {

@@ -35,7 +35,8 @@ class FrameAudit {
   const std::vector<std::string>& losses() const { return losses_; }  // one sentence a trial that lost something
 
  private:
-  void audit(const std::string& trial, int attempt, int64_t told);
+  // last: of the trial's attempts. Its folder has the trial's plain name; an attempt before it left its own, or none.
+  void audit(const std::string& trial, int attempt, int64_t told, bool last);
   int64_t said_in(const std::filesystem::path& folder);
 
   const std::filesystem::path trials_;

@@ -1,6 +1,6 @@
 // The daemon between a bus, a simulated controller and a tracker: what the arm really does.
 #include "files/bad_input.h"
-#include "tests/arm/running_arm.h"
+#include "tests/arm/arm_fixture.h"
 
 namespace selvedge {
 namespace {
@@ -9,7 +9,7 @@ using selvedge_rig::arm_command_t;
 using selvedge_rig::arm_control_t;
 using selvedge_rig::arm_status_t;
 
-using ArmDaemon = tests::RunningArm;
+using ArmDaemon = tests::ArmFixture;
 
 // Where this machine pauses for longer than the lease the arm stops, as it should; then once more.
 TEST_F(ArmDaemon, WavesTheToolAlongThePath) {

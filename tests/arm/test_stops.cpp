@@ -4,7 +4,7 @@
 #include <array>
 #include <set>
 
-#include "tests/arm/running_arm.h"
+#include "tests/arm/arm_fixture.h"
 
 namespace selvedge {
 namespace {
@@ -13,7 +13,7 @@ using selvedge_rig::arm_command_t;
 using selvedge_rig::arm_control_t;
 using selvedge_rig::arm_status_t;
 
-using Stops = tests::RunningArm;
+using Stops = tests::ArmFixture;
 
 // What a client that means harm, or has gone mad, would send.
 void send_raw(const wire::Socket& socket, const arm_control_t& message) {

@@ -1,7 +1,7 @@
-// The arm's daemon between a bus, a simulated controller and a tracker, for tests of what the arm really does.
+// The arm's daemon between a bus, a simulated controller and a tracker, all in this process, for tests and proofs of what
+// the arm really does: measured at the simulated joints.
 #pragma once
 
-#include <gtest/gtest.h>
 #include <unistd.h>
 
 #include <atomic>
@@ -10,6 +10,8 @@
 #include <functional>
 #include <memory>
 #include <mutex>
+#include <stdexcept>
+#include <string>
 #include <thread>
 
 #include <fmt/format.h>
@@ -24,30 +26,31 @@
 #include "rig/network.h"
 #include "rig/wire/socket.h"
 
-namespace selvedge::tests {
+namespace selvedge::hardware_sim {
 
 // Tests run beside each other; the bus tells them apart by its port alone.
 inline const int kArmBusPort = 20000 + ::getpid() % 20000;
 
-class RunningArm : public testing::Test {
- protected:
+class RunningArm {
+ public:
   using Status = selvedge_rig::arm_status_t;
 
-  // A host that cannot carry the bus fails: what keeps people safe is not to be skipped.
-  void SetUp() override {
-    ASSERT_TRUE(rig::multicast_works(kArmBusPort)) << rig::multicast_advice();
+  // model: data/arms/ur5e.toml. Throws std::runtime_error where the host cannot carry the bus: what keeps people safe is
+  // not to be passed over.
+  explicit RunningArm(const std::filesystem::path& model) : model_file_(model), model_(arm::ArmModel::read(model)) {
+    if (!rig::multicast_works(static_cast<uint16_t>(kArmBusPort))) throw std::runtime_error(rig::multicast_advice());
     folder_ = std::filesystem::temp_directory_path() / fmt::format("selvedge-arm-{}", ::getpid());
     std::filesystem::create_directories(folder_);
     socket_ = folder_ / "arm.socket";
-    hardware_sim::RtdeControllerOptions options;
+    RtdeControllerOptions options;
     options.script_port = script_port_ = wire::local_port(wire::listen_tcp("127.0.0.1", 0));
-    controller_ = std::make_unique<hardware_sim::RtdeController>(options, model_);
+    controller_ = std::make_unique<RtdeController>(options, model_);
     start_m_ = home_m_;
     configuration_ = rig::Configuration::parse(
-        fmt::format("[bus]\nport = {}\n[arm]\nmodel = \"{}/data/arms/ur5e.toml\"\nport = {}\nscript_port = {}\n"
+        fmt::format("[bus]\nport = {}\n[arm]\nmodel = \"{}\"\nport = {}\nscript_port = {}\n"
                     "corner_distance_m = 0.3\nbase_position_m = [1.0, 2.0, 0.5]\nbase_rpy_deg = [0, 0, 90]\n"
-                    "control_socket = \"{}\"\n{}",
-                    kArmBusPort, SELVEDGE_SOURCE_DIR, controller_->port(), options.script_port, socket_.string(), more_keys_),
+                    "control_socket = \"{}\"\n",
+                    kArmBusPort, model_file_.string(), controller_->port(), options.script_port, socket_.string()),
         "test.toml");
     bus_ = std::make_unique<rig::Bus>(configuration_.bus());
     bus_->subscribe<Status>("ARM_ARM", [this](const auto& message) {
@@ -58,7 +61,7 @@ class RunningArm : public testing::Test {
     session_ = std::thread([this] { run_session(); });
     start_daemon();
   }
-  void TearDown() override {
+  ~RunningArm() {
     end_daemon();
     stopping_ = true;
     if (session_.joinable()) session_.join();
@@ -69,7 +72,8 @@ class RunningArm : public testing::Test {
   void start_daemon() {
     daemon_stopping_ = false;
     daemon_ = std::thread([this] { arm::run_daemon(configuration_, daemon_stopping_); });
-    ASSERT_TRUE(wait_for([this](const auto& status) { return status.mode != Status::MODE_OFF && std::filesystem::exists(socket_); }));
+    if (!wait_for([this](const auto& status) { return status.mode != Status::MODE_OFF && std::filesystem::exists(socket_); }))
+      throw std::runtime_error("the arm's daemon does not come up");
   }
   void end_daemon() {
     daemon_stopping_ = true;
@@ -221,14 +225,14 @@ class RunningArm : public testing::Test {
 
   enum class Tracker { sees, silent, repeats, stands_still, fresh_times, late };
 
-  std::string more_keys_;
-  const arm::ArmModel model_ = arm::ArmModel::read(SELVEDGE_SOURCE_DIR "/data/arms/ur5e.toml");
+  const std::filesystem::path model_file_;
+  const arm::ArmModel model_;
   const Eigen::Vector3d home_m_ = model_.base_from_tool(model_.home_rad()).translation();
   std::filesystem::path folder_, socket_;
   int script_port_ = 0;
   int64_t id_ = 0;
   Eigen::Vector3d start_m_;
-  std::unique_ptr<hardware_sim::RtdeController> controller_;
+  std::unique_ptr<RtdeController> controller_;
   rig::Configuration configuration_;
   std::mutex mutex_, client_mutex_;
   Status status_{};
@@ -241,4 +245,4 @@ class RunningArm : public testing::Test {
   std::thread daemon_, session_;
 };
 
-}  // namespace selvedge::tests
+}  // namespace selvedge::hardware_sim
