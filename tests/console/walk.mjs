@@ -66,7 +66,7 @@ async function walk(browser, url, stopPort) {
     window.seen = new Set();
     const look = () => {
       if (!document.getElementById("prompt").hidden) window.seen.add("a prompt");
-      if (/frames on disk/.test(document.getElementById("checks").textContent)) window.seen.add("frames on disk");
+      if (/frames durable/.test(document.getElementById("checks").textContent)) window.seen.add("frames durable");
       if (document.getElementById("arm-state").textContent === "armed") window.seen.add("armed");
       if (/plain/.test(document.getElementById("quality").textContent)) window.seen.add("stripe quality");
     };
@@ -92,7 +92,7 @@ async function walk(browser, url, stopPort) {
 
   // A still trial with the mouse; the simulated person hangs the fabric.
   await recorded("still", "static", 3, () => page.click("#record-start"), async () => {
-    await until("frames on disk", () => seen("frames on disk"));
+    await until("frames durable", () => seen("frames durable"));
     await shot("live-recording");
   });
   // A waved trial by keyboard.
@@ -110,8 +110,16 @@ async function walk(browser, url, stopPort) {
     }
     throw new Error(`${what}: the arm was not stopped so, it says ${await text("#arm-text")}`);
   };
+  // A stop holds until the reset is clicked, and clicked again for sure.
+  const reset = async () => {
+    if (await page.$eval("#latched", (row) => row.hidden)) return;
+    for (const button of ["#reset", "#reset-yes"]) if (await page.$eval(button, (b) => !b.disabled && b.offsetParent !== null)) await page.click(button);
+  };
   const armed = async () => {
-    await until("the arm can be armed", () => page.$eval("#arm", (button) => !button.disabled));
+    await until("the arm can be armed", async () => {
+      await reset();
+      return page.$eval("#arm", (button) => !button.disabled);
+    });
     await page.evaluate(() => window.seen.delete("armed"));
     return true;
   };
