@@ -14,9 +14,9 @@
 #include <cstdarg>
 #include <cstdlib>
 #include <cstring>
+#include <map>
 #include <mutex>
 #include <random>
-#include <set>
 #include <string>
 
 #include <dlfcn.h>
@@ -45,9 +45,10 @@ struct Disk {
   long fail_sync = std::atol(variable("SELVEDGE_CUT_FAIL").c_str());
   long calls = 0;
   uint32_t syncs = 0;
-  // Bytes that one sync failed to write are not lost in silence: as from the kernel, whoever ends a sync of the file next
-  // is told once, and so is the next sync of the whole file system (inode 0).
-  std::set<uint64_t> written, untold;
+  // As the kernel does, whoever ends a sync next is told once of what another sync failed to write: of the whole file
+  // system, by every file and folder; of a file, by the whole file system (inode 0).
+  int failed = 0, failed_whole = 0;
+  std::map<uint64_t, int> told;
   std::mt19937 random{static_cast<unsigned>(std::atol(variable("SELVEDGE_CUT_SEED").c_str()))};
 
   Disk() {
@@ -100,7 +101,6 @@ void note(Note entry, const std::string& path = "", const std::string& data = ""
   entry.path_bytes = static_cast<uint32_t>(path.size());
   entry.data_bytes = static_cast<uint32_t>(data.size());
   const std::string bytes = std::string(reinterpret_cast<const char*>(&entry), sizeof entry) + path + data;
-  if (entry.call == Call::write || entry.call == Call::truncate || entry.call == Call::make_file) disk().written.insert(entry.inode);
   if (::syscall(SYS_write, disk().journal, bytes.data(), bytes.size()) != static_cast<long>(bytes.size())) ::_exit(98);
 }
 
@@ -153,9 +153,12 @@ int sync_slowly(uint64_t inode) {
   ::usleep(delay_us);
   const std::lock_guard lock(disk().mutex);
   cut_if_due();
-  fails = disk().untold.erase(inode) > 0 || fails;
-  if (fails && inode == 0) disk().untold.insert(disk().written.begin(), disk().written.end());
-  if (fails && inode != 0) disk().untold.insert(0);
+  int& known = disk().told[inode];
+  const bool first = fails;
+  fails = fails || known < (inode == 0 ? disk().failed : disk().failed_whole);
+  if (first || (fails && inode == 0)) ++disk().failed;
+  if (fails && inode == 0) ++disk().failed_whole;
+  known = inode == 0 ? disk().failed : disk().failed_whole;
   note({Call::sync_ends, 0, 0, number, inode, fails ? uint64_t{EIO} : uint64_t{0}});
   if (!fails) return 0;
   errno = EIO;

@@ -67,7 +67,8 @@ void prove_flood(RunningArm& arm, int rounds, const FigureOptions& options, std:
 void prove_tracker(RunningArm& arm, std::vector<Figure>& figures) {
   using Tracker = RunningArm::Tracker;
   double longest_s = 0;
-  for (const Tracker fault : {Tracker::silent, Tracker::repeats, Tracker::fresh_times, Tracker::late, Tracker::stands_still}) {
+  for (const Tracker fault : {Tracker::silent, Tracker::repeats, Tracker::fresh_times, Tracker::late, Tracker::stands_still,
+                              Tracker::forged}) {
     arm.tracker_ = Tracker::sees;
     std::this_thread::sleep_for(std::chrono::milliseconds(700));
     arm.reset();
@@ -79,7 +80,7 @@ void prove_tracker(RunningArm& arm, std::vector<Figure>& figures) {
   }
   arm.tracker_ = Tracker::sees;
   std::this_thread::sleep_for(std::chrono::milliseconds(700));
-  figures.push_back({"tracker silent, repeated, replayed, late, standing still: longest to the stop", longest_s, 0.5 + 0.05, "s",
+  figures.push_back({"tracker silent, repeated, replayed, late, standing still, forged: longest to the stop", longest_s, 0.5 + 0.05, "s",
                      Relation::at_most, "tracker_timeout_s 0.5, and two periods and a look"});
 }
 

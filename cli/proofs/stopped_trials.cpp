@@ -33,7 +33,7 @@ namespace fs = std::filesystem;
 using selvedge_rig::arm_status_t;
 
 constexpr double kPhase_s = 120;     // for a phase to come
-constexpr double kTrialLimit_s = 180;// for the trial to end after the reset
+constexpr double kTrialLimit_s = 180;  // for the trial to end after the reset
 constexpr double kMoves_rad = 2e-4;  // of a joint between two looks of 10 ms: a braking arm, not its encoder's noise
 
 // What the bus says of the session and the arm.
@@ -180,7 +180,7 @@ class Rig {
 
   // A person's word, where one is asked for.
   void answer(const std::atomic<bool>& over) {
-    if (over || !heard_->wait_for([](const Heard& h) { return h.asks("reset_stop") && h.arm.latched; }, 0.5)) return;
+    if (over || !heard_->wait_for([](const Heard& h) { return h.prompt.step == "reset_stop" && h.arm.latched; }, 0.5)) return;
     selvedge_rig::operator_answer_t given{};
     {
       const std::lock_guard lock(heard_->mutex);

@@ -73,7 +73,8 @@ TEST_F(ArmDaemon, EachLossStopsTheArm) {
 
 // What counts is when the tracker saw the corners, not that something arrives.
 TEST_F(ArmDaemon, ATrackerThatOnlySeemsToSeeStopsTheArm) {
-  for (const Tracker fault : {Tracker::silent, Tracker::repeats, Tracker::fresh_times, Tracker::late, Tracker::stands_still}) {
+  for (const Tracker fault : {Tracker::silent, Tracker::repeats, Tracker::fresh_times, Tracker::late, Tracker::stands_still,
+                              Tracker::forged}) {
     SCOPED_TRACE(static_cast<int>(fault));
     tracker_ = Tracker::sees;
     std::this_thread::sleep_for(std::chrono::milliseconds(700));  // numbers may begin anew after a silence
