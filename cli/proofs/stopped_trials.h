@@ -21,8 +21,9 @@ struct StoppedTrial {
   bool completed = false;           // and recorded the trial once it had it
 };
 
-// One for each phase: asked to hang the fabric, waiting for rest, armed, lead-in, moving, tail. watch_s: how long.
+// One for each phase: asked to hang the fabric, waiting for rest, armed, lead-in, moving, tail; or for the first of each
+// `every`. watch_s: how long.
 // Call before the process has threads. Throws std::runtime_error where the rig does not come up.
-std::vector<StoppedTrial> stop_in_each_phase(double watch_s, const report::ProgressCallback& progress);
+std::vector<StoppedTrial> stop_in_each_phase(double watch_s, size_t every, const report::ProgressCallback& progress);
 
 }  // namespace selvedge::cli
