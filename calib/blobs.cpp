@@ -22,7 +22,7 @@ int quantile(const std::array<long, 256>& histogram, double share, long total) {
 }
 
 struct Window {
-  int left, top, right, bottom;   // right and bottom one beyond
+  int left, top, right, bottom;  // right and bottom one beyond
 };
 
 // Median grey of the window's border: the background that the blob stands on.
@@ -108,8 +108,6 @@ std::vector<Blob> find_blobs(const GreyImage& image, const BlobOptions& options)
   return blobs;
 }
 
-bool looks_like_one_disc(const Blob& blob) {
-  return !blob.cut_off && blob.elongation < 2.2 && blob.fill > 0.85;
-}
+bool looks_like_one_disc(const Blob& blob) { return !blob.cut_off && blob.elongation < 2.2 && blob.fill > 0.85; }
 
 }  // namespace selvedge::calib

@@ -14,19 +14,19 @@
 namespace selvedge::calib {
 
 struct Blob {
-  Eigen::Vector2d centre;          // px
-  double area_px = 0;              // above the threshold
-  double elongation = 1;           // longer over shorter axis, from second moments
-  double fill = 1;                 // area over that of the ellipse with the same moments; 1 for an ellipse
-  double saturated_share = 0;      // of the pixels above the threshold
-  bool cut_off = false;            // touches the image border
+  Eigen::Vector2d centre;      // px
+  double area_px = 0;          // above the threshold
+  double elongation = 1;       // longer over shorter axis, from second moments
+  double fill = 1;             // area over that of the ellipse with the same moments; 1 for an ellipse
+  double saturated_share = 0;  // of the pixels above the threshold
+  bool cut_off = false;        // touches the image border
 };
 
 struct BlobOptions {
   int least_area_px = 9;
   int most_area_px = 4000;
-  double threshold_share = 0.4;    // of the way from the dark to the bright end
-  double least_contrast = 25;      // grey levels between the two ends; less: no blobs
+  double threshold_share = 0.4;  // of the way from the dark to the bright end
+  double least_contrast = 25;    // grey levels between the two ends; less: no blobs
 };
 
 std::vector<Blob> find_blobs(const GreyImage& image, const BlobOptions& options = {});

@@ -10,12 +10,11 @@ namespace selvedge::calib {
 
 namespace {
 
-std::vector<Sighting> sightings_of(const Poses& poses, std::optional<Eigen::Vector2d> Correspondence::* device) {
+std::vector<Sighting> sightings_of(const Poses& poses, std::optional<Eigen::Vector2d> Correspondence::*device) {
   std::vector<Sighting> sightings;
   for (size_t i = 0; i < poses.rows.size(); ++i) {
     const Correspondence& row = poses.rows[i];
-    if (row.*device)
-      sightings.push_back({row.pose, row.marker, static_cast<int>(i), row.position, *(row.*device)});
+    if (row.*device) sightings.push_back({row.pose, row.marker, static_cast<int>(i), row.position, *(row.*device)});
   }
   return sightings;
 }
@@ -23,11 +22,11 @@ std::vector<Sighting> sightings_of(const Poses& poses, std::optional<Eigen::Vect
 DeviceCalibration calibrate_device(const std::string& name, const Poses& poses, const ImageSize& size,
                                    const Options& options) {
   DeviceCalibration device;
-  device.solution = solve_device(name, name == "camera" ? camera_sightings(poses) : projector_sightings(poses),
-                                 size, poses.tracker_noise_m, options.device);
+  device.solution = solve_device(name, name == "camera" ? camera_sightings(poses) : projector_sightings(poses), size,
+                                 poses.tracker_noise_m, options.device);
   if (device.solution.solved)
-    device.deviation = volume_deviation(device.solution.refined.camera, device.solution.uncertainty.covariance,
-                                        size, volume_points(poses.volume_low, poses.volume_high));
+    device.deviation = volume_deviation(device.solution.refined.camera, device.solution.uncertainty.covariance, size,
+                                        volume_points(poses.volume_low, poses.volume_high));
   return device;
 }
 
@@ -83,9 +82,8 @@ Calibration calibrate(const Poses& poses, const Options& options) {
   if (!projector_sightings(poses).empty())
     calibration.projector = calibrate_device("projector", poses, poses.projector, options);
   if (calibration.projector && calibration.camera.solution.solved && calibration.projector->solution.solved)
-    calibration.triangulation_sd_mm =
-        triangulation_sd_mm(calibration.camera.solution, calibration.projector->solution,
-                            volume_points(poses.volume_low, poses.volume_high));
+    calibration.triangulation_sd_mm = triangulation_sd_mm(calibration.camera.solution, calibration.projector->solution,
+                                                          volume_points(poses.volume_low, poses.volume_high));
   calibration.rejected = merge_rejected(calibration);
   judge(calibration);
   return calibration;

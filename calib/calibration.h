@@ -22,9 +22,9 @@ struct Options {
   // Predicted deviation per axis at the fabric, px.
   double good_camera_sd_px = 0.15;
   double good_projector_sd_px = 0.25;
-  double refused_sd_px = 1.0;          // either device
-  double good_left_out_ratio = 1.5;    // leave-one-pose-out over training residual
-  double many_rejected_share = 0.4;    // of the sightings: more make the calibration doubtful
+  double refused_sd_px = 1.0;        // either device
+  double good_left_out_ratio = 1.5;  // leave-one-pose-out over training residual
+  double many_rejected_share = 0.4;  // of the sightings: more make the calibration doubtful
 };
 
 enum class Verdict { good, doubtful, refused };
@@ -42,11 +42,11 @@ struct Calibration {
   Poses inputs;
   Options options;
   DeviceCalibration camera;
-  std::optional<DeviceCalibration> projector;   // absent where no row has a projector pixel
-  double triangulation_sd_mm = 0;               // NaN where it cannot be said
-  std::vector<RejectedSighting> rejected;       // of both devices, one a row of the input
+  std::optional<DeviceCalibration> projector;  // absent where no row has a projector pixel
+  double triangulation_sd_mm = 0;              // NaN where it cannot be said
+  std::vector<RejectedSighting> rejected;      // of both devices, one a row of the input
   Verdict verdict = Verdict::refused;
-  std::string advice;                           // sentences
+  std::string advice;  // sentences
 };
 
 // Throws BadInput where no row has a camera pixel. Everything else ends in a verdict.

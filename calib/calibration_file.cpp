@@ -44,8 +44,9 @@ json device_json(const DeviceCalibration& device, const Calibration& calibration
   const DeviceSolution& d = device.solution;
   const bool trusted = calibration.verdict != Verdict::refused;
   if (!d.solved)
-    return {{"projection", nullptr}, {"distortion", nullptr}, {"rms_px", nullptr},
-            {"leave_one_pose_out_px", nullptr}, {"predicted_sd_px", nullptr}, {"worst_pose", nullptr},
+    return {{"projection", nullptr},       {"distortion", nullptr},
+            {"rms_px", nullptr},           {"leave_one_pose_out_px", nullptr},
+            {"predicted_sd_px", nullptr},  {"worst_pose", nullptr},
             {"width_px", d.size.width_px}, {"height_px", d.size.height_px}};
   json events = json::array();
   const auto volume = volume_points(calibration.inputs.volume_low, calibration.inputs.volume_high, 3);
@@ -60,8 +61,9 @@ json device_json(const DeviceCalibration& device, const Calibration& calibration
           {"width_px", d.size.width_px},
           {"height_px", d.size.height_px},
           {"worst_marker", d.worst_marker},
-          {"predicted_sd_uv_px", {files::finite_or_null(device.deviation.mean_sd_uv_px.x()),
-                                  files::finite_or_null(device.deviation.mean_sd_uv_px.y())}},
+          {"predicted_sd_uv_px",
+           {files::finite_or_null(device.deviation.mean_sd_uv_px.x()),
+            files::finite_or_null(device.deviation.mean_sd_uv_px.y())}},
           {"largest_sd_px", files::finite_or_null(device.deviation.largest_sd_px)},
           {"share_of_volume_in_view", device.deviation.share_in_view},
           {"pixel_noise_px", d.refined.pixel_sd_px},
@@ -70,9 +72,10 @@ json device_json(const DeviceCalibration& device, const Calibration& calibration
           {"left_out_pose_rms_px", by_name(d.left_out_rms_px)},
           {"marker_rms_px", by_name(d.marker_rms_px)},
           {"events", events},
-          {"parameters", {{"order", "fx fy cx cy k1 k2 p1 p2 k3 rx ry rz tx ty tz"},
-                          {"value", std::vector<double>(d.refined.camera.begin(), d.refined.camera.end())},
-                          {"covariance", matrix_json(d.uncertainty.covariance)}}}};
+          {"parameters",
+           {{"order", "fx fy cx cy k1 k2 p1 p2 k3 rx ry rz tx ty tz"},
+            {"value", std::vector<double>(d.refined.camera.begin(), d.refined.camera.end())},
+            {"covariance", matrix_json(d.uncertainty.covariance)}}}};
 }
 
 const json& member(const json& object, const std::string& key, const std::string& where) {
@@ -89,8 +92,7 @@ geometry::Projection projection_from_json(const json& device, const std::string&
   geometry::Projection projection;
   const json& rows = member(device, "projection", where);
   const std::string key = where + ".projection";
-  if (!rows.is_array() || rows.size() != 3)
-    refuse(key, "expected three rows of four numbers, found {}", rows.dump());
+  if (!rows.is_array() || rows.size() != 3) refuse(key, "expected three rows of four numbers, found {}", rows.dump());
   for (int i = 0; i < 3; ++i) {
     if (!rows[i].is_array() || rows[i].size() != 4) refuse(key, "expected three rows of four numbers");
     for (int j = 0; j < 4; ++j) projection.matrix(i, j) = number(rows[i][j], key);
@@ -131,13 +133,14 @@ json to_json(const Calibration& calibration) {
           {"rejected", rejected},
           {"verdict", to_text(calibration.verdict)},
           {"advice", calibration.advice},
-          {"options", {{"ransac_threshold_px", device.ransac.threshold_px},
-                       {"ransac_seed", device.ransac.seed},
-                       {"gate_sd", device.gate_sd},
-                       {"choose_distortion", device.choose_distortion},
-                       {"good_camera_sd_px", calibration.options.good_camera_sd_px},
-                       {"good_projector_sd_px", calibration.options.good_projector_sd_px},
-                       {"refused_sd_px", calibration.options.refused_sd_px}}},
+          {"options",
+           {{"ransac_threshold_px", device.ransac.threshold_px},
+            {"ransac_seed", device.ransac.seed},
+            {"gate_sd", device.gate_sd},
+            {"choose_distortion", device.choose_distortion},
+            {"good_camera_sd_px", calibration.options.good_camera_sd_px},
+            {"good_projector_sd_px", calibration.options.good_projector_sd_px},
+            {"refused_sd_px", calibration.options.refused_sd_px}}},
           {"inputs", to_json(calibration.inputs)}};
 }
 
@@ -155,7 +158,8 @@ StoredCalibration read_calibration(const std::filesystem::path& path) {
   StoredCalibration stored;
   stored.verdict = member(value, "verdict", where).get<std::string>();
   if (stored.verdict == to_text(Verdict::refused))
-    refuse(where, "this calibration was refused and holds no matrices: {}", value.value("advice", std::string("no advice given")));
+    refuse(where, "this calibration was refused and holds no matrices: {}",
+           value.value("advice", std::string("no advice given")));
   const json& camera = member(value, "camera", where);
   stored.camera = projection_from_json(camera, where + ": camera");
   stored.camera_rms_px = number_or_nan(camera, "rms_px");

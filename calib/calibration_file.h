@@ -1,5 +1,6 @@
 // calibration.json: the result in the fixed keys of calibration/1, with its inputs, so that anyone can solve
-// it again. A refused one holds null for every projection and distortion, so that nobody takes them up. Source of names and units: docs/calibration.md.
+// it again. A refused one holds null for every projection and distortion, so that nobody takes them up. Source of names
+// and units: docs/calibration.md.
 #pragma once
 
 #include <filesystem>
@@ -21,7 +22,7 @@ struct StoredCalibration {
   geometry::Projection camera;
   std::optional<geometry::Projection> projector;
   double camera_rms_px = 0, projector_rms_px = 0;
-  double camera_sd_px = 0, projector_sd_px = 0;   // predicted, per axis at the fabric
+  double camera_sd_px = 0, projector_sd_px = 0;  // predicted, per axis at the fabric
   std::string verdict;
   std::optional<Poses> inputs;
 };

@@ -14,7 +14,8 @@ namespace {
 
 std::string px(double value) { return std::isfinite(value) ? fmt::format("{:.3f}", value) : "unknown"; }
 
-void bars(report::HtmlReport& report, const std::map<int, double>& values, const std::string& what, const std::string& caption) {
+void bars(report::HtmlReport& report, const std::map<int, double>& values, const std::string& what,
+          const std::string& caption) {
   if (values.empty()) return;
   std::vector<std::string> labels;
   std::vector<double> heights;
@@ -39,9 +40,11 @@ void add_figures(report::HtmlReport& report, const Calibration& calibration) {
   add("camera", calibration.camera);
   if (calibration.projector) add("projector", *calibration.projector);
   report.table({"device", "expected error at the fabric, px per axis", "at its worst point", "residual in training, px",
-                "residual on an unseen pose, px", "worst pose", "worst marker"}, rows);
+                "residual on an unseen pose, px", "worst pose", "worst marker"},
+               rows);
   if (std::isfinite(calibration.triangulation_sd_mm))
-    report.paragraph(fmt::format("A triangulated point is expected to be off by {:.3f} mm.", calibration.triangulation_sd_mm));
+    report.paragraph(
+        fmt::format("A triangulated point is expected to be off by {:.3f} mm.", calibration.triangulation_sd_mm));
 }
 
 void add_device(report::HtmlReport& report, const std::string& name, const DeviceCalibration& device,
@@ -53,18 +56,23 @@ void add_device(report::HtmlReport& report, const std::string& name, const Devic
     return;
   }
   const double magnification = residual_magnification(d);
-  report.svg(draw_residuals(d, magnification),
-             fmt::format("Residual vectors, {:.0f} times their length; crosses are rejected sightings. Vectors that point "
-                         "alike in one region mean a lens that the model does not hold.", magnification));
+  report.svg(
+      draw_residuals(d, magnification),
+      fmt::format("Residual vectors, {:.0f} times their length; crosses are rejected sightings. Vectors that point "
+                  "alike in one region mean a lens that the model does not hold.",
+                  magnification));
   bars(report, d.left_out_rms_px.empty() ? d.pose_rms_px : d.left_out_rms_px, "pose",
        d.left_out_rms_px.empty() ? "Residual of each pose" : "Residual of each pose under the fit without it");
-  bars(report, d.marker_rms_px, "marker", "Residual of each marker over all poses: a long bar is a marker that the tracker sees "
-                                          "elsewhere than the camera");
-  report.svg(draw_deviation(d, calibration.inputs.volume_low, calibration.inputs.volume_high),
-             "Expected error per axis (px) at the distance of the fabric's middle, with the outline of the fabric's volume");
+  bars(report, d.marker_rms_px, "marker",
+       "Residual of each marker over all poses: a long bar is a marker that the tracker sees "
+       "elsewhere than the camera");
+  report.svg(
+      draw_deviation(d, calibration.inputs.volume_low, calibration.inputs.volume_high),
+      "Expected error per axis (px) at the distance of the fabric's middle, with the outline of the fabric's volume");
   report.svg(draw_coverage(d, calibration.inputs.volume_low, calibration.inputs.volume_high,
                            next ? next->markers : std::vector<Eigen::Vector3d>{}),
-             next ? "What each pose covered, with its number, over the outline of the fabric's volume; dashed, with rings: the next pose that would help most"
+             next ? "What each pose covered, with its number, over the outline of the fabric's volume; dashed, with "
+                    "rings: the next pose that would help most"
                   : "What each pose covered, with its number, over the outline of the fabric's volume");
 }
 
@@ -83,11 +91,12 @@ void write_report(const Calibration& calibration, const std::filesystem::path& p
   report::HtmlReport report(fmt::format("Calibration: {}", to_text(calibration.verdict)));
   report.paragraph(calibration.advice);
   if (calibration.verdict == Verdict::refused)
-    report.paragraph("The figures below are what these poses claim of themselves, to show what is missing; calibration.json holds no matrices.");
+    report.paragraph(
+        "The figures below are what these poses claim of themselves, to show what is missing; calibration.json holds "
+        "no matrices.");
   add_figures(report, calibration);
   const std::optional<NextPose> next = suggest_next_pose(calibration);
-  if (next)
-    report.paragraph(to_text(*next) + " It is drawn dashed in the pictures of coverage.");
+  if (next) report.paragraph(to_text(*next) + " It is drawn dashed in the pictures of coverage.");
   add_device(report, "camera", calibration.camera, calibration, next);
   if (calibration.projector) add_device(report, "projector", *calibration.projector, calibration, next);
   add_rejected(report, calibration);

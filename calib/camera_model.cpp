@@ -37,8 +37,7 @@ Eigen::Vector2d pixel_of(const CameraParameters& camera, const Eigen::Vector3d& 
   return pixel;
 }
 
-PixelDerivatives derivatives(const CameraParameters& camera, const Eigen::Vector3d& point,
-                             const PoseShift* shift) {
+PixelDerivatives derivatives(const CameraParameters& camera, const Eigen::Vector3d& point, const PoseShift* shift) {
   using Jet = ceres::Jet<double, kParameters + 6 + 3>;
   std::array<Jet, kParameters> camera_jet;
   std::array<Jet, 6> shift_jet;
@@ -58,9 +57,7 @@ PixelDerivatives derivatives(const CameraParameters& camera, const Eigen::Vector
   return result;
 }
 
-double depth_of(const CameraParameters& camera, const Eigen::Vector3d& point) {
-  return in_camera(camera, point).z();
-}
+double depth_of(const CameraParameters& camera, const Eigen::Vector3d& point) { return in_camera(camera, point).z(); }
 
 geometry::Projection to_projection(const CameraParameters& camera, const ImageSize& size) {
   Eigen::Matrix3d k = Eigen::Matrix3d::Identity();

@@ -21,7 +21,8 @@ CubicSpline::CubicSpline(std::vector<double> time_s, std::vector<Eigen::Vector3d
     const double before = time_[i] - time_[i - 1], after = time_[i + 1] - time_[i];
     const double diagonal = 2 * (before + after) - before * ratio[i - 1];
     ratio[i] = after / diagonal;
-    const Eigen::Vector3d bend = 6 * ((position_[i + 1] - position_[i]) / after - (position_[i] - position_[i - 1]) / before);
+    const Eigen::Vector3d bend =
+        6 * ((position_[i + 1] - position_[i]) / after - (position_[i] - position_[i - 1]) / before);
     right[i] = (bend - before * right[i - 1]) / diagonal;
   }
   for (size_t i = n - 2; i >= 1; --i) second_derivative_[i] = right[i] - ratio[i] * second_derivative_[i + 1];
@@ -29,7 +30,8 @@ CubicSpline::CubicSpline(std::vector<double> time_s, std::vector<Eigen::Vector3d
 
 size_t CubicSpline::interval(double time_s) const {
   const auto after = std::upper_bound(time_.begin(), time_.end(), time_s);
-  const auto index = std::clamp<std::ptrdiff_t>(after - time_.begin() - 1, 0, static_cast<std::ptrdiff_t>(time_.size()) - 2);
+  const auto index =
+      std::clamp<std::ptrdiff_t>(after - time_.begin() - 1, 0, static_cast<std::ptrdiff_t>(time_.size()) - 2);
   return static_cast<size_t>(index);
 }
 
@@ -60,7 +62,7 @@ double CubicSpline::fraction(double time_s) const {
 
 namespace {
 
-constexpr int kImpulseReach = 12;   // samples further off add nothing
+constexpr int kImpulseReach = 12;  // samples further off add nothing
 
 // The answer to a single sample of one among zeros, samples a unit of time apart.
 const CubicSpline& impulse_answer() {

@@ -16,39 +16,45 @@ constexpr int kWidth = 640;
 // Opens an SVG in the device's pixels, drawn kWidth wide.
 std::string open_svg(const ImageSize& size) {
   const int height = kWidth * size.height_px / size.width_px;
-  return fmt::format("<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{}\" height=\"{}\" viewBox=\"-0.5 -0.5 {} {}\">"
-                     "<rect x=\"-0.5\" y=\"-0.5\" width=\"{}\" height=\"{}\" fill=\"#fff\" stroke=\"#111\" stroke-width=\"2\"/>",
-                     kWidth, height, size.width_px, size.height_px, size.width_px, size.height_px);
+  return fmt::format(
+      "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{}\" height=\"{}\" viewBox=\"-0.5 -0.5 {} {}\">"
+      "<rect x=\"-0.5\" y=\"-0.5\" width=\"{}\" height=\"{}\" fill=\"#fff\" stroke=\"#111\" stroke-width=\"2\"/>",
+      kWidth, height, size.width_px, size.height_px, size.width_px, size.height_px);
 }
 
 // Length in image pixels that shows as one pixel of the picture.
 double unit(const ImageSize& size) { return static_cast<double>(size.width_px) / kWidth; }
 
 std::string line(const Eigen::Vector2d& a, const Eigen::Vector2d& b, const char* colour, double width) {
-  return fmt::format("<line x1=\"{:.1f}\" y1=\"{:.1f}\" x2=\"{:.1f}\" y2=\"{:.1f}\" stroke=\"{}\" stroke-width=\"{:.1f}\"/>",
-                     a.x(), a.y(), b.x(), b.y(), colour, width);
+  return fmt::format(
+      "<line x1=\"{:.1f}\" y1=\"{:.1f}\" x2=\"{:.1f}\" y2=\"{:.1f}\" stroke=\"{}\" stroke-width=\"{:.1f}\"/>", a.x(),
+      a.y(), b.x(), b.y(), colour, width);
 }
 
 std::string circle(const Eigen::Vector2d& at, double radius, const char* fill, const char* stroke, double width) {
-  return fmt::format("<circle cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"{:.1f}\" fill=\"{}\" stroke=\"{}\" stroke-width=\"{:.1f}\"/>",
-                     at.x(), at.y(), radius, fill, stroke, width);
+  return fmt::format(
+      "<circle cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"{:.1f}\" fill=\"{}\" stroke=\"{}\" stroke-width=\"{:.1f}\"/>", at.x(),
+      at.y(), radius, fill, stroke, width);
 }
 
 std::string text(const Eigen::Vector2d& at, double size, const std::string& words, const char* colour = "#111") {
-  return fmt::format("<text x=\"{:.1f}\" y=\"{:.1f}\" font-size=\"{:.1f}\" text-anchor=\"middle\" font-family=\"sans-serif\" fill=\"{}\">{}</text>",
-                     at.x(), at.y(), size, colour, words);
+  return fmt::format(
+      "<text x=\"{:.1f}\" y=\"{:.1f}\" font-size=\"{:.1f}\" text-anchor=\"middle\" font-family=\"sans-serif\" "
+      "fill=\"{}\">{}</text>",
+      at.x(), at.y(), size, colour, words);
 }
 
 // Outline of the points' convex hull; dash: of the line, in image px, none where empty.
-std::string hull(const std::vector<Eigen::Vector2d>& points, const char* colour, double width, const std::string& dash) {
+std::string hull(const std::vector<Eigen::Vector2d>& points, const char* colour, double width,
+                 const std::string& dash) {
   if (points.size() < 3) return "";
   std::vector<cv::Point2f> given, outer;
   for (const auto& p : points) given.emplace_back(static_cast<float>(p.x()), static_cast<float>(p.y()));
   cv::convexHull(given, outer);
   std::string places;
   for (const auto& p : outer) places += fmt::format("{:.1f},{:.1f} ", p.x, p.y);
-  return fmt::format("<polygon points=\"{}\" fill=\"none\" stroke=\"{}\" stroke-width=\"{:.1f}\"{}/>", places, colour, width,
-                     dash.empty() ? "" : fmt::format(" stroke-dasharray=\"{}\"", dash));
+  return fmt::format("<polygon points=\"{}\" fill=\"none\" stroke=\"{}\" stroke-width=\"{:.1f}\"{}/>", places, colour,
+                     width, dash.empty() ? "" : fmt::format(" stroke-dasharray=\"{}\"", dash));
 }
 
 // Edges of the fabric's volume in the image.
@@ -86,10 +92,12 @@ std::string draw_residuals(const DeviceSolution& d, double magnification) {
     const Sighting& s = d.seen()[i];
     if (!d.input.used[i]) {
       const Eigen::Vector2d arm(4 * u, 4 * u), other(4 * u, -4 * u);
-      svg += line(s.pixel - arm, s.pixel + arm, "#b00", 1.5 * u) + line(s.pixel - other, s.pixel + other, "#b00", 1.5 * u);
+      svg +=
+          line(s.pixel - arm, s.pixel + arm, "#b00", 1.5 * u) + line(s.pixel - other, s.pixel + other, "#b00", 1.5 * u);
       continue;
     }
-    const Eigen::Vector2d expected = pixel_of(d.refined.camera, s.point, shift_for(d.refined, d.input.stage_starts, s.pose));
+    const Eigen::Vector2d expected =
+        pixel_of(d.refined.camera, s.point, shift_for(d.refined, d.input.stage_starts, s.pose));
     svg += circle(expected, 1.6 * u, "#111", "none", 0) +
            line(expected, expected + magnification * (s.pixel - expected), "#06c", 1.2 * u);
   }
@@ -135,7 +143,8 @@ std::string draw_coverage(const DeviceSolution& d, const Eigen::Vector3d& low, c
     svg += hull(markers, colours[p % 6], 0.8 * u, "");
     if (markers.empty()) continue;
     // The number stands at the corner towards the top left.
-    const auto corner = *std::min_element(markers.begin(), markers.end(), [](const auto& x, const auto& y) { return x.sum() < y.sum(); });
+    const auto corner = *std::min_element(markers.begin(), markers.end(),
+                                          [](const auto& x, const auto& y) { return x.sum() < y.sum(); });
     svg += text(corner - Eigen::Vector2d(7 * u, 3 * u), 14 * u, std::to_string(poses[p]), colours[p % 6]);
   }
   std::vector<Eigen::Vector2d> next;

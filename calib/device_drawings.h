@@ -18,8 +18,8 @@ std::string draw_residuals(const DeviceSolution& solution, double magnification)
 // with the figure written in every cell.
 std::string draw_deviation(const DeviceSolution& solution, const Eigen::Vector3d& low, const Eigen::Vector3d& high);
 
-// Trusted sightings with each pose's outline and number, over the outline of the fabric's volume; the next pose's markers
-// as rings within a dashed outline.
+// Trusted sightings with each pose's outline and number, over the outline of the fabric's volume; the next pose's
+// markers as rings within a dashed outline.
 std::string draw_coverage(const DeviceSolution& solution, const Eigen::Vector3d& low, const Eigen::Vector3d& high,
                           const std::vector<Eigen::Vector3d>& next_markers);
 

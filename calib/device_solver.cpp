@@ -13,7 +13,7 @@ namespace selvedge::calib {
 namespace {
 
 constexpr size_t kLeastSightings = 12;
-constexpr double kUndeterminedRatio = 0.5;   // least / second least singular value; 0.01 is usual
+constexpr double kUndeterminedRatio = 0.5;  // least / second least singular value; 0.01 is usual
 
 // Least and largest standard deviation of points along their principal axes, m.
 std::pair<double, double> extents(const std::vector<Eigen::Vector3d>& points) {
@@ -43,8 +43,8 @@ bool gate(RefineInput& input, const Refined& refined, const std::vector<int>& ex
   bool changed = false;
   for (size_t i = 0; i < squares.size(); ++i) {
     const Sighting& s = (*input.sightings)[i];
-    const char used = squares[i] < gate_sd * gate_sd && !contains(excluded, s.pose) &&
-                      depth_of(refined.camera, s.point) > 0;
+    const char used =
+        squares[i] < gate_sd * gate_sd && !contains(excluded, s.pose) && depth_of(refined.camera, s.point) > 0;
     changed |= used != input.used[i];
     input.used[i] = used;
   }
@@ -68,13 +68,13 @@ void settle(RefineInput& input, Refined& refined, const std::vector<int>& exclud
 // Dropping p1 and p2 by a test would leave their bias out of the covariance.
 void choose_order(RefineInput& input, Refined& refined) {
   const bool one_pose = poses_of(*input.sightings).size() < 2;
-  const double price = one_pose ? 2 : 5;   // χ² that a parameter must save
+  const double price = one_pose ? 2 : 5;  // χ² that a parameter must save
   input.order = DistortionOrder::k1_k2_p1_p2_k3;
   const Refined fullest = refine(input, refined, Loss::square);
   double best = std::numeric_limits<double>::infinity();
   DistortionOrder chosen = DistortionOrder::k1_k2_p1_p2;
-  for (const DistortionOrder order : {DistortionOrder::none, DistortionOrder::k1_k2,
-                                      DistortionOrder::k1_k2_p1_p2, DistortionOrder::k1_k2_p1_p2_k3}) {
+  for (const DistortionOrder order :
+       {DistortionOrder::none, DistortionOrder::k1_k2, DistortionOrder::k1_k2_p1_p2, DistortionOrder::k1_k2_p1_p2_k3}) {
     if (!one_pose && order < DistortionOrder::k1_k2_p1_p2) continue;
     input.order = order;
     Refined start = order == DistortionOrder::k1_k2_p1_p2_k3 ? fullest : refined;
@@ -101,12 +101,14 @@ double residual_px(const DeviceSolution& d, const Refined& refined, const Sighti
 std::string reason(const DeviceSolution& d, const std::string& name, const Sighting& stray) {
   for (const PoseEvent& event : d.events)
     if (!event.knocked && event.pose == stray.pose)
-      return fmt::format("{}: pose {} does not fit the others (the board or the {} moved between the {}'s look and "
-                         "the tracker's)", name, stray.pose, name, name);
+      return fmt::format(
+          "{}: pose {} does not fit the others (the board or the {} moved between the {}'s look and "
+          "the tracker's)",
+          name, stray.pose, name, name);
   for (const Sighting& other : d.seen()) {
     if (other.pose != stray.pose || other.marker == stray.marker) continue;
-    const PixelDerivatives at = derivatives(d.refined.camera, other.point,
-                                            shift_for(d.refined, d.input.stage_starts, other.pose));
+    const PixelDerivatives at =
+        derivatives(d.refined.camera, other.point, shift_for(d.refined, d.input.stage_starts, other.pose));
     const Eigen::Vector2d off = at.pixel - stray.pixel;
     const Eigen::Matrix2d covariance = sighting_covariance(at, d.refined.pixel_sd_px, d.input.tracker_noise_m);
     if (off.dot(covariance.inverse() * off) < 25)
@@ -172,13 +174,12 @@ void leave_one_pose_out(DeviceSolution& d) {
     total += sum;
     total_count += count;
   }
-  d.leave_one_pose_out_px =
-      total_count > 0 ? std::sqrt(total / total_count) : std::numeric_limits<double>::quiet_NaN();
+  d.leave_one_pose_out_px = total_count > 0 ? std::sqrt(total / total_count) : std::numeric_limits<double>::quiet_NaN();
 }
 
 int place_of_largest(const std::map<int, double>& values) {
-  const auto found = std::max_element(values.begin(), values.end(),
-                                      [](const auto& a, const auto& b) { return a.second < b.second; });
+  const auto found =
+      std::max_element(values.begin(), values.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
   return found == values.end() ? 0 : found->first;
 }
 
@@ -199,9 +200,7 @@ bool first_fit(DeviceSolution& d, const DeviceOptions& options) {
   start.matrix = linear.matrix;
   try {
     d.refined.camera = from_projection(start);
-  } catch (const std::invalid_argument&) {
-    return false;
-  }
+  } catch (const std::invalid_argument&) { return false; }
   d.refined.pixel_sd_px = 2;
   d.input.order = DistortionOrder::k1_k2_p1_p2;
   settle(d.input, d.refined, {}, options.gate_sd, Loss::cauchy);
@@ -299,10 +298,8 @@ DeviceSolution solve_device(const std::string& name, std::vector<Sighting> sight
   std::vector<int> excluded;
   if (options.find_events) resolve_events(d, excluded, options);
   settle(d.input, d.refined, excluded, options.gate_sd, Loss::square);
-  if (options.choose_distortion)
-    choose_order(d.input, d.refined);
-  else
-    d.input.order = DistortionOrder::k1_k2_p1_p2;
+  if (options.choose_distortion) choose_order(d.input, d.refined);
+  else d.input.order = DistortionOrder::k1_k2_p1_p2;
   settle(d.input, d.refined, excluded, options.gate_sd, Loss::square);
   if (count_used(d.input) < kLeastSightings) {
     d.degeneracy = Degeneracy::inconsistent;
@@ -317,12 +314,9 @@ DeviceSolution solve_device(const std::string& name, std::vector<Sighting> sight
   add_moved_poses(d);
   d.worst_pose = place_of_largest(d.left_out_rms_px.empty() ? d.pose_rms_px : d.left_out_rms_px);
   d.worst_marker = place_of_largest(d.marker_rms_px);
-  if (poses_of(d.seen()).size() < 2)
-    d.degeneracy = Degeneracy::one_pose;
-  else if (flat_in_every_pose(d.seen(), tracker_noise_m))
-    d.degeneracy = Degeneracy::flat_grid;
-  else if (!d.uncertainty.determined || d.singular_ratio > kUndeterminedRatio)
-    d.degeneracy = Degeneracy::undetermined;
+  if (poses_of(d.seen()).size() < 2) d.degeneracy = Degeneracy::one_pose;
+  else if (flat_in_every_pose(d.seen(), tracker_noise_m)) d.degeneracy = Degeneracy::flat_grid;
+  else if (!d.uncertainty.determined || d.singular_ratio > kUndeterminedRatio) d.degeneracy = Degeneracy::undetermined;
   return d;
 }
 

@@ -20,8 +20,8 @@ namespace selvedge::calib {
 
 struct DeviceOptions {
   RansacOptions ransac;
-  double gate_sd = 4.5;              // sightings further off are rejected
-  bool choose_distortion = true;     // false: k1 k2 p1 p2 always
+  double gate_sd = 4.5;           // sightings further off are rejected
+  bool choose_distortion = true;  // false: k1 k2 p1 p2 always
   bool find_events = true;
   bool leave_one_pose_out = true;
   EventOptions events;
@@ -29,12 +29,12 @@ struct DeviceOptions {
 
 enum class Degeneracy {
   none,
-  too_few,        // fewer than 12 sightings
-  one_plane,      // all points on one plane: no solution
-  inconsistent,   // no projection explains half of the sightings
+  too_few,       // fewer than 12 sightings
+  one_plane,     // all points on one plane: no solution
+  inconsistent,  // no projection explains half of the sightings
   one_pose,
-  flat_grid,      // the grid is flat in every pose
-  undetermined    // some direction of the parameters is not seen
+  flat_grid,    // the grid is flat in every pose
+  undetermined  // some direction of the parameters is not seen
 };
 
 struct RejectedSighting {
@@ -46,18 +46,18 @@ struct RejectedSighting {
 struct DeviceSolution {
   ImageSize size;
   Degeneracy degeneracy = Degeneracy::none;
-  bool solved = false;               // there are parameters, however poor
-  RefineInput input;                 // with the sightings, which of them are trusted, and the stages
+  bool solved = false;  // there are parameters, however poor
+  RefineInput input;    // with the sightings, which of them are trusted, and the stages
   Refined refined;
   Uncertainty uncertainty;
-  double singular_ratio = 1;         // of the linear solution on the trusted sightings
+  double singular_ratio = 1;  // of the linear solution on the trusted sightings
   std::vector<PoseEvent> events;
   std::vector<RejectedSighting> rejected;
-  double rms_px = 0;                 // of the residual vectors' lengths, trusted sightings
-  std::map<int, double> pose_rms_px;           // all sightings of a pose, trusted or not, but for strays
-  std::map<int, double> marker_rms_px;         // trusted sightings
-  std::map<int, double> left_out_rms_px;       // of a pose under the fit without it
-  double leave_one_pose_out_px = 0;  // of all those together; NaN with one pose
+  double rms_px = 0;                      // of the residual vectors' lengths, trusted sightings
+  std::map<int, double> pose_rms_px;      // all sightings of a pose, trusted or not, but for strays
+  std::map<int, double> marker_rms_px;    // trusted sightings
+  std::map<int, double> left_out_rms_px;  // of a pose under the fit without it
+  double leave_one_pose_out_px = 0;       // of all those together; NaN with one pose
   int worst_pose = 0;
   int worst_marker = 0;
 

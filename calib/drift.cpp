@@ -60,7 +60,8 @@ ShiftFit fit_shift(const CameraParameters& camera, const TrialSightings& trial, 
 
 double rms(const CameraParameters& camera, const PoseShift& shift, const TrialSightings& trial) {
   double sum = 0;
-  for (const Sighting& s : trial.sightings) sum += (kept(trial.seen) * (pixel_of(camera, s.point, &shift) - s.pixel)).squaredNorm();
+  for (const Sighting& s : trial.sightings)
+    sum += (kept(trial.seen) * (pixel_of(camera, s.point, &shift) - s.pixel)).squaredNorm();
   return std::sqrt(sum / static_cast<double>(trial.sightings.size()));
 }
 
@@ -104,16 +105,22 @@ Drift check_drift(const std::string& device, const CameraParameters& calibrated,
     else if (!first_of_run) first_of_run = &trial;
   }
   if (!last_judged) {
-    drift.sentence = fmt::format("The {} could not be checked: no trial shows {} tracked points.", device, options.least_sightings);
+    drift.sentence =
+        fmt::format("The {} could not be checked: no trial shows {} tracked points.", device, options.least_sightings);
   } else if (first_of_run) {
     drift.since = first_of_run->trial;
-    const std::string repeats = options.repeats_px > 0 ? fmt::format(" (stripes repeat: or that and whole multiples of {:.0f} px)", options.repeats_px) : "";
-    drift.sentence = fmt::format("The {} has moved since trial {}: by {:.1f} ± {:.1f} px at the fabric{}, as much as a turn by {:.2f} degrees. "
-                                 "Calibrate again; trials from {} on have a wrong matrix.", device, first_of_run->trial,
-                                 first_of_run->shift_px, first_of_run->sd_px, repeats, first_of_run->turn_deg, first_of_run->trial);
+    const std::string repeats =
+        options.repeats_px > 0
+            ? fmt::format(" (stripes repeat: or that and whole multiples of {:.0f} px)", options.repeats_px)
+            : "";
+    drift.sentence = fmt::format(
+        "The {} has moved since trial {}: by {:.1f} ± {:.1f} px at the fabric{}, as much as a turn by {:.2f} degrees. "
+        "Calibrate again; trials from {} on have a wrong matrix.",
+        device, first_of_run->trial, first_of_run->shift_px, first_of_run->sd_px, repeats, first_of_run->turn_deg,
+        first_of_run->trial);
   } else {
-    drift.sentence = fmt::format("The {} stands where it was calibrated: {:.2f} ± {:.2f} px at the fabric in trial {}.", device,
-                                 last_judged->shift_px, last_judged->sd_px, last_judged->trial);
+    drift.sentence = fmt::format("The {} stands where it was calibrated: {:.2f} ± {:.2f} px at the fabric in trial {}.",
+                                 device, last_judged->shift_px, last_judged->sd_px, last_judged->trial);
   }
   return drift;
 }

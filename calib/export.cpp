@@ -16,8 +16,7 @@ void export_opencv_yaml(const geometry::Projection& projection, const std::files
   };
   cv::FileStorage storage(".yaml", cv::FileStorage::WRITE | cv::FileStorage::MEMORY | cv::FileStorage::FORMAT_YAML);
   storage << "image_width" << projection.width_px << "image_height" << projection.height_px;
-  storage << "camera_matrix"
-          << (cv::Mat_<double>(3, 3) << camera[0], 0, camera[2], 0, camera[1], camera[3], 0, 0, 1);
+  storage << "camera_matrix" << (cv::Mat_<double>(3, 3) << camera[0], 0, camera[2], 0, camera[1], camera[3], 0, 0, 1);
   storage << "distortion_coefficients" << cv::Mat(1, 5, CV_64F, const_cast<double*>(projection.distortion.data()));
   storage << "rvec" << cv::Mat(column(kRotation)) << "tvec" << cv::Mat(column(kTranslation));
   cv::Mat matrix(3, 4, CV_64F);
@@ -29,17 +28,18 @@ void export_opencv_yaml(const geometry::Projection& projection, const std::files
 
 std::string to_mrcal_model(const geometry::Projection& projection) {
   const CameraParameters camera = from_projection(projection);
-  return fmt::format("{{\n"
-                     "    'lensmodel':  'LENSMODEL_OPENCV5',\n\n"
-                     "    # intrinsics are fx,fy,cx,cy,distortion0,distortion1,....\n"
-                     "    'intrinsics': [ {}, {} ],\n\n"
-                     "    # extrinsics are rt_fromref\n"
-                     "    'extrinsics': [ {}, {}, {}, {}, {}, {} ],\n\n"
-                     "    'imagersize': [ {}, {} ],\n"
-                     "}}\n",
-                     fmt::join(camera.data(), camera.data() + 4, ", "), fmt::join(projection.distortion, ", "),
-                     camera[kRotation], camera[kRotation + 1], camera[kRotation + 2], camera[kTranslation],
-                     camera[kTranslation + 1], camera[kTranslation + 2], projection.width_px, projection.height_px);
+  return fmt::format(
+      "{{\n"
+      "    'lensmodel':  'LENSMODEL_OPENCV5',\n\n"
+      "    # intrinsics are fx,fy,cx,cy,distortion0,distortion1,....\n"
+      "    'intrinsics': [ {}, {} ],\n\n"
+      "    # extrinsics are rt_fromref\n"
+      "    'extrinsics': [ {}, {}, {}, {}, {}, {} ],\n\n"
+      "    'imagersize': [ {}, {} ],\n"
+      "}}\n",
+      fmt::join(camera.data(), camera.data() + 4, ", "), fmt::join(projection.distortion, ", "), camera[kRotation],
+      camera[kRotation + 1], camera[kRotation + 2], camera[kTranslation], camera[kTranslation + 1],
+      camera[kTranslation + 2], projection.width_px, projection.height_px);
 }
 
 void export_mrcal_model(const geometry::Projection& projection, const std::filesystem::path& path) {

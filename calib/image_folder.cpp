@@ -25,9 +25,10 @@ const std::map<Kind, std::string>& kind_names() {
 
 GreyImage read_image(const fs::path& path, const ImageSize& size) {
   const std::string bytes = files::read_whole(path);
-  const cv::Mat decoded = bytes.empty() ? cv::Mat()
-                                        : cv::imdecode(cv::Mat(1, static_cast<int>(bytes.size()), CV_8U,
-                                                               const_cast<char*>(bytes.data())), cv::IMREAD_UNCHANGED);
+  const cv::Mat decoded =
+      bytes.empty() ? cv::Mat()
+                    : cv::imdecode(cv::Mat(1, static_cast<int>(bytes.size()), CV_8U, const_cast<char*>(bytes.data())),
+                                   cv::IMREAD_UNCHANGED);
   if (decoded.empty()) refuse(path.string(), "expected an image, found {} bytes that are none", bytes.size());
   if (decoded.type() != CV_8UC1) refuse(path.string(), "expected an 8-bit grey image, found another depth or colours");
   if (decoded.cols != size.width_px || decoded.rows != size.height_px)
@@ -52,7 +53,8 @@ const json& member(const json& object, const std::string& key, const std::string
 }
 
 std::string file_name(const json& value, const std::string& where) {
-  if (!value.is_string() || value.get<std::string>().empty()) refuse(where, "expected a file name, found {}", value.dump());
+  if (!value.is_string() || value.get<std::string>().empty())
+    refuse(where, "expected a file name, found {}", value.dump());
   return value.get<std::string>();
 }
 
@@ -81,7 +83,8 @@ PatternStep step_from_json(const json& value, const std::string& where) {
   step.level = number_or(value, "level", 1, where);
   if (step.kind == Kind::gray_code) {
     const double bit = number_or(value, "bit", -1, where);
-    if (bit < 0 || bit > 20 || bit != static_cast<int>(bit)) refuse(where + ".bit", "expected a whole number from 0 to 20, found {}", bit);
+    if (bit < 0 || bit > 20 || bit != static_cast<int>(bit))
+      refuse(where + ".bit", "expected a whole number from 0 to 20, found {}", bit);
     step.bit = static_cast<int>(bit);
     if (value.contains("inverted") && !value["inverted"].is_boolean())
       refuse(where + ".inverted", "expected true or false, found {}", value["inverted"].dump());
@@ -131,7 +134,8 @@ ImageFolder read_image_folder(const fs::path& folder) {
   if (!sequence.is_array()) refuse(where + ".sequence", "expected a list, found {}", sequence.dump());
   for (size_t i = 0; i < sequence.size(); ++i) {
     const std::string step_where = fmt::format("{}.sequence[{}]", where, i);
-    steps.emplace_back(file_name(member(sequence[i], "file", step_where), step_where + ".file"), step_from_json(sequence[i], step_where));
+    steps.emplace_back(file_name(member(sequence[i], "file", step_where), step_where + ".file"),
+                       step_from_json(sequence[i], step_where));
   }
   const files::CsvTable tracker = files::read_csv(folder / "tracker.csv", {{"pose"}, {"marker"}, {"x"}, {"y"}, {"z"}});
   std::map<int, PoseImages> by_pose;
@@ -139,7 +143,8 @@ ImageFolder read_image_folder(const fs::path& folder) {
     PoseImages& pose = by_pose[files::whole_number(tracker, i, 0, "pose")];
     const int marker = files::whole_number(tracker, i, 1, "marker");
     for (const TrackedMarker& other : pose.markers)
-      if (other.marker == marker) refuse(tracker.where(i), "marker {} stands in this pose for the second time, expected once", marker);
+      if (other.marker == marker)
+        refuse(tracker.where(i), "marker {} stands in this pose for the second time, expected once", marker);
     pose.markers.push_back({marker, Eigen::Vector3d(tracker(i, 2), tracker(i, 3), tracker(i, 4))});
   }
   if (by_pose.empty()) refuse(tracker.path.string(), "expected at least one row below the header, found none");
@@ -163,7 +168,8 @@ void write_image_folder(const ImageFolder& images, const fs::path& folder) {
     write_image(pose.marker_image, at / "markers.png");
     for (size_t i = 0; i < pose.sequence.size(); ++i) write_image(pose.sequence[i].image, at / step_file(i));
     for (const TrackedMarker& marker : pose.markers)
-      tracker += fmt::format("{},{},{},{},{}\n", pose.pose, marker.marker, marker.position.x(), marker.position.y(), marker.position.z());
+      tracker += fmt::format("{},{},{},{},{}\n", pose.pose, marker.marker, marker.position.x(), marker.position.y(),
+                             marker.position.z());
   }
   if (!images.poses.empty())
     for (size_t i = 0; i < images.poses.front().sequence.size(); ++i)

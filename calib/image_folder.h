@@ -17,7 +17,7 @@
 namespace selvedge::calib {
 
 struct ImageFolder {
-  Poses header;                    // no rows
+  Poses header;  // no rows
   std::vector<PoseImages> poses;
 };
 

@@ -14,8 +14,8 @@ namespace selvedge::calib {
 
 namespace {
 
-constexpr double kFewPartners = 0.5;      // share of a pose's markers: fewer, and the camera may have stood elsewhere
-constexpr double kEnoughPartners = 0.6;   // that a shift of the image must bring
+constexpr double kFewPartners = 0.5;     // share of a pose's markers: fewer, and the camera may have stood elsewhere
+constexpr double kEnoughPartners = 0.6;  // that a shift of the image must bring
 constexpr double kKnock_px = 200;
 
 struct Pair {
@@ -93,18 +93,17 @@ std::vector<Hypothesis> guess_from_means(const std::vector<UnlabelledPose>& pose
   std::vector<Hypothesis> guesses;
   if (means.size() < 4) return guesses;
   const Eigen::Vector2d middle((size.width_px - 1) / 2.0, (size.height_px - 1) / 2.0);
-  Eigen::Matrix3d forward;   // camera x, y, z along world x, −z, y
+  Eigen::Matrix3d forward;  // camera x, y, z along world x, −z, y
   forward << 1, 0, 0, 0, 0, -1, 0, 1, 0;
   const double degree = M_PI / 180;
   for (int azimuth = 0; azimuth < 360; azimuth += 10)
     for (int elevation = -60; elevation <= 60; elevation += 10)
       for (int roll = -180; roll < 180; roll += 10)
         for (const double focal : {0.8, 1.1, 1.6, 2.4}) {
-          const Eigen::Matrix3d rotation =
-              (Eigen::AngleAxisd(roll * degree, Eigen::Vector3d::UnitZ()) *
-               Eigen::AngleAxisd(elevation * degree, Eigen::Vector3d::UnitX()) * forward *
-               Eigen::AngleAxisd(azimuth * degree, Eigen::Vector3d::UnitZ()))
-                  .matrix();
+          const Eigen::Matrix3d rotation = (Eigen::AngleAxisd(roll * degree, Eigen::Vector3d::UnitZ()) *
+                                            Eigen::AngleAxisd(elevation * degree, Eigen::Vector3d::UnitX()) * forward *
+                                            Eigen::AngleAxisd(azimuth * degree, Eigen::Vector3d::UnitZ()))
+                                               .matrix();
           guesses.push_back(place_camera(means, rotation, focal * size.width_px, middle));
         }
   const size_t kept = std::min<size_t>(200, guesses.size());
@@ -137,8 +136,8 @@ std::vector<Pair> mutual_nearest(const std::vector<UnlabelledPose>& poses, const
       const auto [marker, squared] =
           nearest_to(poses[p].blobs[b].centre, expected.size(), [&](size_t i) { return expected[i]; });
       if (!(squared < gate_px * gate_px)) continue;
-      const auto [back, unused] = nearest_to(expected[marker], poses[p].blobs.size(),
-                                             [&](size_t i) { return poses[p].blobs[i].centre; });
+      const auto [back, unused] =
+          nearest_to(expected[marker], poses[p].blobs.size(), [&](size_t i) { return poses[p].blobs[i].centre; });
       (void)unused;
       if (back == b) pairs.push_back({p, marker, b});
     }
@@ -153,8 +152,8 @@ double marker_spacing_px(const std::vector<UnlabelledPose>& poses, const CameraP
       double least = std::numeric_limits<double>::infinity();
       for (size_t j = 0; j < pose.markers.size(); ++j)
         if (i != j)
-          least = std::min(least, (pixel_of(camera, pose.markers[i].position) -
-                                   pixel_of(camera, pose.markers[j].position)).norm());
+          least = std::min(
+              least, (pixel_of(camera, pose.markers[i].position) - pixel_of(camera, pose.markers[j].position)).norm());
       distances.push_back(least);
     }
   return median(distances);
@@ -164,16 +163,17 @@ double score(const std::vector<UnlabelledPose>& poses, const CameraParameters& c
   double sum = 0, all = 0;
   for (const UnlabelledPose& pose : poses) all += static_cast<double>(pose.markers.size());
   for (const Pair& pair : mutual_nearest(poses, camera, gate_px)) {
-    const double error = (pixel_of(camera, poses[pair.pose].markers[pair.marker].position) -
-                          poses[pair.pose].blobs[pair.blob].centre).norm();
+    const double error =
+        (pixel_of(camera, poses[pair.pose].markers[pair.marker].position) - poses[pair.pose].blobs[pair.blob].centre)
+            .norm();
     sum += 1 - error / gate_px;
   }
   return all > 0 ? sum / all : 0;
 }
 
 // One focal length and no distortion while the partners are rough; what is left is free at the end.
-Refined refine_to_pairs(const std::vector<UnlabelledPose>& poses, const std::vector<Pair>& pairs,
-                        const Refined& start, DistortionOrder order, double tracker_noise_m) {
+Refined refine_to_pairs(const std::vector<UnlabelledPose>& poses, const std::vector<Pair>& pairs, const Refined& start,
+                        DistortionOrder order, double tracker_noise_m) {
   auto sightings = std::make_shared<std::vector<Sighting>>();
   for (const Pair& pair : pairs)
     sightings->push_back({poses[pair.pose].pose, poses[pair.pose].markers[pair.marker].marker, 0,
@@ -198,8 +198,8 @@ CameraParameters close_in(const std::vector<UnlabelledPose>& poses, const Camera
     if (pairs.size() < 12) return guess;
     refined.pixel_sd_px = gate / 3;
     const CameraParameters before = refined.camera;
-    refined = refine_to_pairs(poses, pairs, refined,
-                              share > 0.15 ? DistortionOrder::none : DistortionOrder::k1_k2, options.tracker_noise_m);
+    refined = refine_to_pairs(poses, pairs, refined, share > 0.15 ? DistortionOrder::none : DistortionOrder::k1_k2,
+                              options.tracker_noise_m);
     if (!refined.camera.allFinite() || refined.camera[0] < 0.2 * guess[0] || refined.camera[0] > 5 * guess[0])
       return before;
   }
@@ -221,7 +221,9 @@ struct Stand {
 // A camera that was knocked between poses agrees with the others' camera but for a shift of its image: the one that
 // brings most markers to blobs is taken, where the pose has few partners without.
 Stand stand_in(const UnlabelledPose& pose, const CameraParameters& camera, double gate_px) {
-  const auto partners = [&](const CameraParameters& at, double gate) { return mutual_nearest({pose}, at, gate).size(); };
+  const auto partners = [&](const CameraParameters& at, double gate) {
+    return mutual_nearest({pose}, at, gate).size();
+  };
   const Stand as_the_others{camera, gate_px};
   if (partners(camera, gate_px) >= kFewPartners * static_cast<double>(pose.markers.size())) return as_the_others;
   const double wide_gate_px = std::max(gate_px, 0.2 * marker_spacing_px({pose}, camera));
@@ -246,7 +248,8 @@ void collect(Labelling& result, const std::vector<UnlabelledPose>& poses, double
   for (size_t p = 0; p < poses.size(); ++p) {
     std::vector<const Blob*> partner(poses[p].markers.size(), nullptr);
     const Stand stand = stand_in(poses[p], result.camera, gate_px);
-    for (const Pair& pair : mutual_nearest({poses[p]}, stand.camera, stand.gate_px)) partner[pair.marker] = &poses[p].blobs[pair.blob];
+    for (const Pair& pair : mutual_nearest({poses[p]}, stand.camera, stand.gate_px))
+      partner[pair.marker] = &poses[p].blobs[pair.blob];
     size_t taken = 0;
     for (size_t m = 0; m < partner.size(); ++m) {
       LabelledMarker labelled{poses[p].pose, poses[p].markers[m].marker, std::nullopt, ""};

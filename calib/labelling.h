@@ -21,7 +21,7 @@ namespace selvedge::calib {
 
 struct TrackedMarker {
   int marker = 0;
-  Eigen::Vector3d position;   // m
+  Eigen::Vector3d position;  // m
 };
 
 // One pose: what the tracker says and what the image shows.
@@ -35,20 +35,20 @@ struct LabelledMarker {
   int pose = 0;
   int marker = 0;
   std::optional<Eigen::Vector2d> pixel;
-  std::string why;    // without a pixel: hidden, merged
+  std::string why;  // without a pixel: hidden, merged
 };
 
 struct Labelling {
-  bool found = false;              // false: no camera explains the blobs
-  CameraParameters camera = CameraParameters::Zero();   // rough, good to a few pixels
-  double matched_share = 0;        // of the tracked markers
+  bool found = false;                                  // false: no camera explains the blobs
+  CameraParameters camera = CameraParameters::Zero();  // rough, good to a few pixels
+  double matched_share = 0;                            // of the tracked markers
   std::vector<LabelledMarker> markers;
   int stray_blobs = 0;
 };
 
 struct LabellingOptions {
-  std::optional<CameraParameters> camera;   // rough guess, from which 10° and 20 % are bridged
-  double gate_px = 4;                       // of a final partner
+  std::optional<CameraParameters> camera;  // rough guess, from which 10° and 20 % are bridged
+  double gate_px = 4;                      // of a final partner
   double tracker_noise_m = 0.0003;
 };
 

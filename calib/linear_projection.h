@@ -14,8 +14,8 @@ namespace selvedge::calib {
 
 struct LinearProjection {
   Eigen::Matrix<double, 3, 4> matrix = Eigen::Matrix<double, 3, 4>::Zero();
-  double singular_ratio = 1;   // least / second least singular value: near 1 where P is not determined
-  std::vector<char> inlier;    // one a pair
+  double singular_ratio = 1;  // least / second least singular value: near 1 where P is not determined
+  std::vector<char> inlier;   // one a pair
   double inlier_share = 0;
 };
 
@@ -24,8 +24,8 @@ LinearProjection direct_linear_transform(const std::vector<Eigen::Vector3d>& poi
                                          const std::vector<Eigen::Vector2d>& pixels);
 
 struct RansacOptions {
-  double threshold_px = 12;   // wide: the linear model leaves out the distortion
-  int sample = 8;             // pairs in a sample
+  double threshold_px = 12;  // wide: the linear model leaves out the distortion
+  int sample = 8;            // pairs in a sample
   int most_samples = 2000;
   double confidence = 0.9999;
   unsigned seed = 1;

@@ -86,7 +86,9 @@ std::optional<NextPose> suggest_next_pose(const Calibration& calibration) {
         int seen = 0;
         const Covariance covariance = with_pose(device, candidate.markers, seen);
         seen_enough &= seen >= least_seen;
-        cost += volume_deviation(device.solution.refined.camera, covariance, device.solution.size, judged_at).mean_sd_px / good_sd_px;
+        cost +=
+            volume_deviation(device.solution.refined.camera, covariance, device.solution.size, judged_at).mean_sd_px /
+            good_sd_px;
       };
       add(calibration.camera, calibration.options.good_camera_sd_px);
       if (calibration.projector) add(*calibration.projector, calibration.options.good_projector_sd_px);
@@ -108,9 +110,10 @@ std::optional<NextPose> suggest_next_pose(const Calibration& calibration) {
 }
 
 std::string to_text(const NextPose& next) {
-  std::string text = fmt::format("The next pose that would help most: the grid's middle at ({:.2f}, {:.2f}, {:.2f}) m, {} as in pose {}. Expected "
-                                 "error at the fabric then: camera {:.3f} px", next.centre.x(), next.centre.y(), next.centre.z(), next.tilt,
-                                 next.like_pose, next.camera_sd_px);
+  std::string text = fmt::format(
+      "The next pose that would help most: the grid's middle at ({:.2f}, {:.2f}, {:.2f}) m, {} as in pose {}. Expected "
+      "error at the fabric then: camera {:.3f} px",
+      next.centre.x(), next.centre.y(), next.centre.z(), next.tilt, next.like_pose, next.camera_sd_px);
   if (next.projector_sd_px > 0) text += fmt::format(", projector {:.3f} px", next.projector_sd_px);
   return text + ".";
 }

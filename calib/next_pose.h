@@ -15,11 +15,11 @@
 namespace selvedge::calib {
 
 struct NextPose {
-  std::vector<Eigen::Vector3d> markers;     // where they would be
+  std::vector<Eigen::Vector3d> markers;  // where they would be
   Eigen::Vector3d centre = Eigen::Vector3d::Zero();
-  std::string tilt;                         // in words, from how the grid was held in `like_pose`
+  std::string tilt;  // in words, from how the grid was held in `like_pose`
   int like_pose = 0;
-  double camera_sd_px = 0, projector_sd_px = 0;   // predicted with it
+  double camera_sd_px = 0, projector_sd_px = 0;  // predicted with it
 };
 
 // Nothing where a device is not solved.

@@ -16,11 +16,17 @@ std::vector<PatternStep> calibration_sequence(const ImageSize& projector, const 
     const int low_bit = std::max(0, static_cast<int>(std::floor(std::log2(options.period_px / 4))));
     for (int bit = top_bit; bit >= low_bit; --bit)
       for (const bool inverted : {false, true})
-        sequence.push_back({.kind = Kind::gray_code, .horizontal = horizontal, .bit = bit, .inverted = inverted,
+        sequence.push_back({.kind = Kind::gray_code,
+                            .horizontal = horizontal,
+                            .bit = bit,
+                            .inverted = inverted,
                             .level = options.level});
     for (int phase = 0; phase < options.phases; ++phase)
-      sequence.push_back({.kind = Kind::phase_shift, .horizontal = horizontal, .period_px = options.period_px,
-                          .phase_rad = 2 * M_PI * phase / options.phases, .level = options.level});
+      sequence.push_back({.kind = Kind::phase_shift,
+                          .horizontal = horizontal,
+                          .period_px = options.period_px,
+                          .phase_rad = 2 * M_PI * phase / options.phases,
+                          .level = options.level});
   }
   return sequence;
 }
@@ -43,19 +49,20 @@ std::vector<PatternStep> code_sequence(const ImageSize& projector, int low_bit, 
 
 }  // namespace
 
-std::vector<PatternStep> grey_code_sequence(const ImageSize& projector) { return code_sequence(projector, 0, {false, true}); }
+std::vector<PatternStep> grey_code_sequence(const ImageSize& projector) {
+  return code_sequence(projector, 0, {false, true});
+}
 
-std::vector<PatternStep> coarse_code_sequence(const ImageSize& projector) { return code_sequence(projector, 2, {false}); }
+std::vector<PatternStep> coarse_code_sequence(const ImageSize& projector) {
+  return code_sequence(projector, 2, {false});
+}
 
 double brightness(const PatternStep& step, double column_px, double row_px) {
   const double x = std::floor((step.horizontal ? row_px : column_px) + 0.5);
   double value = 0;
   switch (step.kind) {
-    case PatternStep::Kind::off:
-      return 0;
-    case PatternStep::Kind::solid:
-      value = 1;
-      break;
+    case PatternStep::Kind::off: return 0;
+    case PatternStep::Kind::solid: value = 1; break;
     case PatternStep::Kind::gray_code: {
       const auto index = static_cast<std::uint32_t>(x < 0 ? 0 : x);
       value = ((index ^ (index >> 1)) >> step.bit) & 1U;

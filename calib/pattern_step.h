@@ -18,7 +18,7 @@ namespace selvedge::calib {
 struct PatternStep {
   enum class Kind { off, solid, gray_code, phase_shift };
   Kind kind = Kind::off;
-  bool horizontal = true;   // bands run left to right and code the row
+  bool horizontal = true;  // bands run left to right and code the row
   int bit = 0;
   bool inverted = false;
   double period_px = 32;
@@ -30,9 +30,9 @@ struct PatternStep {
 };
 
 struct SequenceOptions {
-  double period_px = 32;    // of the phase shift
-  int phases = 6;           // five or more also show the second harmonic
-  double level = 1;         // of every bright pixel
+  double period_px = 32;  // of the phase shift
+  int phases = 6;         // five or more also show the second harmonic
+  double level = 1;       // of every bright pixel
 };
 
 // off, solid at five levels, then for either direction the grey code's bits that tell half periods apart,

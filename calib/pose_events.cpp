@@ -11,7 +11,7 @@ namespace selvedge::calib {
 
 namespace {
 
-constexpr double kGate = 20.25;   // rᵀΣ⁻¹r of a sighting that agrees: 4.5 standard deviations
+constexpr double kGate = 20.25;  // rᵀΣ⁻¹r of a sighting that agrees: 4.5 standard deviations
 
 using Shift6 = Eigen::Matrix<double, 6, 6>;
 
@@ -71,10 +71,9 @@ PoseShift fit_shift(const RefineInput& input, const Refined& refined, const std:
     ceres::Problem problem;
     for (const Sighting& s : *input.sightings)
       if (std::find(poses.begin(), poses.end(), s.pose) != poses.end())
-        problem.AddResidualBlock(
-            new ceres::AutoDiffCostFunction<ShiftReprojection, 2, 6>(
-                new ShiftReprojection{refined.camera, s.point, s.pixel, scale_px * std::max(refined.pixel_sd_px, 0.2)}),
-            new ceres::CauchyLoss(1.0), shift.data());
+        problem.AddResidualBlock(new ceres::AutoDiffCostFunction<ShiftReprojection, 2, 6>(new ShiftReprojection{
+                                     refined.camera, s.point, s.pixel, scale_px * std::max(refined.pixel_sd_px, 0.2)}),
+                                 new ceres::CauchyLoss(1.0), shift.data());
     ceres::Solver::Options options;
     options.linear_solver_type = ceres::DENSE_QR;
     options.logging_type = ceres::SILENT;
@@ -93,9 +92,8 @@ std::optional<PoseEvent> find_thrown_out(const RefineInput& input, const Refined
   if (thrown_out.empty()) return std::nullopt;
   const size_t count = thrown_out.size();
   const auto all_agree = [&](const PoseShift& shift) {
-    return std::all_of(thrown_out.begin(), thrown_out.end(), [&](int pose) {
-      return agreement(input, refined, pose, shift) > options.agreeing_share;
-    });
+    return std::all_of(thrown_out.begin(), thrown_out.end(),
+                       [&](int pose) { return agreement(input, refined, pose, shift) > options.agreeing_share; });
   };
   const bool head = std::equal(thrown_out.begin(), thrown_out.end(), poses.begin());
   const bool tail = std::equal(thrown_out.begin(), thrown_out.end(), poses.end() - static_cast<std::ptrdiff_t>(count));
@@ -127,12 +125,10 @@ PoseFit fit_pose_shift(const RefineInput& input, const Refined& refined, int pos
   return fit;
 }
 
-std::optional<PoseEvent> find_event(const RefineInput& input, const Refined& refined,
-                                    const std::vector<int>& excluded, const EventOptions& options) {
+std::optional<PoseEvent> find_event(const RefineInput& input, const Refined& refined, const std::vector<int>& excluded,
+                                    const EventOptions& options) {
   std::vector<int> poses = poses_of(*input.sightings);
-  std::erase_if(poses, [&](int pose) {
-    return std::find(excluded.begin(), excluded.end(), pose) != excluded.end();
-  });
+  std::erase_if(poses, [&](int pose) { return std::find(excluded.begin(), excluded.end(), pose) != excluded.end(); });
   if (poses.size() < 3) return std::nullopt;
   if (auto event = find_thrown_out(input, refined, poses, options)) return event;
 
@@ -145,8 +141,7 @@ std::optional<PoseEvent> find_event(const RefineInput& input, const Refined& ref
     if (!input.used[i]) continue;
     const Sighting& s = (*input.sightings)[i];
     const PixelDerivatives d = derivatives(refined.camera, s.point, shift_for(refined, input.stage_starts, s.pose));
-    const Eigen::Matrix2d weight =
-        sighting_covariance(d, refined.pixel_sd_px, input.tracker_noise_m).inverse();
+    const Eigen::Matrix2d weight = sighting_covariance(d, refined.pixel_sd_px, input.tracker_noise_m).inverse();
     Eigen::MatrixXd jacobian(2, size);
     for (int j = 0; j < size; ++j) jacobian.col(j) = d.by_camera.col(places[j]);
     camera_information += jacobian.transpose() * weight * jacobian;

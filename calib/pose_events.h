@@ -17,10 +17,10 @@
 namespace selvedge::calib {
 
 struct PoseEvent {
-  bool knocked = false;   // true: the device stood elsewhere before `pose`; false: only `pose` is off
+  bool knocked = false;  // true: the device stood elsewhere before `pose`; false: only `pose` is off
   int pose = 0;
-  double gain = 0;        // Δχ²
-  PoseShift shift = PoseShift::Zero();   // of the device, from what it is in the other poses (the present)
+  double gain = 0;                      // Δχ²
+  PoseShift shift = PoseShift::Zero();  // of the device, from what it is in the other poses (the present)
 };
 
 struct EventOptions {
@@ -30,13 +30,13 @@ struct EventOptions {
 };
 
 // The strongest event that the fit does not know yet, if any. Poses in `excluded` are left out.
-std::optional<PoseEvent> find_event(const RefineInput& input, const Refined& refined,
-                                    const std::vector<int>& excluded, const EventOptions& options);
+std::optional<PoseEvent> find_event(const RefineInput& input, const Refined& refined, const std::vector<int>& excluded,
+                                    const EventOptions& options);
 
 // The shift of one pose's device under which its sightings agree with the fit, by a robust fit to them.
 struct PoseFit {
   PoseShift shift = PoseShift::Zero();
-  double agreeing_share = 0;   // of the pose's sightings
+  double agreeing_share = 0;  // of the pose's sightings
 };
 PoseFit fit_pose_shift(const RefineInput& input, const Refined& refined, int pose);
 

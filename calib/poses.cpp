@@ -54,8 +54,7 @@ Poses header_from_json(const json& value, const std::string& where) {
   Poses poses;
   poses.camera = size_from_json(member(value, "camera", where), where + ": camera");
   poses.projector = size_from_json(member(value, "projector", where), where + ": projector");
-  poses.tracker_noise_m =
-      finite_number(member(value, "tracker_noise_m", where), where + ": tracker_noise_m");
+  poses.tracker_noise_m = finite_number(member(value, "tracker_noise_m", where), where + ": tracker_noise_m");
   if (poses.tracker_noise_m < 0 || poses.tracker_noise_m > 1)
     refuse(where + ": tracker_noise_m", "expected a standard deviation in m from 0 to 1, found {}",
            poses.tracker_noise_m);
@@ -73,8 +72,7 @@ Poses header_from_json(const json& value, const std::string& where) {
 }
 
 // Two numbers of a pixel: both finite, or both absent.
-std::optional<Eigen::Vector2d> pixel_or_nothing(double u, double v, const char* device,
-                                                const std::string& where) {
+std::optional<Eigen::Vector2d> pixel_or_nothing(double u, double v, const char* device, const std::string& where) {
   if (std::isnan(u) && std::isnan(v)) return std::nullopt;
   if (std::isnan(u) || std::isnan(v))
     refuse(where, "expected {0}_u and {0}_v both present or both empty, found one alone", device);
@@ -95,9 +93,15 @@ void add_row(Poses& poses, std::set<std::pair<int, int>>& seen, const std::array
 }
 
 void read_rows(Poses& poses, const std::filesystem::path& path) {
-  const files::CsvTable table =
-      files::read_csv(path, {{"pose"}, {"marker"}, {"x"}, {"y"}, {"z"}, {"camera_u", true}, {"camera_v", true},
-                             {"projector_u", true}, {"projector_v", true}});
+  const files::CsvTable table = files::read_csv(path, {{"pose"},
+                                                       {"marker"},
+                                                       {"x"},
+                                                       {"y"},
+                                                       {"z"},
+                                                       {"camera_u", true},
+                                                       {"camera_v", true},
+                                                       {"projector_u", true},
+                                                       {"projector_v", true}});
   if (table.rows() == 0) refuse(path.string(), "expected at least one row below the header, found none");
   std::set<std::pair<int, int>> seen;
   for (size_t i = 0; i < table.rows(); ++i) {
@@ -152,9 +156,8 @@ json to_json(const Poses& poses) {
     return p ? json((*p)[axis]) : json(nullptr);
   };
   for (const Correspondence& row : poses.rows)
-    rows.push_back({row.pose, row.marker, row.position.x(), row.position.y(), row.position.z(),
-                    number(row.camera, 0), number(row.camera, 1), number(row.projector, 0),
-                    number(row.projector, 1)});
+    rows.push_back({row.pose, row.marker, row.position.x(), row.position.y(), row.position.z(), number(row.camera, 0),
+                    number(row.camera, 1), number(row.projector, 0), number(row.projector, 1)});
   value["correspondences"] = std::move(rows);
   return value;
 }

@@ -30,8 +30,8 @@ struct ImageSize {
 
 struct Poses {
   ImageSize camera, projector;
-  double tracker_noise_m = 0;                  // one standard deviation per axis
-  Eigen::Vector3d volume_low, volume_high;     // where the fabric moves
+  double tracker_noise_m = 0;               // one standard deviation per axis
+  Eigen::Vector3d volume_low, volume_high;  // where the fabric moves
   std::vector<Correspondence> rows;
 };
 

@@ -38,8 +38,7 @@ std::vector<Eigen::Vector3d> volume_points(const Eigen::Vector3d& low, const Eig
   return points;
 }
 
-Eigen::Vector2d pixel_sd(const CameraParameters& camera, const Covariance& covariance,
-                         const Eigen::Vector3d& point) {
+Eigen::Vector2d pixel_sd(const CameraParameters& camera, const Covariance& covariance, const Eigen::Vector3d& point) {
   const Eigen::Matrix<double, 2, kParameters> jacobian = derivatives(camera, point).by_camera;
   return (jacobian * covariance * jacobian.transpose()).diagonal().cwiseMax(0).cwiseSqrt();
 }
@@ -47,12 +46,11 @@ Eigen::Vector2d pixel_sd(const CameraParameters& camera, const Covariance& covar
 bool in_view(const CameraParameters& camera, const ImageSize& size, const Eigen::Vector3d& point) {
   if (depth_of(camera, point) <= 0) return false;
   const Eigen::Vector2d pixel = pixel_of(camera, point);
-  return pixel.x() > -0.5 && pixel.y() > -0.5 && pixel.x() < size.width_px - 0.5 &&
-         pixel.y() < size.height_px - 0.5;
+  return pixel.x() > -0.5 && pixel.y() > -0.5 && pixel.x() < size.width_px - 0.5 && pixel.y() < size.height_px - 0.5;
 }
 
-VolumeDeviation volume_deviation(const CameraParameters& camera, const Covariance& covariance,
-                                 const ImageSize& size, const std::vector<Eigen::Vector3d>& points) {
+VolumeDeviation volume_deviation(const CameraParameters& camera, const Covariance& covariance, const ImageSize& size,
+                                 const std::vector<Eigen::Vector3d>& points) {
   VolumeDeviation result;
   int seen = 0;
   for (const Eigen::Vector3d& point : points) {

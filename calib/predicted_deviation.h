@@ -25,10 +25,10 @@ Eigen::Vector2d pixel_sd(const CameraParameters& camera,
                          const Eigen::Vector3d& point);
 
 struct VolumeDeviation {
-  double mean_sd_px = 0;         // per axis, mean over the points in view
+  double mean_sd_px = 0;  // per axis, mean over the points in view
   Eigen::Vector2d mean_sd_uv_px = Eigen::Vector2d::Zero();
-  double largest_sd_px = 0;      // per axis, at the worst point
-  double share_in_view = 0;      // of the points
+  double largest_sd_px = 0;  // per axis, at the worst point
+  double share_in_view = 0;  // of the points
 };
 // In view: in front of the device and within its image. With none in view the deviations are NaN.
 VolumeDeviation volume_deviation(const CameraParameters& camera,

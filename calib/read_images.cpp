@@ -49,8 +49,8 @@ Eigen::Matrix3d fit_homography(const std::vector<Eigen::Vector2d>& from, const s
 }
 
 struct RingFit {
-  std::optional<Eigen::Vector2d> projector;   // at the centre
-  double residual_px = 0;                     // median over the ring
+  std::optional<Eigen::Vector2d> projector;  // at the centre
+  double residual_px = 0;                    // median over the ring
 };
 
 // Iteratively reweighted: decoding errors of a whole period must not count.
@@ -81,7 +81,8 @@ std::vector<Eigen::Vector2i> ring_pixels(const Eigen::Vector2d& centre, double d
   for (int row = static_cast<int>(centre.y()) - reach; row <= centre.y() + reach + 1; ++row)
     for (int column = static_cast<int>(centre.x()) - reach; column <= centre.x() + reach + 1; ++column) {
       const double distance = (Eigen::Vector2d(column, row) - centre).norm();
-      if (distance < inner || distance > outer || row < 0 || column < 0 || row >= size.height_px || column >= size.width_px)
+      if (distance < inner || distance > outer || row < 0 || column < 0 || row >= size.height_px ||
+          column >= size.width_px)
         continue;
       pixels.emplace_back(column, row);
     }
@@ -130,10 +131,12 @@ void read_projector(const PoseImages& pose, const std::map<int, double>& disc_ra
         projector.push_back(decoded.column_row[j]);
       }
     ++sums.markers;
-    const Eigen::Vector2d low(-0.5, -0.5), high(reading.poses.projector.width_px - 0.5, reading.poses.projector.height_px - 0.5);
+    const Eigen::Vector2d low(-0.5, -0.5),
+        high(reading.poses.projector.width_px - 0.5, reading.poses.projector.height_px - 0.5);
     std::string why;
     if (static_cast<int>(camera.size()) < options.least_ring_pixels) {
-      const std::vector<Eigen::Vector2i> own(all.begin() + static_cast<std::ptrdiff_t>(begin), all.begin() + static_cast<std::ptrdiff_t>(end));
+      const std::vector<Eigen::Vector2i> own(all.begin() + static_cast<std::ptrdiff_t>(begin),
+                                             all.begin() + static_cast<std::ptrdiff_t>(end));
       const DecodeLosses losses = decode(pose.sequence, own, options.decode).losses;
       sums.losses.clipped += losses.clipped;
       sums.losses.dark += losses.dark;
@@ -161,16 +164,23 @@ void add_remarks(ImageReading& reading, const ProjectorReading& sums) {
   const double markers = std::max(sums.markers, 1);
   reading.losses = {sums.losses.clipped / markers, sums.losses.dark / markers, sums.losses.ambiguous / markers};
   if (std::abs(reading.gamma - 1) > 0.1)
-    reading.remarks.push_back(fmt::format("The projector's gamma is {:.2f}; it was taken out before the phases.", reading.gamma));
+    reading.remarks.push_back(
+        fmt::format("The projector's gamma is {:.2f}; it was taken out before the phases.", reading.gamma));
   if (reading.projector_blur_px > 2.5)
-    reading.remarks.push_back(fmt::format("The projector is out of focus at the grid: its pixels are blurred by {:.1f} px. "
-                                          "Focus it on the fabric's volume.", reading.projector_blur_px));
+    reading.remarks.push_back(
+        fmt::format("The projector is out of focus at the grid: its pixels are blurred by {:.1f} px. "
+                    "Focus it on the fabric's volume.",
+                    reading.projector_blur_px));
   if (reading.losses.clipped > 0.02)
-    reading.remarks.push_back(fmt::format("Clipped highlights cost the projector {:.0f} % of what it could read: shorten the "
-                                          "exposure or close the aperture.", 100 * reading.losses.clipped));
+    reading.remarks.push_back(
+        fmt::format("Clipped highlights cost the projector {:.0f} % of what it could read: shorten the "
+                    "exposure or close the aperture.",
+                    100 * reading.losses.clipped));
   if (reading.losses.dark > 0.05)
-    reading.remarks.push_back(fmt::format("Low contrast cost the projector {:.0f} % of what it could read: lengthen the exposure, "
-                                          "dim the room.", 100 * reading.losses.dark));
+    reading.remarks.push_back(
+        fmt::format("Low contrast cost the projector {:.0f} % of what it could read: lengthen the exposure, "
+                    "dim the room.",
+                    100 * reading.losses.dark));
 }
 
 }  // namespace
@@ -190,8 +200,10 @@ ImageReading read_images(const std::vector<PoseImages>& poses, const Poses& head
   labelling_options.tracker_noise_m = std::max(header.tracker_noise_m, 1e-5);
   const Labelling labelling = label_markers(unlabelled, header.camera, labelling_options);
   if (!labelling.found)
-    refuse("marker images", "no camera explains the {} poses' blobs as the tracked markers; expected at least 4 poses that "
-           "show the grid, or a rough guess of the camera", poses.size());
+    refuse("marker images",
+           "no camera explains the {} poses' blobs as the tracked markers; expected at least 4 poses that "
+           "show the grid, or a rough guess of the camera",
+           poses.size());
   reading.rough_camera = labelling.camera;
   reading.matched_share = labelling.matched_share;
 
@@ -215,17 +227,17 @@ ImageReading read_images(const std::vector<PoseImages>& poses, const Poses& head
       }
       reading.poses.rows.push_back(row);
     }
-    if (!poses[p].sequence.empty())
-      read_projector(poses[p], disc_radius_px, first, options, reading, sums);
+    if (!poses[p].sequence.empty()) read_projector(poses[p], disc_radius_px, first, options, reading, sums);
   }
   if (labelling.stray_blobs > 0)
-    reading.remarks.push_back(fmt::format("{} bright blobs are no marker: look for reflections.", labelling.stray_blobs));
+    reading.remarks.push_back(
+        fmt::format("{} bright blobs are no marker: look for reflections.", labelling.stray_blobs));
   add_remarks(reading, sums);
   return reading;
 }
 
-Calibration calibrate_images(const std::vector<PoseImages>& poses, const Poses& header, const ReadingOptions& reading_options,
-                             const Options& options) {
+Calibration calibrate_images(const std::vector<PoseImages>& poses, const Poses& header,
+                             const ReadingOptions& reading_options, const Options& options) {
   const ImageReading reading = read_images(poses, header, reading_options);
   Calibration calibration = calibrate(reading.poses, options);
   calibration.rejected.insert(calibration.rejected.end(), reading.unread.begin(), reading.unread.end());

@@ -13,7 +13,7 @@ namespace selvedge::calib {
 
 namespace {
 
-constexpr double kLeastPixelSd = 0.02;   // px: no detector does better, and weights must stay finite
+constexpr double kLeastPixelSd = 0.02;  // px: no detector does better, and weights must stay finite
 constexpr double kMostPixelSd = 1000;
 
 struct Reprojection {
@@ -50,8 +50,7 @@ struct Linearised {
 Linearised linearise(const RefineInput& input, const Refined& refined) {
   Linearised result;
   for (const Sighting& s : *input.sightings) {
-    result.derivatives.push_back(
-        derivatives(refined.camera, s.point, shift_for(refined, input.stage_starts, s.pose)));
+    result.derivatives.push_back(derivatives(refined.camera, s.point, shift_for(refined, input.stage_starts, s.pose)));
     result.residual.push_back(result.derivatives.back().pixel - s.pixel);
   }
   return result;
@@ -101,25 +100,24 @@ void solve_once(const RefineInput& input, const Linearised& at, Loss loss, Refin
   const std::vector<int> places = free_parameters(input.order);
   for (int i = 0; i < kParameters; ++i)
     if (std::find(places.begin(), places.end(), i) == places.end()) held.push_back(i);
-  if (!held.empty())
-    problem.SetManifold(refined.camera.data(), new ceres::SubsetManifold(kParameters, held));
+  if (!held.empty()) problem.SetManifold(refined.camera.data(), new ceres::SubsetManifold(kParameters, held));
   for (size_t i = 0; i < input.used.size(); ++i) {
     if (!input.used[i]) continue;
     const Sighting& s = (*input.sightings)[i];
     const Eigen::Matrix2d covariance =
         sighting_covariance(at.derivatives[i], refined.pixel_sd_px, input.tracker_noise_m);
     // L⁻¹ of Σ = L Lᵀ.
-    const Eigen::Matrix2d whitening = Eigen::LLT<Eigen::Matrix2d>(covariance).matrixL().solve(
-        Eigen::Matrix2d::Identity().eval());
+    const Eigen::Matrix2d whitening =
+        Eigen::LLT<Eigen::Matrix2d>(covariance).matrixL().solve(Eigen::Matrix2d::Identity().eval());
     auto* loss_function = loss == Loss::cauchy ? new ceres::CauchyLoss(2.0) : nullptr;
     const int stage = stage_of(input.stage_starts, s.pose);
     auto* functor = new Reprojection{s.point, s.pixel, whitening};
     if (stage < static_cast<int>(refined.earlier.size()))
-      problem.AddResidualBlock(new ceres::AutoDiffCostFunction<Reprojection, 2, kParameters, 6>(functor),
-                               loss_function, refined.camera.data(), refined.earlier[stage].data());
+      problem.AddResidualBlock(new ceres::AutoDiffCostFunction<Reprojection, 2, kParameters, 6>(functor), loss_function,
+                               refined.camera.data(), refined.earlier[stage].data());
     else
-      problem.AddResidualBlock(new ceres::AutoDiffCostFunction<Reprojection, 2, kParameters>(functor),
-                               loss_function, refined.camera.data());
+      problem.AddResidualBlock(new ceres::AutoDiffCostFunction<Reprojection, 2, kParameters>(functor), loss_function,
+                               refined.camera.data());
   }
   ceres::Solver::Options options;
   options.linear_solver_type = ceres::DENSE_QR;
@@ -134,8 +132,7 @@ void solve_once(const RefineInput& input, const Linearised& at, Loss loss, Refin
 }  // namespace
 
 int stage_of(const std::vector<int>& stage_starts, int pose) {
-  return static_cast<int>(std::upper_bound(stage_starts.begin(), stage_starts.end(), pose) -
-                          stage_starts.begin());
+  return static_cast<int>(std::upper_bound(stage_starts.begin(), stage_starts.end(), pose) - stage_starts.begin());
 }
 
 const PoseShift* shift_for(const Refined& refined, const std::vector<int>& stage_starts, int pose) {
@@ -157,8 +154,7 @@ std::vector<double> whitened_squares(const Refined& refined, const RefineInput& 
 }
 
 Refined refine(const RefineInput& input, const Refined& start, Loss loss) {
-  const int parameters =
-      static_cast<int>(free_parameters(input.order).size() + 6 * input.stage_starts.size());
+  const int parameters = static_cast<int>(free_parameters(input.order).size() + 6 * input.stage_starts.size());
   Refined refined = start;
   const int rounds = 4;
   for (int round = 0; round < rounds; ++round) {
@@ -177,29 +173,25 @@ Uncertainty uncertainty(const RefineInput& input, const Refined& refined) {
   const Linearised at = linearise(input, refined);
 
   Eigen::MatrixXd information = Eigen::MatrixXd::Zero(size, size);
-  std::vector<Eigen::MatrixXd> gain(at.residual.size());   // Jᵀ Σ⁻¹ G
+  std::vector<Eigen::MatrixXd> gain(at.residual.size());  // Jᵀ Σ⁻¹ G
   for (size_t i = 0; i < at.residual.size(); ++i) {
     if (!input.used[i]) continue;
     const PixelDerivatives& d = at.derivatives[i];
     Eigen::MatrixXd jacobian = Eigen::MatrixXd::Zero(2, size);
     for (int j = 0; j < free_count; ++j) jacobian.col(j) = d.by_camera.col(places[j]);
     const int stage = stage_of(input.stage_starts, (*input.sightings)[i].pose);
-    if (stage < static_cast<int>(refined.earlier.size()))
-      jacobian.middleCols<6>(free_count + 6 * stage) = d.by_shift;
-    const Eigen::Matrix2d weight =
-        sighting_covariance(d, refined.pixel_sd_px, input.tracker_noise_m).inverse();
+    if (stage < static_cast<int>(refined.earlier.size())) jacobian.middleCols<6>(free_count + 6 * stage) = d.by_shift;
+    const Eigen::Matrix2d weight = sighting_covariance(d, refined.pixel_sd_px, input.tracker_noise_m).inverse();
     information += jacobian.transpose() * weight * jacobian;
     gain[i] = jacobian.transpose() * weight * d.by_point;
   }
 
   // Inverted with unit diagonal: parameters differ by many orders of magnitude.
   const Eigen::VectorXd scale = information.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(scale.asDiagonal() * information *
-                                                             scale.asDiagonal());
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(scale.asDiagonal() * information * scale.asDiagonal());
   const double largest = eigen.eigenvalues().maxCoeff();
   const Eigen::VectorXd values = eigen.eigenvalues().cwiseMax(1e-15 * largest);
-  const Eigen::MatrixXd covariance = scale.asDiagonal() * eigen.eigenvectors() *
-                                     values.cwiseInverse().asDiagonal() *
+  const Eigen::MatrixXd covariance = scale.asDiagonal() * eigen.eigenvectors() * values.cwiseInverse().asDiagonal() *
                                      eigen.eigenvectors().transpose() * scale.asDiagonal();
 
   Uncertainty result;

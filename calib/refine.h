@@ -24,23 +24,23 @@ namespace selvedge::calib {
 struct Sighting {
   int pose = 0;
   int marker = 0;
-  int row = 0;                // place in Poses::rows
-  Eigen::Vector3d point;      // m
-  Eigen::Vector2d pixel;      // px
+  int row = 0;            // place in Poses::rows
+  Eigen::Vector3d point;  // m
+  Eigen::Vector2d pixel;  // px
 };
 
 struct RefineInput {
   std::shared_ptr<const std::vector<Sighting>> sightings;
-  std::vector<char> used;           // one a sighting
-  std::vector<int> stage_starts;    // pose from which a stage holds, ascending; the first stage starts before all
+  std::vector<char> used;         // one a sighting
+  std::vector<int> stage_starts;  // pose from which a stage holds, ascending; the first stage starts before all
   double tracker_noise_m = 0;
   DistortionOrder order = DistortionOrder::k1_k2_p1_p2;
 };
 
 struct Refined {
-  CameraParameters camera = CameraParameters::Zero();   // in the last stage
-  std::vector<PoseShift> earlier;   // shift of stage i against the last, i before the last
-  double pixel_sd_px = 0.2;         // s
+  CameraParameters camera = CameraParameters::Zero();  // in the last stage
+  std::vector<PoseShift> earlier;                      // shift of stage i against the last, i before the last
+  double pixel_sd_px = 0.2;                            // s
 };
 
 enum class Loss { cauchy, square };
@@ -62,10 +62,10 @@ Refined refine(const RefineInput& input, const Refined& start, Loss loss);
 
 // Covariance with its sensitivity to each marker position, for what two devices have in common.
 struct Uncertainty {
-  Eigen::Matrix<double, kParameters, kParameters> covariance;   // zero where a parameter is held
+  Eigen::Matrix<double, kParameters, kParameters> covariance;  // zero where a parameter is held
   // Column of a sighting: how the estimate moves with its point; one a sighting, zero where unused.
   std::vector<Eigen::Matrix<double, kParameters, 3>> by_point;
-  bool determined = false;   // false: some direction of the parameters is not seen at all
+  bool determined = false;  // false: some direction of the parameters is not seen at all
 };
 Uncertainty uncertainty(const RefineInput& input, const Refined& refined);
 

@@ -16,7 +16,7 @@ namespace {
 
 using Kind = PatternStep::Kind;
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-constexpr int kLowestBitAlone = 3;   // without phases: intervals of 8 px, whose middles a ring of pixels averages
+constexpr int kLowestBitAlone = 3;  // without phases: intervals of 8 px, whose middles a ring of pixels averages
 
 double median(std::vector<double> values) {
   if (values.empty()) return kNan;
@@ -27,7 +27,7 @@ double median(std::vector<double> values) {
 
 // The images of one direction, sorted by what they do.
 struct Direction {
-  std::map<int, std::pair<const GreyImage*, const GreyImage*>> bits;   // bit: plain, inverted
+  std::map<int, std::pair<const GreyImage*, const GreyImage*>> bits;  // bit: plain, inverted
   std::vector<const PatternImage*> phases;
   double period_px = 0, first_px = 0;
   int low_bit = 0;
@@ -35,7 +35,7 @@ struct Direction {
 
 struct Sequence {
   const GreyImage* off = nullptr;
-  const GreyImage* white = nullptr;                       // the brightest plain picture
+  const GreyImage* white = nullptr;  // the brightest plain picture
   double white_level = 0;
   std::vector<const PatternImage*> levels;
   Direction rows, columns;
@@ -50,7 +50,8 @@ Direction sort_direction(const std::vector<PatternImage>& sequence, bool horizon
       auto& pair = direction.bits[image.step.bit];
       (image.step.inverted ? pair.second : pair.first) = &image.image;
     } else if (image.step.kind == Kind::phase_shift) {
-      if (!direction.phases.empty() && (image.step.period_px != direction.period_px || image.step.first_px != direction.first_px))
+      if (!direction.phases.empty() &&
+          (image.step.period_px != direction.period_px || image.step.first_px != direction.first_px))
         refuse("pattern sequence", "{} phases have periods {} and {} px, expected one", name, direction.period_px,
                image.step.period_px);
       direction.period_px = image.step.period_px;
@@ -71,8 +72,7 @@ Direction sort_direction(const std::vector<PatternImage>& sequence, bool horizon
            direction.low_bit, direction.period_px);
   int expected = direction.low_bit;
   for (const auto& [bit, pair] : direction.bits)
-    if (bit != expected++ || !pair.first)
-      refuse("pattern sequence", "{} grey code lacks bit {}", name, expected - 1);
+    if (bit != expected++ || !pair.first) refuse("pattern sequence", "{} grey code lacks bit {}", name, expected - 1);
   return direction;
 }
 
@@ -126,8 +126,7 @@ std::optional<double> gamma_from_levels(const Sequence& s, const std::vector<Eig
 // Complex amplitude of one harmonic of the phases.
 std::complex<double> harmonic(const Direction& d, const std::vector<double>& values, int order) {
   std::complex<double> sum = 0;
-  for (size_t k = 0; k < values.size(); ++k)
-    sum += values[k] * std::polar(1.0, -order * d.phases[k]->step.phase_rad);
+  for (size_t k = 0; k < values.size(); ++k) sum += values[k] * std::polar(1.0, -order * d.phases[k]->step.phase_rad);
   return sum * (2.0 / static_cast<double>(values.size()));
 }
 
@@ -155,8 +154,8 @@ std::optional<double> gamma_from_harmonics(const Sequence& s, const std::vector<
 // Phases before and after the lamp's gamma is taken out; θ by least squares, so that phases need not be even.
 struct Phase {
   double theta = kNan;
-  double amplitude_grey = 0;   // as seen
-  double amplitude = 0;        // of the drive, 0.5 when sharp
+  double amplitude_grey = 0;  // as seen
+  double amplitude = 0;       // of the drive, 0.5 when sharp
 };
 
 Phase measure_phase(const Direction& d, const Eigen::Vector2i& pixel, double dark, double white, double white_level,

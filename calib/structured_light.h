@@ -27,10 +27,10 @@ struct PatternImage {
 };
 
 struct DecodeOptions {
-  int saturated_grey = 252;         // this and above is clipped
-  double least_contrast_grey = 12;  // white over dark
-  double least_modulation_grey = 5; // amplitude of the phases
-  std::optional<double> gamma;      // known; otherwise measured
+  int saturated_grey = 252;          // this and above is clipped
+  double least_contrast_grey = 12;   // white over dark
+  double least_modulation_grey = 5;  // amplitude of the phases
+  std::optional<double> gamma;       // known; otherwise measured
 };
 
 // Where pixels were lost, as shares of those looked at.
@@ -39,12 +39,12 @@ struct DecodeLosses {
 };
 
 struct Decoded {
-  std::vector<Eigen::Vector2d> column_row;   // one a pixel asked for; NaN where it could not be told
-  std::vector<double> amplitude;             // of the phases, grey levels
+  std::vector<Eigen::Vector2d> column_row;  // one a pixel asked for; NaN where it could not be told
+  std::vector<double> amplitude;            // of the phases, grey levels
   DecodeLosses losses;
   double gamma = 1;
   bool gamma_measured = false;
-  double blur_px = 0;                        // of the projector, median
+  double blur_px = 0;  // of the projector, median
 };
 
 // pixels: (column, row) of the camera pixels to decode. Throws BadInput where the sequence lacks what a

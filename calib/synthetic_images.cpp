@@ -14,7 +14,7 @@ enum class Material { none, board, ground, disc };
 
 struct Hit {
   Material material = Material::none;
-  Eigen::Vector3d point;   // world, m
+  Eigen::Vector3d point;  // world, m
 };
 
 // The board in the grid's frame, hit by a ray given there.
@@ -36,7 +36,7 @@ class Board {
       const Eigen::Vector3d along(side * std::cos(half), 0, -std::sin(half));
       const Eigen::Vector3d normal(side * std::sin(half), 0, std::cos(half));
       const double speed = normal.dot(direction);
-      if (speed >= 0) continue;   // seen from behind
+      if (speed >= 0) continue;  // seen from behind
       const double distance = -normal.dot(origin) / speed;
       const Eigen::Vector3d point = origin + distance * direction;
       const double s = along.dot(point);
@@ -66,7 +66,7 @@ class Board {
 };
 
 struct Box {
-  int left, right, top, bottom;   // right and bottom one beyond
+  int left, right, top, bottom;  // right and bottom one beyond
 };
 
 Box bounds(const MarkerGrid& grid, const Eigen::Isometry3d& world_from_grid, const geometry::Projection& camera) {
@@ -169,7 +169,8 @@ GreyImage shade_board(const BoardView& view, const BoardLook& look,
 
 GreyImage shade_board(const BoardView& view, const BoardLook& look, const PatternStep& step, bool beacon) {
   if (look.projector_blur_px <= 0)
-    return shade_board(view, look, [&](double column, double row) { return brightness(step, column, row); }, beacon);
+    return shade_board(
+        view, look, [&](double column, double row) { return brightness(step, column, row); }, beacon);
   // Bands vary along one direction alone, and light adds up after the gamma: a table of the blurred profile.
   const int reach = static_cast<int>(std::ceil(3 * look.projector_blur_px));
   const int length = 4096;
@@ -183,12 +184,15 @@ GreyImage shade_board(const BoardView& view, const BoardLook& look, const Patter
   }
   for (int i = reach; i < length - reach; ++i) blurred[i] = std::pow(blurred[i] / total, 1 / look.gamma);
   for (int i = 0; i < reach; ++i) blurred[i] = brightness(step, i, i);
-  return shade_board(view, look, [&](double column, double row) {
+  return shade_board(
+      view, look,
+      [&](double column, double row) {
     const double x = std::max(step.horizontal ? row : column, 0.0);
     const int below = std::min(static_cast<int>(x), length - 2);
     const double part = x - below;
     return (1 - part) * blurred[below] + part * blurred[below + 1];
-  }, beacon);
+      },
+      beacon);
 }
 
 }  // namespace selvedge::calib

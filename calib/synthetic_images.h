@@ -22,9 +22,9 @@ namespace selvedge::calib {
 // Where every ray of an image meets the board, once a pose; patterns are then cheap.
 struct BoardView {
   struct Sample {
-    int pixel = 0;                      // row · width + column
-    float weight = 0;                   // of its pixel
-    float column_px = 0, row_px = 0;    // of the projector; outside its image the lamp is dark
+    int pixel = 0;                    // row · width + column
+    float weight = 0;                 // of its pixel
+    float column_px = 0, row_px = 0;  // of the projector; outside its image the lamp is dark
     float albedo = 0;
     bool disc = false;
     bool lit = false;

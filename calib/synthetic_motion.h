@@ -12,9 +12,9 @@ struct MotionOptions {
   double frequency_hz = 1.2;
   double duration_s = 6;
   double camera_rate_hz = 60, tracker_rate_hz = 120;
-  double offset_s = 0.0137;        // tracker time of a frame less its camera time
+  double offset_s = 0.0137;  // tracker time of a frame less its camera time
   double tracker_noise_m = 0.0003, camera_noise_px = 0.2;
-  double outlier_share = 0;        // sightings somewhere else
+  double outlier_share = 0;  // sightings somewhere else
   int markers = 4;
   unsigned seed = 1;
 };

@@ -20,8 +20,9 @@ Eigen::Isometry3d draw_pose(const SyntheticOptions& options, const Poses& poses,
   // Grid x, y, z (towards the camera) along world x, z, −y.
   Eigen::Matrix3d facing;
   facing << 1, 0, 0, 0, 0, -1, 0, 1, 0;
-  const Eigen::Matrix3d tilt = (turn(35, Eigen::Vector3d::UnitY()) * turn(35, Eigen::Vector3d::UnitX()) *
-                                turn(30, Eigen::Vector3d::UnitZ())).toRotationMatrix();
+  const Eigen::Matrix3d tilt =
+      (turn(35, Eigen::Vector3d::UnitY()) * turn(35, Eigen::Vector3d::UnitX()) * turn(30, Eigen::Vector3d::UnitZ()))
+          .toRotationMatrix();
   Eigen::Vector3d place = Eigen::Vector3d(unit(generator), unit(generator), unit(generator)).cwiseProduct(reach);
   if (options.parallel_poses) place.y() = 0;
   Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
@@ -48,11 +49,11 @@ void swap_labels(std::vector<Correspondence>& rows, size_t first, double share, 
 
 }  // namespace
 
-geometry::Projection look_at(const Eigen::Vector3d& position, const Eigen::Vector3d& target,
-                             const Eigen::Vector3d& up, double focal_px, const ImageSize& size,
-                             const std::array<double, 5>& distortion) {
+geometry::Projection look_at(const Eigen::Vector3d& position, const Eigen::Vector3d& target, const Eigen::Vector3d& up,
+                             double focal_px, const ImageSize& size, const std::array<double, 5>& distortion) {
   geometry::Projection projection =
-      geometry::looking_at(position, target, {focal_px, focal_px}, {(size.width_px - 1) / 2.0, (size.height_px - 1) / 2.0}, size.width_px, size.height_px, up);
+      geometry::looking_at(position, target, {focal_px, focal_px},
+                           {(size.width_px - 1) / 2.0, (size.height_px - 1) / 2.0}, size.width_px, size.height_px, up);
   projection.distortion = distortion;
   return projection;
 }
@@ -61,7 +62,8 @@ geometry::Projection turned(const geometry::Projection& device, const Eigen::Vec
   const double angle_deg = turn_deg.norm();
   if (angle_deg == 0) return device;
   const geometry::Decomposition split = geometry::decompose(device);
-  const Eigen::Matrix3d turn = split.intrinsics * Eigen::AngleAxisd(angle_deg * M_PI / 180, turn_deg / angle_deg).toRotationMatrix();
+  const Eigen::Matrix3d turn =
+      split.intrinsics * Eigen::AngleAxisd(angle_deg * M_PI / 180, turn_deg / angle_deg).toRotationMatrix();
   geometry::Projection result = device;
   result.matrix.leftCols<3>() = turn * split.rotation_camera_from_world;
   result.matrix.col(3) = turn * split.translation_camera_from_world;
@@ -89,7 +91,8 @@ SyntheticPoses make_synthetic_poses(const SyntheticOptions& options) {
     const bool before_knock = pose < options.knocked_pose;
     const Eigen::Vector3d knock_deg(0, options.knocked_deg, 0);
     const auto camera = before_knock && !options.knocked_projector ? turned(made.camera, knock_deg) : made.camera;
-    const auto projector = before_knock && options.knocked_projector ? turned(made.projector, knock_deg) : made.projector;
+    const auto projector =
+        before_knock && options.knocked_projector ? turned(made.projector, knock_deg) : made.projector;
     const size_t first_row = poses.rows.size();
     for (int marker = 0; marker < options.grid.count(); ++marker) {
       const Eigen::Vector3d truth = world_from_grid * markers[marker];
@@ -99,9 +102,11 @@ SyntheticPoses make_synthetic_poses(const SyntheticOptions& options) {
       row.pose = pose;
       row.marker = marker;
       for (int axis = 0; axis < 3; ++axis) row.position[axis] = truth[axis] + noise(options.tracker_noise_m);
-      const Eigen::Vector2d camera_pixel = geometry::project(camera, seen) +
+      const Eigen::Vector2d camera_pixel =
+          geometry::project(camera, seen) +
           Eigen::Vector2d(noise(options.camera_noise_px), noise(options.camera_noise_px));
-      const Eigen::Vector2d projector_pixel = geometry::project(projector, seen) +
+      const Eigen::Vector2d projector_pixel =
+          geometry::project(projector, seen) +
           Eigen::Vector2d(noise(options.projector_noise_px), noise(options.projector_noise_px));
       if (inside(camera_pixel, poses.camera)) row.camera = camera_pixel;
       // What the camera does not see cannot be decoded.
@@ -113,8 +118,7 @@ SyntheticPoses make_synthetic_poses(const SyntheticOptions& options) {
   return made;
 }
 
-double volume_error_px(const geometry::Projection& solved, const geometry::Projection& truth,
-                       const Poses& poses) {
+double volume_error_px(const geometry::Projection& solved, const geometry::Projection& truth, const Poses& poses) {
   double sum = 0;
   int count = 0;
   for (const Eigen::Vector3d& point : volume_points(poses.volume_low, poses.volume_high)) {

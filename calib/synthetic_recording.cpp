@@ -2,7 +2,8 @@
 
 namespace selvedge::calib {
 
-std::vector<PoseImages> record_images(const SyntheticPoses& truth, const MarkerGrid& grid, const BoardLook& look, size_t decoded) {
+std::vector<PoseImages> record_images(const SyntheticPoses& truth, const MarkerGrid& grid, const BoardLook& look,
+                                      size_t decoded) {
   BoardLook noisy = look;
   std::vector<PoseImages> images;
   for (size_t pose = 0; pose < truth.world_from_grid.size(); ++pose) {

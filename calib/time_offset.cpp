@@ -15,14 +15,14 @@ namespace selvedge::calib {
 
 namespace {
 
-using Normal = Eigen::MatrixXd;      // pose shift (6), offset, a constant a marker where lines are compared
+using Normal = Eigen::MatrixXd;  // pose shift (6), offset, a constant a marker where lines are compared
 using Gradient = Eigen::VectorXd;
 constexpr int kOffset = 6;
 
 struct Problem {
   CameraParameters camera;
   std::map<int, CubicSpline> splines;
-  std::map<int, int> constant_of;      // marker: place of its constant among the unknowns
+  std::map<int, int> constant_of;  // marker: place of its constant among the unknowns
   std::vector<TimedSighting> pixels;
   TimedLines lines;
   TimeOffsetOptions options;
@@ -38,16 +38,17 @@ struct Estimate {
 
 // One sighting at an estimate, its residual whitened by nothing yet.
 struct Compared {
-  Eigen::VectorXd residual, speed;   // px, px/s
-  Eigen::MatrixXd jacobian;          // by all unknowns
+  Eigen::VectorXd residual, speed;  // px, px/s
+  Eigen::MatrixXd jacobian;         // by all unknowns
   Eigen::MatrixXd by_point;
   double noise_px = 0;
-  double gap_s = 0, fraction = 0;    // of the track's samples about it
+  double gap_s = 0, fraction = 0;  // of the track's samples about it
 };
 
 std::optional<std::pair<const CubicSpline*, double>> place_in_track(const Problem& problem, int marker, double time_s) {
   const auto found = problem.splines.find(marker);
-  if (found == problem.splines.end() || found->second.gap_s(time_s) > problem.options.longest_gap_s) return std::nullopt;
+  if (found == problem.splines.end() || found->second.gap_s(time_s) > problem.options.longest_gap_s)
+    return std::nullopt;
   return std::pair(&found->second, time_s);
 }
 
@@ -63,7 +64,8 @@ std::optional<Compared> compare(const Problem& problem, const Estimate& at, cons
   if (!place) return std::nullopt;
   const PoseShift shift = at.shift();
   const PixelDerivatives d = derivatives(problem.camera, place->first->position(place->second), &shift);
-  Compared compared{d.pixel - s.pixel, {}, Eigen::MatrixXd::Zero(2, problem.size()), d.by_point, problem.options.pixel_noise_px};
+  Compared compared{
+      d.pixel - s.pixel, {}, Eigen::MatrixXd::Zero(2, problem.size()), d.by_point, problem.options.pixel_noise_px};
   compared.jacobian.leftCols<6>() = d.by_shift;
   set_motion(compared, *place->first, place->second);
   return compared;
@@ -74,12 +76,16 @@ std::optional<Compared> compare(const Problem& problem, const Estimate& at, cons
   if (!place) return std::nullopt;
   const PoseShift shift = at.shift();
   const Eigen::Vector3d point = place->first->position(place->second);
-  const PixelDerivatives seen = derivatives(problem.camera, point, &shift), lit = derivatives(problem.lines.projector, point);
+  const PixelDerivatives seen = derivatives(problem.camera, point, &shift),
+                         lit = derivatives(problem.lines.projector, point);
   const int axis = problem.lines.rows ? 1 : 0, constant = problem.constant_of.at(s.marker);
   const Eigen::RowVector2d slope = s.line.per_px.transpose();
   const double off_px = s.line.line_at(seen.pixel) - lit.pixel[axis] - at.unknowns[constant];
-  Compared compared{Eigen::VectorXd::Constant(1, std::remainder(off_px, problem.lines.period_px)), {}, Eigen::MatrixXd::Zero(1, problem.size()),
-                    slope * seen.by_point - lit.by_point.row(axis), problem.lines.noise_px};
+  Compared compared{Eigen::VectorXd::Constant(1, std::remainder(off_px, problem.lines.period_px)),
+                    {},
+                    Eigen::MatrixXd::Zero(1, problem.size()),
+                    slope * seen.by_point - lit.by_point.row(axis),
+                    problem.lines.noise_px};
   compared.jacobian.leftCols<6>() = slope * seen.by_shift;
   compared.jacobian(0, constant) = -1;
   set_motion(compared, *place->first, place->second);
@@ -98,16 +104,17 @@ void for_each_compared(const Problem& problem, const Estimate& at, const Visit& 
 struct Sums {
   Normal normal;
   Gradient gradient;
-  double squares = 0;        // px²
-  double weighted = 0;       // rᵀΣ⁻¹r
-  double speed_squares = 0;  // px²/s²
-  double noise_speed_squares = 0;   // of those, what the tracker's noise is worth
+  double squares = 0;              // px²
+  double weighted = 0;             // rᵀΣ⁻¹r
+  double speed_squares = 0;        // px²/s²
+  double noise_speed_squares = 0;  // of those, what the tracker's noise is worth
   int count = 0, values = 0;
   double degrees_of_freedom() const { return std::max(static_cast<double>(values - gradient.size()), 1.0); }
 };
 
 // by_frame: also the gradient of each frame's sightings.
-Sums sum_up(const Problem& problem, const Estimate& at, double gate_sd, std::map<double, Gradient>* by_frame = nullptr) {
+Sums sum_up(const Problem& problem, const Estimate& at, double gate_sd,
+            std::map<double, Gradient>* by_frame = nullptr) {
   const TimeOffsetOptions& options = problem.options;
   Sums sums{Normal::Zero(problem.size(), problem.size()), Gradient::Zero(problem.size())};
   for (int i = 0; i < 6; ++i) {
@@ -118,7 +125,9 @@ Sums sum_up(const Problem& problem, const Estimate& at, double gate_sd, std::map
   const double variance = options.tracker_noise_m * options.tracker_noise_m;
   for_each_compared(problem, at, [&](double time_s, const Compared& c) {
     const Eigen::MatrixXd from_point = c.by_point * c.by_point.transpose();
-    const Eigen::MatrixXd covariance = c.noise_px * c.noise_px * Eigen::MatrixXd::Identity(from_point.rows(), from_point.cols()) + variance * from_point;
+    const Eigen::MatrixXd covariance =
+        c.noise_px * c.noise_px * Eigen::MatrixXd::Identity(from_point.rows(), from_point.cols()) +
+        variance * from_point;
     const Eigen::MatrixXd weight = covariance.inverse();
     const double square = c.residual.dot(weight * c.residual);
     if (square > gate_sd * gate_sd) return;
@@ -179,7 +188,8 @@ double scatter_sd_s(const Problem& problem, const Estimate& at, double gate_sd) 
   for (auto a = by_frame.begin(); a != by_frame.end(); ++a) {
     const double score_a = inverse.row(kOffset).dot(a->second);
     for (auto b = a; b != by_frame.end() && b->first - a->first < problem.options.alike_s; ++b)
-      variance += (a == b ? 1 : 2) * (1 - (b->first - a->first) / problem.options.alike_s) * score_a * inverse.row(kOffset).dot(b->second);
+      variance += (a == b ? 1 : 2) * (1 - (b->first - a->first) / problem.options.alike_s) * score_a *
+                  inverse.row(kOffset).dot(b->second);
   }
   return std::sqrt(std::max(variance, 0.0));
 }
@@ -206,12 +216,13 @@ double sample_interval_s(const std::vector<MarkerTrack>& tracks) {
 }
 
 // Between samples the spline averages the tracker's noise. Where frames fall at one place in the interval h, that would
-// draw the delay to the middle by up to 0.75 σ²/(h v²) with noise σ (px) and speed v (px/s). The gradient is freed of it as
-// far as σ is known; a fifth of it is taken to remain.
+// draw the delay to the middle by up to 0.75 σ²/(h v²) with noise σ (px) and speed v (px/s). The gradient is freed of
+// it as far as σ is known; a fifth of it is taken to remain.
 double remaining_bias_s(const Problem& problem, const Estimate& at, double interval_s, double moving_squares) {
   double noise_squares = 0;
   for_each_compared(problem, at, [&](double, const Compared& c) {
-    noise_squares += std::pow(problem.options.tracker_noise_m, 2) * c.by_point.squaredNorm() / static_cast<double>(c.residual.size());
+    noise_squares += std::pow(problem.options.tracker_noise_m, 2) * c.by_point.squaredNorm() /
+                     static_cast<double>(c.residual.size());
   });
   return 0.15 * noise_squares / (interval_s * moving_squares);
 }
@@ -248,21 +259,27 @@ TimeOffset estimate(const Problem& problem, double interval_s) {
   }
   const Sums sums = sum_up(problem, best, gate_sd);
   // Speeds that are the tracker's noise tell nothing of the delay; its deviation is known to a tenth.
-  const double moving_squares = std::max(sums.speed_squares - 1.2 * sums.noise_speed_squares, 1e-3 * sums.speed_squares) + 1e-12;
+  const double moving_squares =
+      std::max(sums.speed_squares - 1.2 * sums.noise_speed_squares, 1e-3 * sums.speed_squares) + 1e-12;
   result.offset_s = best.offset_s();
   result.rms_px = rms(sums);
   result.sightings = sums.count;
   result.speed_px_s = std::sqrt(moving_squares / std::max(sums.count, 1));
   result.camera = shifted(problem.camera, best.shift());
   result.expected_bias_s = remaining_bias_s(problem, best, interval_s, moving_squares);
-  const double residual_sd_s = std::sqrt(Normal(sums.normal.inverse())(kOffset, kOffset) * sums.weighted / sums.degrees_of_freedom());
-  const double random_s = std::max(residual_sd_s, scatter_sd_s(problem, best, gate_sd)) * sums.speed_squares / moving_squares;
+  const double residual_sd_s =
+      std::sqrt(Normal(sums.normal.inverse())(kOffset, kOffset) * sums.weighted / sums.degrees_of_freedom());
+  const double random_s =
+      std::max(residual_sd_s, scatter_sd_s(problem, best, gate_sd)) * sums.speed_squares / moving_squares;
   result.sd_s = std::hypot(random_s, result.expected_bias_s, options.common_px / result.speed_px_s);
   if (std::abs(result.offset_s) > options.reach_s)
-    return unknown(fmt::format("the delay found, {:.1f} ms, lies beyond the {:.0f} ms looked at", 1e3 * result.offset_s, 1e3 * options.reach_s));
+    return unknown(fmt::format("the delay found, {:.1f} ms, lies beyond the {:.0f} ms looked at", 1e3 * result.offset_s,
+                               1e3 * options.reach_s));
   if (!(result.sd_s < options.most_sd_s))
-    return unknown(fmt::format("the markers move too little: {:.1f} px/s leave it uncertain by {:.1f} ms; move them by 100 mm or more, "
-                               "once a second", result.speed_px_s, 1e3 * result.sd_s));
+    return unknown(fmt::format(
+        "the markers move too little: {:.1f} px/s leave it uncertain by {:.1f} ms; move them by 100 mm or more, "
+        "once a second",
+        result.speed_px_s, 1e3 * result.sd_s));
   result.known = true;
   return result;
 }
@@ -274,8 +291,8 @@ TimeOffset estimate_time_offset(const CameraParameters& camera, const std::vecto
   return estimate({camera, splines_of(tracks), {}, sightings, {}, options}, sample_interval_s(tracks));
 }
 
-TimeOffset estimate_time_offset(const CameraParameters& camera, const std::vector<MarkerTrack>& tracks, const TimedLines& lines,
-                                const TimeOffsetOptions& options) {
+TimeOffset estimate_time_offset(const CameraParameters& camera, const std::vector<MarkerTrack>& tracks,
+                                const TimedLines& lines, const TimeOffsetOptions& options) {
   Problem problem{camera, splines_of(tracks), {}, {}, lines, options};
   for (const TimedLine& s : lines.sightings) problem.constant_of.try_emplace(s.marker, problem.size());
   return estimate(problem, sample_interval_s(tracks));

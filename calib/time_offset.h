@@ -32,22 +32,22 @@ namespace selvedge::calib {
 // The tracker's samples of one marker, in time order; hidden samples left out.
 struct MarkerTrack {
   int marker = 0;
-  std::vector<double> time_s;              // tracker clock
-  std::vector<Eigen::Vector3d> position;   // m
+  std::vector<double> time_s;             // tracker clock
+  std::vector<Eigen::Vector3d> position;  // m
 };
 
 // One marker in one camera frame.
 struct TimedSighting {
-  double time_s = 0;      // camera clock as mapped so far
+  double time_s = 0;  // camera clock as mapped so far
   int marker = 0;
   Eigen::Vector2d pixel;
 };
 
 // The projector's line about one marker in one camera frame.
 struct LineMap {
-  Eigen::Vector2d at;              // p₀, of the camera
-  double line_px = 0;              // there, of the projector
-  Eigen::Vector2d per_px;          // g
+  Eigen::Vector2d at;      // p₀, of the camera
+  double line_px = 0;      // there, of the projector
+  Eigen::Vector2d per_px;  // g
   double line_at(const Eigen::Vector2d& pixel) const { return line_px + per_px.dot(pixel - at); }
 };
 struct TimedLine {
@@ -59,9 +59,9 @@ struct TimedLine {
 // What a projector's stripes say of moving markers.
 struct TimedLines {
   CameraParameters projector = CameraParameters::Zero();
-  bool rows = true;                // stripes run along the rows; else along the columns
+  bool rows = true;  // stripes run along the rows; else along the columns
   double period_px = 16;
-  double noise_px = 0.3;           // of a line
+  double noise_px = 0.3;  // of a line
   std::vector<TimedLine> sightings;
 };
 
@@ -70,24 +70,24 @@ struct TimeOffsetOptions {
   double step_s = 0.002;
   double tracker_noise_m = 0.0003;
   double pixel_noise_px = 0.2;
-  double gate_sd = 5;             // sightings further off are left out of the last fit
-  double longest_gap_s = 0.05;    // of a track; no interpolation across longer ones
-  double turn_sd_rad = 0.05, shift_sd_m = 0.05;   // s_ω, s_τ
-  double alike_s = 0.4;           // T: frames so close together may err alike
-  double common_px = 0;           // error that may go with the motion: it adds common_px over the markers' speed
-  double most_sd_s = 0.005;       // more leaves the delay open
+  double gate_sd = 5;                            // sightings further off are left out of the last fit
+  double longest_gap_s = 0.05;                   // of a track; no interpolation across longer ones
+  double turn_sd_rad = 0.05, shift_sd_m = 0.05;  // s_ω, s_τ
+  double alike_s = 0.4;                          // T: frames so close together may err alike
+  double common_px = 0;      // error that may go with the motion: it adds common_px over the markers' speed
+  double most_sd_s = 0.005;  // more leaves the delay open
 };
 
 struct TimeOffset {
-  bool known = false;             // false: see why
+  bool known = false;  // false: see why
   std::string why;
-  double offset_s = 0;            // the tracker's time of a frame is its camera time plus this
-  double sd_s = 0;                // with expected_bias_s
-  double rms_px = 0;              // with the delay
-  double rms_without_px = 0;      // with none, pose fitted as well
-  double speed_px_s = 0;          // root mean square of what is compared, camera pixels or projector lines
-  double expected_bias_s = 0;     // by which the tracker's noise may shift it
-  CameraParameters camera = CameraParameters::Zero();   // pose refined with it
+  double offset_s = 0;         // the tracker's time of a frame is its camera time plus this
+  double sd_s = 0;             // with expected_bias_s
+  double rms_px = 0;           // with the delay
+  double rms_without_px = 0;   // with none, pose fitted as well
+  double speed_px_s = 0;       // root mean square of what is compared, camera pixels or projector lines
+  double expected_bias_s = 0;  // by which the tracker's noise may shift it
+  CameraParameters camera = CameraParameters::Zero();  // pose refined with it
   int sightings = 0;
 };
 
@@ -95,7 +95,7 @@ TimeOffset estimate_time_offset(const CameraParameters& camera, const std::vecto
                                 const std::vector<TimedSighting>& sightings, const TimeOffsetOptions& options = {});
 
 // The same from stripes, with the camera that stands where it was found to stand (options: narrow s_ω and s_τ).
-TimeOffset estimate_time_offset(const CameraParameters& camera, const std::vector<MarkerTrack>& tracks, const TimedLines& lines,
-                                const TimeOffsetOptions& options = {});
+TimeOffset estimate_time_offset(const CameraParameters& camera, const std::vector<MarkerTrack>& tracks,
+                                const TimedLines& lines, const TimeOffsetOptions& options = {});
 
 }  // namespace selvedge::calib

@@ -22,7 +22,8 @@ struct Displacement {
 Displacement device_displacement(const CameraParameters& camera, const PoseShift& shift);
 
 // Mean over the points of how far their pixels lie from where they lay before the shift, px.
-double shift_at_fabric_px(const CameraParameters& camera, const PoseShift& shift, const std::vector<Eigen::Vector3d>& volume);
+double shift_at_fabric_px(const CameraParameters& camera, const PoseShift& shift,
+                          const std::vector<Eigen::Vector3d>& volume);
 
 // The last pose before another; that pose itself where it is the first.
 int pose_before(const DeviceSolution& solution, int pose);

@@ -64,7 +64,12 @@ bool FrameWriter::add(int number, double time_s, const unsigned char* pixels, in
     ++counts_.refused;
     return false;
   }
-  Job job{next_sequence_++, number, time_s, width_px, height_px, 4 * queued_bytes_ > options_.queue_bytes,
+  Job job{next_sequence_++,
+          number,
+          time_s,
+          width_px,
+          height_px,
+          4 * queued_bytes_ > options_.queue_bytes,
           std::vector<unsigned char>(pixels, pixels + size)};
   queue_.push_back(std::move(job));
   queued_bytes_ += size;
@@ -102,9 +107,7 @@ void FrameWriter::work() {
     }
     try {
       write(job);
-    } catch (const std::exception& error) {
-      fail(error.what());
-    }
+    } catch (const std::exception& error) { fail(error.what()); }
   }
 }
 

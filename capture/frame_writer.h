@@ -26,11 +26,11 @@ struct FrameWriterOptions {
 };
 
 struct FrameCounts {
-  size_t accepted = 0;      // taken into the queue
-  size_t written = 0;       // file whole and listed: readable whatever happens to this process
-  size_t durable = 0;       // of those, on the disk: readable after a loss of power (set by the recorder)
-  size_t refused = 0;       // queue full for longer than `patience_s`, or the disk failed
-  size_t stored = 0;        // written without compression, to keep up
+  size_t accepted = 0;  // taken into the queue
+  size_t written = 0;   // file whole and listed: readable whatever happens to this process
+  size_t durable = 0;   // of those, on the disk: readable after a loss of power (set by the recorder)
+  size_t refused = 0;   // queue full for longer than `patience_s`, or the disk failed
+  size_t stored = 0;    // written without compression, to keep up
   size_t most_queued_bytes = 0;
   unsigned long long bytes_on_disk = 0;
 };

@@ -82,8 +82,9 @@ Recorder::~Recorder() {
 bool Recorder::add_frame(int number, double time_s, const unsigned char* pixels, int width_px, int height_px) {
   require_finite(time_s, "a frame");
   if (width_px != width_px_ || height_px != height_px_ || number < 0)
-    throw std::invalid_argument(fmt::format("Recorder: frame {} of {}x{} px, expected a number of 0 or more and {}x{} px",
-                                            number, width_px, height_px, width_px_, height_px_));
+    throw std::invalid_argument(
+        fmt::format("Recorder: frame {} of {}x{} px, expected a number of 0 or more and {}x{} px", number, width_px,
+                    height_px, width_px_, height_px_));
   {
     const std::lock_guard lock(mutex_);
     if (finished_ || !failure_.empty()) return false;
@@ -179,8 +180,10 @@ trial::State Recorder::finish(const std::string& cut_because, const nlohmann::js
   trial_json_["frames"]["count"] = counts.written;
   trial_json_["frames"]["gaps"] = gaps_;
   trial_json_["frames"]["refused"] = counts.refused;
-  trial_json_["rows"] = {{"corners.csv", corners_.rows.written}, {"frames.csv", counts.written},
-                         {"markers.csv", markers_.rows.written}, {"robot.csv", robot_.rows.written}};
+  trial_json_["rows"] = {{"corners.csv", corners_.rows.written},
+                         {"frames.csv", counts.written},
+                         {"markers.csv", markers_.rows.written},
+                         {"robot.csv", robot_.rows.written}};
   if (!why.empty()) trial_json_["cut_because"] = why;
   fs::remove(folder_ / reserve_name);
   trial::write_checked_json(folder_, trial_json_);
@@ -197,7 +200,8 @@ void Recorder::sync_now_and_then() {
   }
 }
 
-// One batch. What was written before the sync began is durable once it has ended; what came meanwhile waits for the next.
+// One batch. What was written before the sync began is durable once it has ended; what came meanwhile waits for the
+// next.
 bool Recorder::make_durable() {
   const Recorded before = recorded();
   {

@@ -1,7 +1,8 @@
 // Records one trial straight into the exchange format. Two counts for what is kept (files/durable.h):
 //   written: stays readable after kill -9 of this process or a full disk;
-//   durable: stays readable after a loss of power as well. A thread of its own syncs, a batch at a time, so that recording
-//   waits for no disk. Where a sync fails, the trial is cut: nothing more is kept, and nothing more is called durable.
+//   durable: stays readable after a loss of power as well. A thread of its own syncs, a batch at a time, so that
+//   recording waits for no disk. Where a sync fails, the trial is cut: nothing more is kept, and nothing more is called
+//   durable.
 // Every line, every image and trial.json carry a checksum (capture/trial/checked_trial.h).
 //
 // Times are already those of the motion-capture clock. trial.json is there from the start with "state":
@@ -67,8 +68,8 @@ class Recorder {
   // Empty, or why nothing more is kept (the disk).
   std::string failure() const;
 
-  // Waits for the queue, syncs, and writes the final trial.json: "complete", or "cut" where `cut_because` is given or the
-  // disk failed. A trial that it calls complete is durable, all of it. extra: as above, for what is known only now.
+  // Waits for the queue, syncs, and writes the final trial.json: "complete", or "cut" where `cut_because` is given or
+  // the disk failed. A trial that it calls complete is durable, all of it. extra: as above, for what is known only now.
   // Returns the trial's state. Throws std::runtime_error where trial.json itself cannot be written or synced: the trial
   // then still says "recording".
   trial::State finish(const std::string& cut_because = "", const nlohmann::json& extra = nlohmann::json::object());

@@ -30,9 +30,7 @@ std::string refusal_of(const fs::path& trial_json) {
   try {
     trial::read_header(trial_json);
     return "";
-  } catch (const BadInput& error) {
-    return error.what();
-  }
+  } catch (const BadInput& error) { return error.what(); }
 }
 
 bool is_whole_copy(const fs::path& path) {
@@ -61,8 +59,8 @@ void mend_trial_json(const fs::path& folder, Recovery& recovery) {
     std::error_code error;
     if (!fs::exists(copy, error)) throw BadInput(refusal);  // a trial of others
     if (!is_whole_copy(copy))
-      refuse(folder.string(), "trial.json and {} are both damaged ({}), expected one that reads; {} can still be read", trial::copy_name,
-             refusal, lines_that_read(folder));
+      refuse(folder.string(), "trial.json and {} are both damaged ({}), expected one that reads; {} can still be read",
+             trial::copy_name, refusal, lines_that_read(folder));
     if (fs::exists(file, error)) fs::rename(file, file.string() + kAside);
     files::write_whole(file, files::read_whole(copy));
     recovery.done.push_back(fmt::format("trial.json did not read and was put back from {}", trial::copy_name));
@@ -176,9 +174,11 @@ json number_gaps(const std::vector<int>& numbers) {
 }
 
 Recovery recover(const fs::path& folder) {
-  if (trials_at(folder) != std::vector<fs::path>{folder}) refuse(folder.string(), "found a folder of trials, expected one trial");
+  if (trials_at(folder) != std::vector<fs::path>{folder})
+    refuse(folder.string(), "found a folder of trials, expected one trial");
   const files::Lock lock(folder);
-  if (!lock.held()) refuse(folder.string(), "found a trial that is being recorded, expected one whose recorder has ended");
+  if (!lock.held())
+    refuse(folder.string(), "found a trial that is being recorded, expected one whose recorder has ended");
   Recovery recovery;
   mend_trial_json(folder, recovery);
   recovery.trial = trial::read_trial(folder);
@@ -194,7 +194,9 @@ Recovery recover(const fs::path& folder) {
 std::vector<fs::path> trials_at(const fs::path& folder) {
   std::error_code error;
   if (!fs::is_directory(folder, error)) refuse(folder.string(), "found no such folder, expected a trial or campaign");
-  const auto is_trial = [&](const fs::path& at) { return fs::exists(at / "trial.json", error) || fs::exists(at / trial::copy_name, error); };
+  const auto is_trial = [&](const fs::path& at) {
+    return fs::exists(at / "trial.json", error) || fs::exists(at / trial::copy_name, error);
+  };
   if (is_trial(folder)) return {folder};
   std::vector<fs::path> trials;
   for (const auto& entry : fs::directory_iterator(folder))

@@ -17,11 +17,13 @@ using CLI::Option;
 
 // Those that --help lists.
 std::vector<const App*> shown_commands(const App& app) {
-  return app.get_subcommands(std::function<bool(const App*)>([](const App* sub) { return !sub->get_name().empty() && !sub->get_group().empty(); }));
+  return app.get_subcommands(std::function<bool(const App*)>(
+      [](const App* sub) { return !sub->get_name().empty() && !sub->get_group().empty(); }));
 }
 
 std::vector<const Option*> shown_options(const App& app, bool positional) {
-  return app.get_options(std::function<bool(const Option*)>([positional](const Option* o) { return o->get_positional() == positional && !o->get_group().empty(); }));
+  return app.get_options(std::function<bool(const Option*)>(
+      [positional](const Option* o) { return o->get_positional() == positional && !o->get_group().empty(); }));
 }
 
 bool takes_value(const Option& option) { return option.get_items_expected_max() > 0; }
@@ -48,9 +50,11 @@ std::vector<std::string> words_of(const Option& option) {
 }
 
 // Every command with its path: "", "session", "session run".
-void for_each_command(const App& app, const std::string& path, const std::function<void(const App&, const std::string&)>& visit) {
+void for_each_command(const App& app, const std::string& path,
+                      const std::function<void(const App&, const std::string&)>& visit) {
   visit(app, path);
-  for (const App* sub : shown_commands(app)) for_each_command(*sub, path.empty() ? sub->get_name() : path + " " + sub->get_name(), visit);
+  for (const App* sub : shown_commands(app))
+    for_each_command(*sub, path.empty() ? sub->get_name() : path + " " + sub->get_name(), visit);
 }
 
 // How the words of one command are completed, as a branch of the script's case.
@@ -63,12 +67,14 @@ std::string completion_branch(const App& app, const std::string& path) {
     options.insert(options.end(), names.begin(), names.end());
     if (!takes_value(*option)) continue;
     valued.insert(valued.end(), names.begin(), names.end());
-    if (const auto words = words_of(*option); !words.empty()) choices += fmt::format("        {}) values='{}' ;;\n", fmt::join(names, "|"), fmt::join(words, " "));
+    if (const auto words = words_of(*option); !words.empty())
+      choices += fmt::format("        {}) values='{}' ;;\n", fmt::join(names, "|"), fmt::join(words, " "));
   }
   for (const Option* option : shown_options(app, true))
     for (const std::string& word : words_of(*option)) positional.push_back(word);
-  std::string branch = fmt::format("    '{}')\n      commands='{}' options='{}' valued='{}' words='{}'\n", path, fmt::join(commands, " "), fmt::join(options, " "),
-                                   fmt::join(valued, " "), fmt::join(positional, " "));
+  std::string branch = fmt::format("    '{}')\n      commands='{}' options='{}' valued='{}' words='{}'\n", path,
+                                   fmt::join(commands, " "), fmt::join(options, " "), fmt::join(valued, " "),
+                                   fmt::join(positional, " "));
   if (!choices.empty()) branch += "      case $previous in\n" + choices + "      esac\n";
   return branch + "      ;;\n";
 }
@@ -111,7 +117,8 @@ std::string roff(const std::string& text) {
     else {
       const int more = c >= 0xf0 ? 3 : c >= 0xe0 ? 2 : 1;
       unsigned code = c & (0x3f >> more);
-      for (int k = 0; k < more && i + 1 < text.size(); ++k) code = code << 6 | (static_cast<unsigned char>(text[++i]) & 0x3f);
+      for (int k = 0; k < more && i + 1 < text.size(); ++k)
+        code = code << 6 | (static_cast<unsigned char>(text[++i]) & 0x3f);
       out += fmt::format("\\[u{:04X}]", code);
     }
   }
@@ -159,7 +166,8 @@ std::string synopsis(const App& app, const std::string& path) {
 }
 
 std::string command_section(const App& app, const std::string& path) {
-  std::string text = fmt::format(".SS {}\n", roff(path)) + synopsis(app, path) + ".PP\n" + roff(app.get_description()) + ".\n";
+  std::string text =
+      fmt::format(".SS {}\n", roff(path)) + synopsis(app, path) + ".PP\n" + roff(app.get_description()) + ".\n";
   for (const bool positional : {true, false})
     for (const Option* option : shown_options(app, positional))
       if (option->get_name() != "--help") text += option_entry(*option);
@@ -169,17 +177,20 @@ std::string command_section(const App& app, const std::string& path) {
 }  // namespace
 
 std::string bash_completion(const App& app) {
-  std::string script = "# Completion of selvedge's command line for bash, written by `selvedge completion bash`.\n"
-                       "_selvedge_knows() {\n  commands= options= valued= words= values=\n  case $1 in\n";
+  std::string script =
+      "# Completion of selvedge's command line for bash, written by `selvedge completion bash`.\n"
+      "_selvedge_knows() {\n  commands= options= valued= words= values=\n  case $1 in\n";
   for_each_command(app, "", [&](const App& one, const std::string& path) { script += completion_branch(one, path); });
   return script + kCompletionEnd;
 }
 
 std::string man_page(const App& app) {
   std::string page = fmt::format(".TH SELVEDGE 1 \"\" \"selvedge {}\" \"User Commands\"\n", roff(SELVEDGE_VERSION));
-  page += ".SH NAME\nselvedge \\- records fabric in motion, fits a simulated fabric to it, and says why the two differ\n";
+  page +=
+      ".SH NAME\nselvedge \\- records fabric in motion, fits a simulated fabric to it, and says why the two differ\n";
   page += ".SH SYNOPSIS\n.B selvedge\n\\fICOMMAND\\fR [\\fIOPTIONS\\fR]\n";
-  page += ".SH DESCRIPTION\n" + roff(app.get_description()) + "\n.PP\nEvery command says its options with \\fB\\-\\-help\\fR.\n.SH COMMANDS\n";
+  page += ".SH DESCRIPTION\n" + roff(app.get_description()) +
+          "\n.PP\nEvery command says its options with \\fB\\-\\-help\\fR.\n.SH COMMANDS\n";
   for_each_command(app, "", [&](const App& one, const std::string& path) {
     if (!path.empty() && shown_commands(one).empty()) page += command_section(one, path);
   });

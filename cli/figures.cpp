@@ -42,7 +42,9 @@ void print(const std::vector<Figure>& figures) {
   for (const Figure& figure : figures)
     rows.push_back({figure.what, report::short_number(figure.measured), relation_sign(figure.relation),
                     report::short_number(figure.reference), figure.unit,
-                    figure.relation == Relation::shown ? "" : holds(figure) ? "holds" : "FALLS SHORT",
+                    figure.relation == Relation::shown ? ""
+                    : holds(figure)                    ? "holds"
+                                                       : "FALLS SHORT",
                     figure.source});
   fmt::print("{}", report::text_table({"figure", "measured", "", "reference", "unit", "", "source"}, rows));
 }

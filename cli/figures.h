@@ -17,22 +17,22 @@ namespace selvedge::cli {
 enum class Relation { at_most, at_least, shown };  // shown: printed beside its reference, never judged
 
 struct Figure {
-  std::string what;       // "cantilever tip against the elastica, 33×33"
+  std::string what;  // "cantilever tip against the elastica, 33×33"
   double measured = 0;
-  double reference = 0;   // the bound, or the peer's figure
+  double reference = 0;  // the bound, or the peer's figure
   std::string unit;
   Relation relation = Relation::at_most;
-  std::string source;     // where the reference comes from
+  std::string source;  // where the reference comes from
 };
 
 struct FigureOptions {
-  bool quick = false;     // the short version that the tests run
+  bool quick = false;  // the short version that the tests run
   unsigned seed = 1;
   report::ProgressCallback progress = [](double, const std::string&) {};
 };
 
 struct FigureSet {
-  std::string name;       // as in `./selvedge prove NAME`
+  std::string name;  // as in `./selvedge prove NAME`
   std::string summary;
   std::function<std::vector<Figure>(const FigureOptions&)> run;
 };

@@ -6,7 +6,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-fs::path installed_folder() { return fs::read_symlink("/proc/self/exe").parent_path().parent_path() / "share" / "selvedge"; }
+fs::path installed_folder() {
+  return fs::read_symlink("/proc/self/exe").parent_path().parent_path() / "share" / "selvedge";
+}
 
 bool is_installed() { return fs::is_directory(installed_folder() / "examples"); }
 
@@ -14,6 +16,8 @@ bool is_installed() { return fs::is_directory(installed_folder() / "examples"); 
 
 fs::path shared_folder() { return is_installed() ? installed_folder() : fs::path(SELVEDGE_SOURCE_DIR); }
 
-fs::path console_web_folder() { return is_installed() ? installed_folder() / "console-web" : fs::path(SELVEDGE_CONSOLE_WEB); }
+fs::path console_web_folder() {
+  return is_installed() ? installed_folder() / "console-web" : fs::path(SELVEDGE_CONSOLE_WEB);
+}
 
 }  // namespace selvedge::cli

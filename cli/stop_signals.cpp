@@ -12,7 +12,7 @@ static_assert(std::atomic<bool>::is_always_lock_free);  // set by a signal handl
 }  // namespace
 
 const std::atomic<bool>& stop_on_signals() {
-  struct sigaction action{};
+  struct sigaction action {};
   action.sa_handler = [](int) { told_to_stop = true; };
   for (const int signal : {SIGINT, SIGTERM, SIGHUP}) ::sigaction(signal, &action, nullptr);
   return told_to_stop;

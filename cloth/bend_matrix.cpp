@@ -30,13 +30,15 @@ Sparse squared_derivatives(const kernel::SheetData& s) {
     std::vector<Eigen::Triplet<double>> entries;
     for (int i = 0; i < s.vertex_count; ++i)
       for (int k = s.bend.start[static_cast<size_t>(i)]; k < s.bend.start[static_cast<size_t>(i) + 1]; ++k)
-        entries.emplace_back(i, s.bend.index[static_cast<size_t>(k)],
-                             std::sqrt(factor * s.vertex_area[static_cast<size_t>(i)]) * weights[static_cast<size_t>(k)]);
+        entries.emplace_back(
+            i, s.bend.index[static_cast<size_t>(k)],
+            std::sqrt(factor * s.vertex_area[static_cast<size_t>(i)]) * weights[static_cast<size_t>(k)]);
     Sparse d(s.vertex_count, s.vertex_count);
     d.setFromTriplets(entries.begin(), entries.end());
     return d;
   };
-  const Sparse uu = second_derivative(s.bend.uu, 1), uv = second_derivative(s.bend.uv, 2), vv = second_derivative(s.bend.vv, 1);
+  const Sparse uu = second_derivative(s.bend.uu, 1), uv = second_derivative(s.bend.uv, 2),
+               vv = second_derivative(s.bend.vv, 1);
   return Sparse(uu.transpose()) * uu + Sparse(uv.transpose()) * uv + Sparse(vv.transpose()) * vv;
 }
 

@@ -26,12 +26,14 @@ Eigen::Matrix3Xd random_displacement(const Sheet& sheet, double amplitude_m, std
   Eigen::Matrix3Xd out = Eigen::Matrix3Xd::Zero(3, sheet.data.vertex_count);
   for (int i = 1; i <= 3; ++i)
     for (int j = 0; j <= 3; ++j) {
-      const Eigen::Vector3d direction = std::pow(0.5, i + j) * Eigen::Vector3d(normal(random), normal(random), normal(random));
+      const Eigen::Vector3d direction =
+          std::pow(0.5, i + j) * Eigen::Vector3d(normal(random), normal(random), normal(random));
       const double phase = 3 * normal(random);
       for (Eigen::Index k = 0; k < out.cols(); ++k) {
         const Eigen::Vector2d& uv = sheet.mesh.rest_uv[static_cast<size_t>(k)];
         const double u = uv.x() / sheet.mesh.width_m, v = uv.y() / sheet.mesh.height_m;
-        out.col(k) += (std::sin(M_PI * i * u) + v * std::cos(M_PI * i * u + phase)) * std::cos(M_PI * j * v + (j ? phase : 0)) * direction;
+        out.col(k) += (std::sin(M_PI * i * u) + v * std::cos(M_PI * i * u + phase)) *
+                      std::cos(M_PI * j * v + (j ? phase : 0)) * direction;
       }
     }
   return out * (amplitude_m / std::sqrt(out.colwise().squaredNorm().mean()));
@@ -70,7 +72,8 @@ Eigen::Matrix3Xd turned_over(const Sheet& sheet, const Eigen::Matrix3Xd& x) {
 
 // Mirror images of the branches found, in the upright plane through the corners, in that between them, and in
 // both: where fabric and rig are symmetric they are branches too.
-std::vector<Experiment> mirror_starts(const Sheet& sheet, const Experiment& experiment, const std::vector<Branch>& branches) {
+std::vector<Experiment> mirror_starts(const Sheet& sheet, const Experiment& experiment,
+                                      const std::vector<Branch>& branches) {
   const Eigen::Matrix<double, 3, 2> corners = experiment.path.at(experiment.start_s);
   const Eigen::Vector3d along = (corners.col(1) - corners.col(0)).normalized(), middle = corners.rowwise().mean();
   const Eigen::Vector3d out = along.cross(experiment.gravity_m_s2).normalized();
@@ -86,11 +89,13 @@ std::vector<Experiment> mirror_starts(const Sheet& sheet, const Experiment& expe
   return starts;
 }
 
-void collect(const Sheet& sheet, const std::vector<Experiment>& starts, const BranchOptions& options, std::vector<Branch>& branches) {
+void collect(const Sheet& sheet, const std::vector<Experiment>& starts, const BranchOptions& options,
+             std::vector<Branch>& branches) {
   for (const Rest& rest : relax(sheet, starts, options.relaxation)) {
     if (!rest.at_rest || !rest.position.allFinite()) continue;
-    const auto known = std::find_if(branches.begin(), branches.end(),
-                                    [&](const Branch& b) { return rms_m(b.position, rest.position) < options.alike_m; });
+    const auto known = std::find_if(branches.begin(), branches.end(), [&](const Branch& b) {
+      return rms_m(b.position, rest.position) < options.alike_m;
+    });
     if (known != branches.end()) {
       ++known->starts;
       continue;
@@ -107,7 +112,8 @@ std::vector<Branch> find_branches(const Sheet& sheet, const Experiment& experime
   std::vector<Branch> branches;
   collect(sheet, starts_of(sheet, experiment, options), options, branches);
   if (!branches.empty()) collect(sheet, mirror_starts(sheet, experiment, branches), options, branches);
-  std::sort(branches.begin(), branches.end(), [](const Branch& a, const Branch& b) { return a.potential_j < b.potential_j; });
+  std::sort(branches.begin(), branches.end(),
+            [](const Branch& a, const Branch& b) { return a.potential_j < b.potential_j; });
   return branches;
 }
 
@@ -128,7 +134,8 @@ SeenBranch branch_seen(const Sheet& sheet, const std::vector<Branch>& branches, 
     const double distance = count ? std::sqrt(sum / count) : std::numeric_limits<double>::infinity();
     if (distance < best.distance_m) best = {b, distance};
   }
-  if (!std::isfinite(best.distance_m)) throw std::invalid_argument("branch_seen: no branch, or no point of the fabric is seen");
+  if (!std::isfinite(best.distance_m))
+    throw std::invalid_argument("branch_seen: no branch, or no point of the fabric is seen");
   return best;
 }
 

@@ -44,7 +44,8 @@ Eigen::Vector3d longer_by(const kernel::SheetData& s, size_t triangle, const std
   const kernel::ArcWeights<double>& a = s.arcs[triangle];
   for (const int corner : s.triangles[triangle].vertex) {
     const Seconds& d = shape[static_cast<size_t>(corner)];
-    const double product[] = {d.uu.dot(d.uu), d.uu.dot(d.uv), d.uu.dot(d.vv), d.uv.dot(d.uv), d.uv.dot(d.vv), d.vv.dot(d.vv)};
+    const double product[] = {d.uu.dot(d.uu), d.uu.dot(d.uv), d.uu.dot(d.vv),
+                              d.uv.dot(d.uv), d.uv.dot(d.vv), d.vv.dot(d.vv)};
     for (size_t k = 0; k < 6; ++k) sum += product[k] / 3 * Eigen::Vector3d(a.u[k], a.shear[k], a.v[k]);
   }
   return sum;
@@ -75,17 +76,19 @@ Energy energy_of(const Sheet& sheet, const Material& m, const Eigen::Vector3d& g
     const kernel::Triangle& t = s.triangles[i];
     const Columns w = columns_of(t, position);
     const Eigen::Vector3d longer = longer_by(s, i, shape);
-    const double strain_u = w.u.norm() - 1 + longer(0), strain_v = w.v.norm() - 1 + longer(2), skew = w.u.dot(w.v) + longer(1);
+    const double strain_u = w.u.norm() - 1 + longer(0), strain_v = w.v.norm() - 1 + longer(2),
+                 skew = w.u.dot(w.v) + longer(1);
     e.stretch += t.membrane_area * (stretch_energy(ku, m.stretch_stiffening, strain_u) +
-                           stretch_energy(kv, m.stretch_stiffening, strain_v) +
-                           m.coupling * std::sqrt(ku * kv) * strain_u * strain_v);
+                                    stretch_energy(kv, m.stretch_stiffening, strain_v) +
+                                    m.coupling * std::sqrt(ku * kv) * strain_u * strain_v);
     e.shear += t.membrane_area * 0.5 * m.shear * skew * skew;
   }
   for (size_t i = 0; i < s.vertex_area.size(); ++i) {
     const Seconds& d = shape[i];
     const double squared = d.uu.squaredNorm() + 2 * d.uv.squaredNorm() + d.vv.squaredNorm();
     const double b = m.bend_anisotropy;
-    const double weighted = std::exp(b) * d.uu.squaredNorm() + 2 * d.uv.squaredNorm() + std::exp(-b) * d.vv.squaredNorm();
+    const double weighted =
+        std::exp(b) * d.uu.squaredNorm() + 2 * d.uv.squaredNorm() + std::exp(-b) * d.vv.squaredNorm();
     e.bend += s.vertex_area[i] * m.bend * kernel::bend_factor(s, m, i) *
               (0.5 * weighted + 0.25 * m.bend_stiffening * squared * squared);
   }
@@ -100,7 +103,8 @@ double damping_potential(const Sheet& sheet, const Material& m, const Eigen::Mat
     const Columns w = columns_of(t, position), rate = columns_of(t, velocity);
     const double rate_u = w.u.dot(rate.u) / w.u.norm(), rate_v = w.v.dot(rate.v) / w.v.norm();
     const double skew_rate = w.u.dot(rate.v) + w.v.dot(rate.u);
-    sum += 0.5 * t.membrane_area * (m.stretch_damping * (rate_u * rate_u + rate_v * rate_v) + m.shear_damping * skew_rate * skew_rate);
+    sum += 0.5 * t.membrane_area *
+           (m.stretch_damping * (rate_u * rate_u + rate_v * rate_v) + m.shear_damping * skew_rate * skew_rate);
   }
   for (size_t i = 0; i < s.vertex_area.size(); ++i) {
     const Seconds d = seconds_of(s.bend, i, velocity);

@@ -4,7 +4,8 @@
 
 namespace selvedge::cloth {
 
-FilteredStep::FilteredStep(const Sheet& sheet, const Experiment& experiment, const std::vector<kernel::HeldVertex>& held) {
+FilteredStep::FilteredStep(const Sheet& sheet, const Experiment& experiment,
+                           const std::vector<kernel::HeldVertex>& held) {
   filter_ = step_filter_of(experiment);
   if (!filter_) return;
   inverse_mass_ = kernel::vertex_masses(sheet.data, experiment.material);

@@ -14,7 +14,8 @@ constexpr double kDamping = 0.7;  // of critical
 
 Vector3d at_point(const SurfacePoint& point, const double* values) {
   Vector3d sum = Vector3d::Zero();
-  for (size_t k = 0; k < point.vertices.size(); ++k) sum += point.weights[k] * Eigen::Map<const Vector3d>(values + 3 * point.vertices[k]);
+  for (size_t k = 0; k < point.vertices.size(); ++k)
+    sum += point.weights[k] * Eigen::Map<const Vector3d>(values + 3 * point.vertices[k]);
   return sum;
 }
 
@@ -30,11 +31,13 @@ GuideTrack::Seen GuideTrack::at(double t_s) const {
     return seen;
   }
   const Index j = above - time_s.begin() - 1;
-  const double from = time_s[static_cast<size_t>(j)], step = time_s[static_cast<size_t>(j + 1)] - from, x = (t_s - from) / step;
+  const double from = time_s[static_cast<size_t>(j)], step = time_s[static_cast<size_t>(j + 1)] - from,
+               x = (t_s - from) / step;
   for (Index k = 0; k < count; ++k) {
     const auto p = [&](Index i) { return Vector3d(position.col(k * times + std::clamp<Index>(i, 0, times - 1))); };
     const Vector3d p0 = p(j - 1), p1 = p(j), p2 = p(j + 1), p3 = p(j + 2);
-    const Vector3d a = 0.5 * (p2 - p0), b = 0.5 * (2 * p0 - 5 * p1 + 4 * p2 - p3), c = 0.5 * (3 * p1 - p0 - 3 * p2 + p3);
+    const Vector3d a = 0.5 * (p2 - p0), b = 0.5 * (2 * p0 - 5 * p1 + 4 * p2 - p3),
+                   c = 0.5 * (3 * p1 - p0 - 3 * p2 + p3);
     seen.position.col(k) = p1 + x * (a + x * (b + x * c));
     seen.velocity.col(k) = (a + x * (2 * b + 3 * x * c)) / step;
   }
@@ -47,7 +50,8 @@ bool LetGo::is_free(double since_start_s) const {
   return turns - std::floor(turns) < 0.5;
 }
 
-void add_pull(const Guide& guide, double mass_kg, double t_s, const double* position, const double* velocity, double* force) {
+void add_pull(const Guide& guide, double mass_kg, double t_s, const double* position, const double* velocity,
+              double* force) {
   const GuideTrack& track = *guide.track;
   const GuideTrack::Seen seen = track.at(guide.seen_at(t_s));
   const double each = mass_kg / static_cast<double>(track.points.size());
@@ -58,12 +62,14 @@ void add_pull(const Guide& guide, double mass_kg, double t_s, const double* posi
     Vector3d pull = stiffness * (seen.position.col(column) - at_point(point, position));
     if (velocity) pull += damping * (seen.velocity.col(column) - at_point(point, velocity));
     if (!pull.allFinite()) continue;
-    for (size_t i = 0; i < point.vertices.size(); ++i) Eigen::Map<Vector3d>(force + 3 * point.vertices[i]) += point.weights[i] * pull;
+    for (size_t i = 0; i < point.vertices.size(); ++i)
+      Eigen::Map<Vector3d>(force + 3 * point.vertices[i]) += point.weights[i] * pull;
   }
 }
 
 kernel::StepFilter guided(std::shared_ptr<const Guide> guide, kernel::StepFilter after) {
-  return [guide = std::move(guide), after = std::move(after), force = std::vector<double>()](const kernel::Step& step) mutable {
+  return [guide = std::move(guide), after = std::move(after),
+          force = std::vector<double>()](const kernel::Step& step) mutable {
     if (!guide->let_go.is_free(step.start_s - guide->start_s)) {
       const size_t n = step.vertex_count;
       double mass = 0;

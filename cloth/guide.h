@@ -3,8 +3,8 @@
 // A motion that runs free leaves the recorded one for good where a fold snaps another way, and what it does after that
 // tells nothing of the parameters. Pulled a little towards what was seen ("nudging": Hoke & Anthes 1976; for estimating
 // parameters: Parlitz 1996) it stays in the same folds, and what is left of the error is what the model's forces lack,
-// over the square of the pull. The pull is no force of the model: it serves to find parameters, and predictions that are
-// compared with other models' run free.
+// over the square of the pull. The pull is no force of the model: it serves to find parameters, and predictions that
+// are compared with other models' run free.
 #pragma once
 
 #include <memory>
@@ -52,7 +52,8 @@ struct Guide {
 };
 
 // Forces on all vertices, N, added to 3N numbers: each point carries an equal part of mass_kg. velocity: null at rest.
-void add_pull(const Guide& guide, double mass_kg, double t_s, const double* position, const double* velocity, double* force);
+void add_pull(const Guide& guide, double mass_kg, double t_s, const double* position, const double* velocity,
+              double* force);
 
 // A pull of ω = 10/s need not act at each step; a run may give it so seldom, s.
 inline constexpr double kPullEvery_s = 2e-3;

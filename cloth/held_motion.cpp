@@ -12,7 +12,8 @@ kernel::Surroundings surroundings_of(const Experiment& e) {
 }
 
 HeldMotion::HeldMotion(const Sheet& sheet, const Experiment& experiment)
-    : path_(experiment.path), vertices_(held_vertices(sheet, experiment.path.hold)), vertex_count_(sheet.data.vertex_count) {}
+    : path_(experiment.path), vertices_(held_vertices(sheet, experiment.path.hold)),
+      vertex_count_(sheet.data.vertex_count) {}
 
 std::vector<char> HeldMotion::is_held() const {
   std::vector<char> held(3 * static_cast<size_t>(vertex_count_), 0);
@@ -29,7 +30,8 @@ void HeldMotion::place(double time_s, Eigen::Ref<Eigen::Matrix3Xd> position) con
 
 void HeldMotion::move(double time_s, Eigen::Ref<Eigen::Matrix3Xd> velocity) const {
   const Eigen::Matrix<double, 3, 2> rate = path_.velocity_at(time_s);
-  for (const kernel::HeldVertex& h : vertices_) velocity.col(h.vertex) = rate.col(0) + h.along * (rate.col(1) - rate.col(0));
+  for (const kernel::HeldVertex& h : vertices_)
+    velocity.col(h.vertex) = rate.col(0) + h.along * (rate.col(1) - rate.col(0));
 }
 
 }  // namespace selvedge::cloth

@@ -21,7 +21,8 @@ struct Segment {
 
 Segment find_segment(const std::vector<double>& time, double t) {
   const auto after = std::upper_bound(time.begin(), time.end(), t);
-  const size_t i = std::min(static_cast<size_t>(std::max<std::ptrdiff_t>(after - time.begin() - 1, 0)), time.size() - 2);
+  const size_t i =
+      std::min(static_cast<size_t>(std::max<std::ptrdiff_t>(after - time.begin() - 1, 0)), time.size() - 2);
   const double length = time[i + 1] - time[i];
   return {i, std::clamp((t - time[i]) / length, 0.0, 1.0), length};
 }

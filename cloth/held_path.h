@@ -19,9 +19,9 @@ enum class Hold { corners, top_edge, top_edge_clamped, side_edges, nothing };
 struct HeldPath {
   Hold hold = Hold::corners;
   Eigen::Vector3d clamp_direction = Eigen::Vector3d(0, 0, -1);  // unit, for top_edge_clamped and side_edges
-  std::vector<double> time_s;                                    // ascending, at least one
-  Eigen::Matrix3Xd left, right;                                  // at time_s, m
-  Eigen::Matrix3Xd left_slope, right_slope;                      // of the interpolating cubic, m/s
+  std::vector<double> time_s;                                   // ascending, at least one
+  Eigen::Matrix3Xd left, right;                                 // at time_s, m
+  Eigen::Matrix3Xd left_slope, right_slope;                     // of the interpolating cubic, m/s
 
   // Positions at a time; the end values outside the recording. Columns: left, right.
   Eigen::Matrix<double, 3, 2> at(double t_s) const;

@@ -17,7 +17,8 @@ namespace {
 using Sparse = StiffnessMatrix;
 
 // Columns and rows of held numbers are replaced by the identity, their known change moved to the right side.
-void prescribe(const std::vector<char>& is_held, const Eigen::VectorXd& change, Sparse& matrix, Eigen::VectorXd& right) {
+void prescribe(const std::vector<char>& is_held, const Eigen::VectorXd& change, Sparse& matrix,
+               Eigen::VectorXd& right) {
   Eigen::VectorXd known = Eigen::VectorXd::Zero(right.size());
   for (Eigen::Index i = 0; i < right.size(); ++i)
     if (is_held[static_cast<size_t>(i)]) known(i) = change(i);
@@ -39,7 +40,8 @@ void run_implicit_euler(const Sheet& sheet, const Experiment& experiment, double
   Eigen::SimplicialLLT<Sparse> solver;
   bool analysed = false;
 
-  Eigen::Matrix3Xd x = trajectory.start, v = Eigen::Matrix3Xd::Zero(3, x.cols()), acceleration(3, x.cols()), target = x, before = x;
+  Eigen::Matrix3Xd x = trajectory.start, v = Eigen::Matrix3Xd::Zero(3, x.cols()), acceleration(3, x.cols()), target = x,
+                   before = x;
   double t = experiment.start_s;
   for (const double sample : experiment.sample_s) {
     const int steps = std::max(1, static_cast<int>(std::ceil((sample - t) / step_s - 1e-9)));

@@ -24,24 +24,24 @@ struct Material {
   double drag_linear = 0;         // kg/(m²·s), the linear drag law on v_N of models before 2003
 
   // What the base model lacks; each is neutral at the value given here.
-  double stretch_anisotropy = 0;  // a: k_u = stretch e^a, k_v = stretch e^−a
-  double bend_anisotropy = 0;     // b: rigidity about v is bend e^b (x_uu), about u bend e^−b (x_vv)
-  double coupling = 0;            // ν: + ν √(k_u k_v) ε_u ε_v, Poisson-like
-  double stretch_stiffening = 0;  // β: σ = k ε (1 + β |ε|)
-  double bend_stiffening = 0;     // γ, m²: moment = bend κ (1 + γ |κ|²), bounded below at 0.05
-  double rest_curvature_u = 0;    // 1/m, curvature of the stress-free sheet along u (sign: along the normal)
-  double rest_curvature_v = 0;    // 1/m, along v
-  double bend_friction = 0;       // N, moment per width at which bending friction saturates
-  double bend_friction_curvature = 4;    // 1/m, change of curvature over which it saturates
-  double stretch_friction = 0;    // N/m, stress at which stretch and shear friction saturate
+  double stretch_anisotropy = 0;           // a: k_u = stretch e^a, k_v = stretch e^−a
+  double bend_anisotropy = 0;              // b: rigidity about v is bend e^b (x_uu), about u bend e^−b (x_vv)
+  double coupling = 0;                     // ν: + ν √(k_u k_v) ε_u ε_v, Poisson-like
+  double stretch_stiffening = 0;           // β: σ = k ε (1 + β |ε|)
+  double bend_stiffening = 0;              // γ, m²: moment = bend κ (1 + γ |κ|²), bounded below at 0.05
+  double rest_curvature_u = 0;             // 1/m, curvature of the stress-free sheet along u (sign: along the normal)
+  double rest_curvature_v = 0;             // 1/m, along v
+  double bend_friction = 0;                // N, moment per width at which bending friction saturates
+  double bend_friction_curvature = 4;      // 1/m, change of curvature over which it saturates
+  double stretch_friction = 0;             // N/m, stress at which stretch and shear friction saturate
   double stretch_friction_strain = 0.005;  // strain over which it saturates
-  double creep = 0;               // share of membrane stiffness added as a relaxing (Maxwell) branch
-  double creep_time_s = 1;        // its relaxation time
-  double added_mass = 0;          // kg/m², air carried along the normal
-  double hem_stiffness = 0;       // h: bend within hem_width of the rim is multiplied by 1 + h
-  double hem_density = 0;         // kg/m² added within hem_width of the rim
+  double creep = 0;                        // share of membrane stiffness added as a relaxing (Maxwell) branch
+  double creep_time_s = 1;                 // its relaxation time
+  double added_mass = 0;                   // kg/m², air carried along the normal
+  double hem_stiffness = 0;                // h: bend within hem_width of the rim is multiplied by 1 + h
+  double hem_density = 0;                  // kg/m² added within hem_width of the rim
   double hem_width_m = 0.012;
-  double local_mass_kg = 0;       // a small weight at (local_u_m, local_v_m)
+  double local_mass_kg = 0;  // a small weight at (local_u_m, local_v_m)
   double local_u_m = 0.15;
   double local_v_m = 0.25;
 };

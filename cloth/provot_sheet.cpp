@@ -27,7 +27,8 @@ Eigen::Matrix3Xd normals_of(const ProvotScene& s, const Eigen::Matrix3Xd& p) {
 
 ProvotFabric fabric_of(const IsotropicFabric& f) {
   const auto kind = [&](double length_m) { return SpringKind{length_m, f.stiffness_n_m, f.critical_elongation}; };
-  return {kind(f.structural_m), kind(f.structural_m), kind(f.shear_m), kind(f.shear_m), kind(f.flexion_m), kind(f.flexion_m)};
+  return {kind(f.structural_m), kind(f.structural_m), kind(f.shear_m),
+          kind(f.shear_m),      kind(f.flexion_m),    kind(f.flexion_m)};
 }
 
 std::vector<int> held_points(const ProvotScene& scene) {
@@ -81,7 +82,8 @@ Eigen::Matrix3Xd ProvotSheet::forces(const ProvotFabric& fabric, const State& st
 void ProvotSheet::shorten(const ProvotFabric& fabric, Eigen::Matrix3Xd& position) const {
   for (const Spring& s : springs_) {
     const SpringKind& kind = fabric[static_cast<size_t>(s.kind)];
-    const bool first_held = is_held_[static_cast<size_t>(s.first)], second_held = is_held_[static_cast<size_t>(s.second)];
+    const bool first_held = is_held_[static_cast<size_t>(s.first)],
+               second_held = is_held_[static_cast<size_t>(s.second)];
     const double longest = kind.length_m * (1 + kind.critical_elongation);
     const Eigen::Vector3d between = position.col(s.second) - position.col(s.first);
     const double length = between.norm();

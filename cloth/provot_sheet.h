@@ -19,7 +19,7 @@
 namespace selvedge::cloth {
 
 struct SpringKind {
-  double length_m = 0;          // natural
+  double length_m = 0;  // natural
   double stiffness_n_m = 0;
   double critical_elongation = 0;  // τ
 };
@@ -39,14 +39,14 @@ ProvotFabric fabric_of(const IsotropicFabric& isotropic);
 // these many springs of the hanging sheet reach τ = 0.5, as it says they do.
 struct ProvotScene {
   int columns = 17, rows = 17;
-  double spacing_m = 0.09375;         // of the flat start
-  double mass_kg = 1.5e-3;             // of one point
-  double damping_kg_s = 2.5e-3;        // C
-  double flow_kg_s = 0;               // C_f
+  double spacing_m = 0.09375;    // of the flat start
+  double mass_kg = 1.5e-3;       // of one point
+  double damping_kg_s = 2.5e-3;  // C
+  double flow_kg_s = 0;          // C_f
   Eigen::Vector3d flow_m_s = Eigen::Vector3d::Zero();
   Eigen::Vector3d gravity_m_s2 = Eigen::Vector3d(0, 0, -9.81);
   double step_s = 4e-3;
-  std::vector<int> held;              // points that never move; point (column i, row j) is j·columns + i
+  std::vector<int> held;  // points that never move; point (column i, row j) is j·columns + i
 };
 
 // Level and at rest in the plane z = 0, held by the two corners of row 0 if scene.held is empty.

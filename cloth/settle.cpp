@@ -18,20 +18,22 @@ namespace {
 using Eigen::Index;
 using Eigen::VectorXd;
 
-constexpr double kNear_m = 0.03;      // longest first step of a start that is near
-constexpr double kLongest_m = 0.004;  // of a step
+constexpr double kNear_m = 0.03;        // longest first step of a start that is near
+constexpr double kLongest_m = 0.004;    // of a step
 constexpr double kInertia_per_s2 = 10;  // mass is added to the stiffness by this: no mode is without resistance
 constexpr int kMemory = 16, kMostSteps = 120, kMostTries = 4;
-constexpr double kLeft = 0.9;         // share of the push along a step that may be left at its end
+constexpr double kLeft = 0.9;  // share of the push along a step that may be left at its end
 
-double longest(const VectorXd& step) { return std::sqrt(step.reshaped(3, step.size() / 3).colwise().squaredNorm().maxCoeff()); }
+double longest(const VectorXd& step) {
+  return std::sqrt(step.reshaped(3, step.size() / 3).colwise().squaredNorm().maxCoeff());
+}
 
 // Forces at rest, with the held vertices' left out.
 class Forces {
  public:
   Forces(const Sheet& sheet, const Experiment& e, const Material& still, const HeldMotion& held)
-      : field_(sheet.data, still, surroundings_of(e), held.vertices()), mass_(vertex_masses(sheet, still)), is_held_(held.is_held()),
-        zero_(VectorXd::Zero(3 * mass_.size())), guide_(e.guide), start_s_(e.start_s) {}
+      : field_(sheet.data, still, surroundings_of(e), held.vertices()), mass_(vertex_masses(sheet, still)),
+        is_held_(held.is_held()), zero_(VectorXd::Zero(3 * mass_.size())), guide_(e.guide), start_s_(e.start_s) {}
   VectorXd at(const VectorXd& x) {
     VectorXd f(x.size());
     field_.accelerations(x.data(), zero_.data(), kernel::kBroughtFromFlat, f.data());
@@ -59,7 +61,8 @@ class Forces {
 class FirstGuess {
  public:
   FirstGuess(const Sheet& sheet, const Material& m, const Forces& forces, const VectorXd& x) {
-    StiffnessMatrix k = stiffness_matrix(sheet, m, (kInertia_per_s2 + forces.pull_per_s2()) * forces.mass(), x.reshaped(3, x.size() / 3), {1, 0}, true);
+    StiffnessMatrix k = stiffness_matrix(sheet, m, (kInertia_per_s2 + forces.pull_per_s2()) * forces.mass(),
+                                         x.reshaped(3, x.size() / 3), {1, 0}, true);
     hold_still(forces.is_held(), k);
     solver_.compute(k);
   }
@@ -83,7 +86,8 @@ VectorXd direction(const FirstGuess& guess, const std::deque<Pair>& pairs, const
     q -= alpha[i] * pairs[i].changed;
   }
   VectorXd r = guess.times(q);
-  for (size_t i = 0; i < pairs.size(); ++i) r += (alpha[i] - pairs[i].inverse * pairs[i].changed.dot(r)) * pairs[i].moved;
+  for (size_t i = 0; i < pairs.size(); ++i)
+    r += (alpha[i] - pairs[i].inverse * pairs[i].changed.dot(r)) * pairs[i].moved;
   return r;
 }
 

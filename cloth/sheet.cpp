@@ -42,18 +42,16 @@ kernel::Triangle make_triangle(const geometry::TriangleMesh& mesh, const std::ar
 std::array<double, 3> corner_areas(const geometry::TriangleMesh& mesh, const std::array<int, 3>& corners, double area) {
   std::array<Eigen::Vector2d, 3> side;  // opposite to each corner
   for (size_t k = 0; k < 3; ++k)
-    side[k] = mesh.rest_uv[static_cast<size_t>(corners[(k + 2) % 3])] - mesh.rest_uv[static_cast<size_t>(corners[(k + 1) % 3])];
+    side[k] = mesh.rest_uv[static_cast<size_t>(corners[(k + 2) % 3])] -
+              mesh.rest_uv[static_cast<size_t>(corners[(k + 1) % 3])];
   std::array<double, 3> cotangent;
   for (size_t k = 0; k < 3; ++k) cotangent[k] = -side[(k + 1) % 3].dot(side[(k + 2) % 3]) / (2 * area);
   std::array<double, 3> out;
   for (size_t k = 0; k < 3; ++k) {
     const size_t a = (k + 1) % 3, b = (k + 2) % 3;
-    if (cotangent[k] < 0)
-      out[k] = area / 2;
-    else if (cotangent[a] < 0 || cotangent[b] < 0)
-      out[k] = area / 4;
-    else
-      out[k] = (side[a].squaredNorm() * cotangent[a] + side[b].squaredNorm() * cotangent[b]) / 8;
+    if (cotangent[k] < 0) out[k] = area / 2;
+    else if (cotangent[a] < 0 || cotangent[b] < 0) out[k] = area / 4;
+    else out[k] = (side[a].squaredNorm() * cotangent[a] + side[b].squaredNorm() * cotangent[b]) / 8;
   }
   return out;
 }
@@ -120,10 +118,12 @@ void give_held_corners_the_grips_size(const geometry::TriangleMesh& mesh, kernel
 
 // The metric by which arcs exceed chords, as weights of the products of second derivatives.
 kernel::ArcWeights<double> arc_weights(const geometry::TriangleMesh& mesh, const std::array<int, 3>& corners) {
-  Eigen::Matrix3d metric_of_sides;               // squares of the sides = this · (δ_uu, δ_uv, δ_vv)
-  Eigen::Matrix<double, 3, 6> square_of_sides;   // |c|²/12 of the sides = this · products
+  Eigen::Matrix3d metric_of_sides;              // squares of the sides = this · (δ_uu, δ_uv, δ_vv)
+  Eigen::Matrix<double, 3, 6> square_of_sides;  // |c|²/12 of the sides = this · products
   for (int k = 0; k < 3; ++k) {
-    const auto at = [&](int corner) { return mesh.rest_uv[static_cast<size_t>(corners[static_cast<size_t>(corner % 3)])]; };
+    const auto at = [&](int corner) {
+      return mesh.rest_uv[static_cast<size_t>(corners[static_cast<size_t>(corner % 3)])];
+    };
     const Eigen::Vector2d d = at(k + 2) - at(k + 1);
     const double uu = d.x() * d.x(), uv = d.x() * d.y(), vv = d.y() * d.y();
     metric_of_sides.row(k) << uu, 2 * uv, vv;
@@ -168,8 +168,7 @@ Sheet make_bordered_sheet(const geometry::TriangleMesh& mesh, int own) {
   for (const Eigen::Vector2d& uv : mesh.rest_uv) {
     s.vertex_u.push_back(uv.x());
     s.vertex_v.push_back(uv.y());
-    s.rim_distance.push_back(
-        std::max(0.0, std::min({uv.x(), mesh.width_m - uv.x(), uv.y(), mesh.height_m - uv.y()})));
+    s.rim_distance.push_back(std::max(0.0, std::min({uv.x(), mesh.width_m - uv.x(), uv.y(), mesh.height_m - uv.y()})));
   }
   const double spacing = mean_spacing(s);
   s.bend.start.push_back(0);

@@ -14,8 +14,8 @@ struct Sheet {
 };
 
 // How long fabric is taken to be between two vertices: as their distance, or as an arc bent like the sheet is there
-// (kernel/arc_length.h), which costs 1.7 times as much a step and from 17 columns on moves a soft swatch as twice as many
-// columns do. Fits take straight sides (docs/decisions/0010 says why).
+// (kernel/arc_length.h), which costs 1.7 times as much a step and from 17 columns on moves a soft swatch as twice as
+// many columns do. Fits take straight sides (docs/decisions/0010 says why).
 enum class Sides { straight, arcs };
 
 // Throws std::invalid_argument where a triangle has no area or the mesh is too small for second derivatives.

@@ -115,8 +115,8 @@ void relax_group(const Sheet& sheet, const std::vector<Experiment>& lanes, const
     out[members[i]] = {columns_at(result.position, i * static_cast<size_t>(n * 3), n), result.at_rest[i]};
 }
 
-void run_group(const Sheet& sheet, const std::vector<Experiment>& lanes, const std::vector<size_t>& members, double step_s,
-               const kernel::DampingStages& stages, std::vector<Trajectory>& out) {
+void run_group(const Sheet& sheet, const std::vector<Experiment>& lanes, const std::vector<size_t>& members,
+               double step_s, const kernel::DampingStages& stages, std::vector<Trajectory>& out) {
   std::vector<const Experiment*> group;
   std::vector<const Eigen::Matrix3Xd*> start;
   for (const size_t i : members) {
@@ -132,7 +132,8 @@ void run_group(const Sheet& sheet, const std::vector<Experiment>& lanes, const s
   in.start_s = start_s;
   for (const Experiment* e : group)
     if (kernel::StepFilter filter = step_filter_of(*e)) in.step_filters.push_back(std::move(filter));
-  if (group[0]->guide && !group[0]->make_step_filter) in.filter_every = std::max(1, static_cast<int>(kPullEvery_s / step_s));
+  if (group[0]->guide && !group[0]->make_step_filter)
+    in.filter_every = std::max(1, static_cast<int>(kPullEvery_s / step_s));
   in.held_corners.reserve(members.size() * static_cast<size_t>(in.steps + 1) * 6);
   for (const Experiment* e : group)
     for (int k = 0; k <= in.steps; ++k) {
@@ -163,8 +164,8 @@ double shortest_step_s(const std::vector<Spectrum>& spectra) {
   return step;
 }
 
-std::vector<Rest> relax_all(const Sheet& sheet, const std::vector<Experiment>& lanes, const std::vector<Spectrum>& spectra,
-                            const Options& options) {
+std::vector<Rest> relax_all(const Sheet& sheet, const std::vector<Experiment>& lanes,
+                            const std::vector<Spectrum>& spectra, const Options& options) {
   std::vector<Rest> rests(lanes.size());
   for (size_t i = 0; i < lanes.size(); ++i) rests[i].position = lanes[i].start_shape;
   std::vector<size_t> open = every_one_of(lanes);  // not yet at rest
@@ -179,7 +180,8 @@ std::vector<Rest> relax_all(const Sheet& sheet, const std::vector<Experiment>& l
   };
   const auto relax_open = [&](const Options& how) {
     const auto groups = grouped(lanes, open, std::vector<kernel::DampingStages>(lanes.size()));
-    tbb::parallel_for(size_t{0}, groups.size(), [&](size_t g) { relax_group(sheet, lanes, spectra, groups[g], how, rests); });
+    tbb::parallel_for(size_t{0}, groups.size(),
+                      [&](size_t g) { relax_group(sheet, lanes, spectra, groups[g], how, rests); });
   };
   // Starts that are near settle at once. Others are brought nearer by motion first, and by motion alone where that
   // does not do either.
@@ -194,8 +196,8 @@ std::vector<Rest> relax_all(const Sheet& sheet, const std::vector<Experiment>& l
 }
 
 // Leapfrog for all lanes from their starts in `out`.
-void run_leapfrog(const Sheet& sheet, const std::vector<Experiment>& lanes, const std::vector<Spectrum>& spectra, double step_s,
-                  std::vector<Trajectory>& out) {
+void run_leapfrog(const Sheet& sheet, const std::vector<Experiment>& lanes, const std::vector<Spectrum>& spectra,
+                  double step_s, std::vector<Trajectory>& out) {
   std::vector<kernel::DampingStages> stages;
   for (const Spectrum& s : spectra) stages.push_back(stages_for(s, step_s));
   const auto groups = grouped(lanes, every_one_of(lanes), stages);
@@ -208,9 +210,11 @@ void run_leapfrog(const Sheet& sheet, const std::vector<Experiment>& lanes, cons
 
 void check_lanes(const std::vector<Experiment>& lanes) {
   for (const Experiment& lane : lanes)
-    if (lane.start_s != lanes[0].start_s || lane.sample_s != lanes[0].sample_s || lane.path.hold != lanes[0].path.hold ||
-        !lane.make_step_filter != !lanes[0].make_step_filter || !lane.guide != !lanes[0].guide)
-      throw std::invalid_argument("simulate: lanes must share start_s, sample_s, the way of holding, contact or none, and a guide or none");
+    if (lane.start_s != lanes[0].start_s || lane.sample_s != lanes[0].sample_s ||
+        lane.path.hold != lanes[0].path.hold || !lane.make_step_filter != !lanes[0].make_step_filter ||
+        !lane.guide != !lanes[0].guide)
+      throw std::invalid_argument(
+          "simulate: lanes must share start_s, sample_s, the way of holding, contact or none, and a guide or none");
 }
 
 // Thin-plate basis r² ln r.
@@ -251,8 +255,7 @@ std::vector<Trajectory> simulate(const Sheet& sheet, const std::vector<Experimen
   else if (options.integrator == Options::Integrator::implicit_euler)
     for (size_t i = 0; i < lanes.size(); ++i)
       run_implicit_euler(sheet, lanes[i], options.step_s > 0 ? options.step_s : kImplicitStep_s, out[i]);
-  else
-    run_leapfrog(sheet, lanes, spectra, options.step_s > 0 ? options.step_s : shortest_step_s(spectra), out);
+  else run_leapfrog(sheet, lanes, spectra, options.step_s > 0 ? options.step_s : shortest_step_s(spectra), out);
   return out;
 }
 
@@ -261,7 +264,8 @@ std::vector<kernel::HeldVertex> held_vertices(const Sheet& sheet, Hold hold) {
   const double width = sheet.mesh.width_m;
   if (hold == Hold::nothing) return {};
   if (hold == Hold::corners)
-    return {{geometry::nearest_vertex(sheet.mesh, {0, 0}), 0, 0}, {geometry::nearest_vertex(sheet.mesh, {width, 0}), 1, 0}};
+    return {{geometry::nearest_vertex(sheet.mesh, {0, 0}), 0, 0},
+            {geometry::nearest_vertex(sheet.mesh, {width, 0}), 1, 0}};
   std::vector<kernel::HeldVertex> held;
   if (hold == Hold::side_edges) {
     for (size_t i = 0; i < uv.size(); ++i)
@@ -279,7 +283,10 @@ std::vector<kernel::HeldVertex> held_vertices(const Sheet& sheet, Hold hold) {
   }
   for (size_t i = 0; i < uv.size(); ++i)
     if (uv[i].y() <= row + 1e-9)
-      held.push_back({static_cast<int>(i), uv[i].x() / width, uv[i].y(), !clamped ? 1 : uv[i].y() < 1e-9 ? 0 : 2.0 / 3});
+      held.push_back({static_cast<int>(i), uv[i].x() / width, uv[i].y(),
+                      !clamped           ? 1
+                      : uv[i].y() < 1e-9 ? 0
+                                         : 2.0 / 3});
   return held;
 }
 

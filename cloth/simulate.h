@@ -24,11 +24,12 @@ struct Experiment {
   HeldPath path;
   Eigen::Vector3d gravity_m_s2 = Eigen::Vector3d(0, 0, -9.81);
   Eigen::Vector3d air_velocity_m_s = Eigen::Vector3d::Zero();
-  Eigen::Matrix3Xd start_shape;       // 3×N, m: where relaxation, or the motion itself, starts
-  bool starts_at_rest = true;         // relax first
-  double start_s = 0;                 // in the path's time
-  std::vector<double> sample_s;       // ascending; when positions are wanted, in the path's time
-  std::function<kernel::StepFilter()> make_step_filter;  // contact (contact/solver.h), afresh for each run, by any thread; null: none
+  Eigen::Matrix3Xd start_shape;  // 3×N, m: where relaxation, or the motion itself, starts
+  bool starts_at_rest = true;    // relax first
+  double start_s = 0;            // in the path's time
+  std::vector<double> sample_s;  // ascending; when positions are wanted, in the path's time
+  std::function<kernel::StepFilter()>
+      make_step_filter;                // contact (contact/solver.h), afresh for each run, by any thread; null: none
   std::shared_ptr<const Guide> guide;  // keeps it near where it was seen; null: it runs free
 };
 
@@ -40,11 +41,11 @@ inline constexpr double kImplicitStep_s = 1.0 / 120;
 struct Options {
   enum class Integrator { leapfrog, runge_kutta_45, implicit_euler };
   Integrator integrator = Integrator::leapfrog;
-  double step_s = 0;                  // 0: leapfrog takes the stable step of the stiffest lane, implicit_euler kImplicitStep_s
-  double tolerance_m = 1e-6;          // runge_kutta_45, error a step
-  double rest_change_m = 2e-6;        // see kernel::RelaxOptions
+  double step_s = 0;          // 0: leapfrog takes the stable step of the stiffest lane, implicit_euler kImplicitStep_s
+  double tolerance_m = 1e-6;  // runge_kutta_45, error a step
+  double rest_change_m = 2e-6;  // see kernel::RelaxOptions
   double rest_speed_m_s = 1e-4;
-  double longest_rest_s = 12;         // fabric time after which relaxation gives up
+  double longest_rest_s = 12;  // fabric time after which relaxation gives up
 };
 
 struct Trajectory {
@@ -60,9 +61,9 @@ double stable_step_s(const Sheet& sheet, const Material& material);
 // The shortest such step of all lanes, s.
 double common_step_s(const Sheet& sheet, const std::vector<Experiment>& lanes);
 
-// Any number of lanes, split into SIMD groups of lanes that take their steps alike, the groups over the cores. A lane that
-// blows up is run again with half the step, up to three times. Throws std::invalid_argument where the lanes
-// differ in start_s or sample_s.
+// Any number of lanes, split into SIMD groups of lanes that take their steps alike, the groups over the cores. A lane
+// that blows up is run again with half the step, up to three times. Throws std::invalid_argument where the lanes differ
+// in start_s or sample_s.
 std::vector<Trajectory> simulate(const Sheet& sheet, const std::vector<Experiment>& lanes, const Options& options = {});
 
 // Equilibria of the lanes from their start shapes.

@@ -56,8 +56,8 @@ double in_plane_eigenvalue(const kernel::SheetData& s, const std::vector<double>
         ev += t.gradient_v[a] * dy;
         g += t.gradient_v[a] * dx + t.gradient_u[a] * dy;
       }
-      const double su = t.membrane_area * (p.ku * eu + p.coupling * ev), sv = t.membrane_area * (p.kv * ev + p.coupling * eu),
-                   tau = t.membrane_area * p.shear * g;
+      const double su = t.membrane_area * (p.ku * eu + p.coupling * ev),
+                   sv = t.membrane_area * (p.kv * ev + p.coupling * eu), tau = t.membrane_area * p.shear * g;
       for (int a = 0; a < 3; ++a) {
         y(2 * t.vertex[a]) += t.gradient_u[a] * su + t.gradient_v[a] * tau;
         y(2 * t.vertex[a] + 1) += t.gradient_v[a] * sv + t.gradient_u[a] * tau;
@@ -165,12 +165,11 @@ Spectrum spectrum_of(const Sheet& sheet, const Material& m) {
                           (1 + 1e3 * std::max(0.0, m.bend_stiffening)) +
                       m.bend_friction / m.bend_friction_curvature;
   Spectrum out;
-  out.membrane_omega2 =
-      in_plane_eigenvalue(s, inverse_mass, {ku, kv, m.coupling * std::sqrt(ku * kv), shear, bend});
-  out.membrane_lambda = in_plane_eigenvalue(
-      s, inverse_mass, {m.stretch_damping, m.stretch_damping, 0, m.shear_damping, m.bend_damping});
-  out.membrane_ratio =
-      std::max({ratio_of(std::max(ku, kv), m.stretch_damping), ratio_of(shear, m.shear_damping), ratio_of(bend, m.bend_damping)});
+  out.membrane_omega2 = in_plane_eigenvalue(s, inverse_mass, {ku, kv, m.coupling * std::sqrt(ku * kv), shear, bend});
+  out.membrane_lambda =
+      in_plane_eigenvalue(s, inverse_mass, {m.stretch_damping, m.stretch_damping, 0, m.shear_damping, m.bend_damping});
+  out.membrane_ratio = std::max({ratio_of(std::max(ku, kv), m.stretch_damping), ratio_of(shear, m.shear_damping),
+                                 ratio_of(bend, m.bend_damping)});
   const double bend_unit = largest_eigenvalue(inverse_mass, 1, [&](const Vector& x, Vector& y) {
     y.setZero();
     add_bending(s, 1, 1, x, y);

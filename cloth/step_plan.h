@@ -21,7 +21,7 @@ struct Spectrum {
   double membrane_lambda = 0;  // 1/s
   double membrane_ratio = 0;   // 1/s, largest stiffness per damping; infinite without damping
   double bend_omega2 = 0, bend_lambda = 0, bend_ratio = 0;
-  double tension = 0;          // largest strain expected, which makes sideways waves stiff
+  double tension = 0;  // largest strain expected, which makes sideways waves stiff
 };
 Spectrum spectrum_of(const Sheet& sheet, const Material& material);
 

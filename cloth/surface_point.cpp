@@ -25,7 +25,8 @@ SurfacePoint surface_point(const Sheet& sheet, const Eigen::Vector2d& uv) {
     const auto vertex = static_cast<size_t>(flat.vertices[k]);
     for (int j = b.start[vertex]; j < b.start[vertex + 1]; ++j) {
       const auto at = static_cast<size_t>(j);
-      sum[b.index[at]] -= flat.weights(static_cast<Eigen::Index>(k)) * (uu * b.uu[at] + uv_twice * b.uv[at] + vv * b.vv[at]);
+      sum[b.index[at]] -=
+          flat.weights(static_cast<Eigen::Index>(k)) * (uu * b.uu[at] + uv_twice * b.uv[at] + vv * b.vv[at]);
     }
   }
   SurfacePoint out;

@@ -29,19 +29,21 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
-constexpr double kLookAgain_s = 1;   // at the configuration file
+constexpr double kLookAgain_s = 1;  // at the configuration file
 constexpr double kWatched_s = 1;
-constexpr double kAnswer_s = 10;     // for the rig to be there when something is asked of it
+constexpr double kAnswer_s = 10;  // for the rig to be there when something is asked of it
 
 // The trial that a page asks for. Refuses unknown keys and values out of range as a session file would.
 session::TrialPlan trial_of(const json& wanted) {
-  static const std::vector<std::string> known = {"name", "kind", "duration_s", "lead_in_s", "tail_s", "amplitude_m", "frequency_hz", "ramp_s"};
+  static const std::vector<std::string> known = {"name",   "kind",        "duration_s",   "lead_in_s",
+                                                 "tail_s", "amplitude_m", "frequency_hz", "ramp_s"};
   if (!wanted.is_object()) refuse("trial", "expected an object");
   for (const auto& [key, value] : wanted.items())
     if (std::find(known.begin(), known.end(), key) == known.end()) refuse("trial " + key, "unknown key");
   const auto number = [&](const char* key, double fallback, double least, double most) {
     const json value = wanted.value(key, json(fallback));
-    if (!value.is_number() || value.get<double>() < least || value.get<double>() > most) refuse(std::string("trial ") + key, "found {}, expected {} to {}", value.dump(), least, most);
+    if (!value.is_number() || value.get<double>() < least || value.get<double>() > most)
+      refuse(std::string("trial ") + key, "found {}, expected {} to {}", value.dump(), least, most);
     return value.get<double>();
   };
   session::TrialPlan plan;
@@ -57,7 +59,8 @@ session::TrialPlan trial_of(const json& wanted) {
   plan.lead_in_s = number("lead_in_s", 0.3, 0.1, 10);
   plan.tail_s = number("tail_s", plan.tail_s, 0, 60);
   if (plan.kind != trial::Experiment::static_hang && plan.lead_in_s + plan.tail_s + 0.5 > plan.duration_s)
-    refuse("trial duration_s", "found {} s, expected at least half a second beyond lead_in_s and tail_s", plan.duration_s);
+    refuse("trial duration_s", "found {} s, expected at least half a second beyond lead_in_s and tail_s",
+           plan.duration_s);
   plan.amplitude_m = number("amplitude_m", 0.035, 0.001, 0.2);
   plan.frequency_hz = number("frequency_hz", 0.9, 0.05, 5);
   plan.ramp_s = number("ramp_s", 0.4, 0.1, 5);
@@ -98,7 +101,8 @@ struct BusRigLink::Impl {
     }
   }
 
-  // An arm that stopped by itself, or was stopped by others, is not armed from here any more: only a person arms it again.
+  // An arm that stopped by itself, or was stopped by others, is not armed from here any more: only a person arms it
+  // again.
   void notice_a_stop() {
     if (!armed || records) return;
     const std::shared_ptr<Heard> now = heard_now();
@@ -121,9 +125,7 @@ struct BusRigLink::Impl {
       heard = std::move(fresh);
       file_written = written;
       ring.reset();
-    } catch (const std::exception& problem) {
-      spdlog::warn("{}", problem.what());
-    }
+    } catch (const std::exception& problem) { spdlog::warn("{}", problem.what()); }
   }
 
   void take_picture() {
@@ -169,12 +171,12 @@ struct BusRigLink::Impl {
       };
       client.wait_until_running(kAnswer_s, [&](const std::string& missing) { progress(0, missing); });
       fs::create_directories(options.recordings);
-      const session::TrialRecord record = station::record_session_trial(client, rig_configuration, plan, trial, optics, options.recordings, progress);
-      ended = fmt::format("recorded {} frames, {} lost, a corner hidden in {:.0f} % of the samples{}", record.frames, record.frames_lost, 100 * record.occluded_share,
+      const session::TrialRecord record =
+          station::record_session_trial(client, rig_configuration, plan, trial, optics, options.recordings, progress);
+      ended = fmt::format("recorded {} frames, {} lost, a corner hidden in {:.0f} % of the samples{}", record.frames,
+                          record.frames_lost, 100 * record.occluded_share,
                           record.started_at_rest ? "" : "; it did not begin at rest");
-    } catch (const std::exception& error) {
-      ended = error.what();
-    }
+    } catch (const std::exception& error) { ended = error.what(); }
     const std::lock_guard lock(mutex);
     recording["running"] = false;
     recording["ended"] = ended;
@@ -182,7 +184,7 @@ struct BusRigLink::Impl {
   }
 
   const BusRigOptions options;
-  mutable std::mutex mutex;                 // of all down to recording
+  mutable std::mutex mutex;  // of all down to recording
   rig::Configuration configuration;
   fs::file_time_type file_written{};
   std::shared_ptr<Heard> heard;
@@ -194,7 +196,7 @@ struct BusRigLink::Impl {
   std::unique_ptr<camera::FrameRingReader> ring;  // the looker's alone
   camera::RingFrame frame;
 
-  std::mutex arm_mutex;                     // of the lease
+  std::mutex arm_mutex;  // of the lease
   std::unique_ptr<session::RigClient> arm_client;
   std::unique_ptr<session::ArmLease> lease;
   std::atomic<bool> armed{false};
@@ -255,9 +257,7 @@ void BusRigLink::stop(const std::string& why) {
   impl_->cancel = true;
   try {
     if (impl_->has_arm()) arm::stop_arm(impl_->current(), why);
-  } catch (...) {
-    failed = std::current_exception();
-  }
+  } catch (...) { failed = std::current_exception(); }
   disarm();
   if (failed) std::rethrow_exception(failed);
 }
@@ -288,7 +288,11 @@ void BusRigLink::record(const json& wanted) {
     impl_->cancel = false;
     {
       const std::lock_guard lock(impl_->mutex);
-      impl_->recording = {{"running", true}, {"trial", trial.name}, {"kind", trial::to_text(trial.kind)}, {"done", 0.0}, {"message", "begins"}};
+      impl_->recording = {{"running", true},
+                          {"trial", trial.name},
+                          {"kind", trial::to_text(trial.kind)},
+                          {"done", 0.0},
+                          {"message", "begins"}};
     }
     const session::RigOptics optics{calibration.camera, *calibration.projector};
     impl_->recorder = std::thread([impl = impl_.get(), trial, optics] {
@@ -305,7 +309,8 @@ void BusRigLink::stop_recording() { impl_->cancel = true; }
 
 void BusRigLink::answer(int64_t prompt_id, const std::string& text) {
   static const std::vector<std::string> known = {"done", "repeat", "skip", "stop", "reset"};
-  if (std::find(known.begin(), known.end(), text) == known.end()) refuse("answer", "found {:.40}, expected done, repeat, skip, stop or reset", text);
+  if (std::find(known.begin(), known.end(), text) == known.end())
+    refuse("answer", "found {:.40}, expected done, repeat, skip, stop or reset", text);
   selvedge_rig::operator_answer_t message{};
   message.utime = rig::host_now_us();
   message.prompt_id = prompt_id;

@@ -1,8 +1,8 @@
-// The console's link to a real rig, or a simulated one: listens on the bus, reads the newest frame from the ring, and on a
-// person's word arms, stops, records a trial, or answers a prompt.
+// The console's link to a real rig, or a simulated one: listens on the bus, reads the newest frame from the ring, and
+// on a person's word arms, stops, records a trial, or answers a prompt.
 //
-// The rig may come and go, and with it the configuration's port: a session that is started again writes rig.toml anew. The
-// file is looked at every second.
+// The rig may come and go, and with it the configuration's port: a session that is started again writes rig.toml anew.
+// The file is looked at every second.
 #pragma once
 
 #include <filesystem>
@@ -15,9 +15,9 @@
 namespace selvedge::console {
 
 struct BusRigOptions {
-  std::filesystem::path configuration;   // rig.toml; need not be there yet
-  std::filesystem::path calibration;     // calibration.json: recording needs it, the view shows it
-  std::filesystem::path recordings;      // folder for trials that are recorded here
+  std::filesystem::path configuration;  // rig.toml; need not be there yet
+  std::filesystem::path calibration;    // calibration.json: recording needs it, the view shows it
+  std::filesystem::path recordings;     // folder for trials that are recorded here
   double preview_rate_hz = 5;
 };
 

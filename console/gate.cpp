@@ -20,7 +20,8 @@ bool same(const std::string& a, const std::string& b) {
 }
 
 std::optional<fs::path> below(const fs::path& root, const std::string& relative) {
-  if (relative.empty() || relative.find('\0') != std::string::npos || relative.find('\\') != std::string::npos) return std::nullopt;
+  if (relative.empty() || relative.find('\0') != std::string::npos || relative.find('\\') != std::string::npos)
+    return std::nullopt;
   const fs::path path(relative);
   if (path.is_absolute()) return std::nullopt;
   for (const fs::path& part : path)
@@ -36,8 +37,11 @@ std::optional<fs::path> below(const fs::path& root, const std::string& relative)
 }  // namespace
 
 std::optional<std::string> Gate::refusal(const Asked& request) const {
-  if (std::find(hosts_.begin(), hosts_.end(), request.host) == hosts_.end()) return fmt::format("host {:.60} is not this console", request.host);
-  if (!request.origin.empty() && std::none_of(hosts_.begin(), hosts_.end(), [&](const std::string& host) { return request.origin == "http://" + host; }))
+  if (std::find(hosts_.begin(), hosts_.end(), request.host) == hosts_.end())
+    return fmt::format("host {:.60} is not this console", request.host);
+  if (!request.origin.empty() && std::none_of(hosts_.begin(), hosts_.end(), [&](const std::string& host) {
+        return request.origin == "http://" + host;
+      }))
     return fmt::format("origin {:.60} is not this console", request.origin);
   if (request.method == "GET" || request.method == "HEAD") return std::nullopt;
   if (!same(request.token, token_)) return "no token, or not this console's";

@@ -1,5 +1,5 @@
-// Which requests are let in. A page of another site may send requests to the console from the same browser, by its address
-// or under a name of its own that it lets point here; so the Host must be one that the console was told of, and
+// Which requests are let in. A page of another site may send requests to the console from the same browser, by its
+// address or under a name of its own that it lets point here; so the Host must be one that the console was told of, and
 // whatever changes anything must carry the token, which only those who read the console's start have.
 #pragma once
 

@@ -46,12 +46,14 @@ void PageWatch::run() {
     page_.clear();
     lock.unlock();
     if (link_.armed_here()) {
-      const std::string why = fmt::format("the page that armed the arm has not been heard for {:.1f} s", bound_.count());
+      const std::string why =
+          fmt::format("the page that armed the arm has not been heard for {:.1f} s", bound_.count());
       try {
         link_.stop(why);
         on_stop_(why);
       } catch (const std::exception& error) {
-        on_stop_(fmt::format("{}, and the stop failed: {}", why, error.what()));  // the lease ends with this process's silence
+        on_stop_(fmt::format("{}, and the stop failed: {}", why,
+                             error.what()));  // the lease ends with this process's silence
       }
     }
     lock.lock();

@@ -40,7 +40,7 @@ class PageWatch {
   const std::function<void(const std::string&)> on_stop_;
   mutable std::mutex mutex_;
   std::condition_variable wake_;
-  std::string page_;       // that armed; empty: nobody has
+  std::string page_;  // that armed; empty: nobody has
   Clock::time_point heard_{};
   bool ending_ = false;
   std::thread thread_;

@@ -35,7 +35,8 @@ std::vector<StripeTile> tiles_of(const cv::Mat& frame, const cv::Mat& inside) {
         for (int column = x; column < x + kTile_px; ++column) ++histogram[frame.at<uint8_t>(row, column)];
       int white = 0;
       for (size_t grey = 250; grey < 256; ++grey) white += histogram[grey];
-      tiles.push_back({x, y, percentile(histogram, count, 0.9) - percentile(histogram, count, 0.1), static_cast<double>(white) / count});
+      tiles.push_back({x, y, percentile(histogram, count, 0.9) - percentile(histogram, count, 0.1),
+                       static_cast<double>(white) / count});
     }
   return tiles;
 }
@@ -73,8 +74,15 @@ LivePicture live_picture(const std::vector<uint8_t>& pixels, int width_px, int h
 
 std::string overlay_json(const LivePicture& picture) {
   nlohmann::json tiles = nlohmann::json::array();
-  for (const StripeTile& t : picture.tiles) tiles.push_back({t.x, t.y, t.contrast, static_cast<int>(100 * t.saturated)});
-  return nlohmann::json{{"width", picture.width_px}, {"height", picture.height_px}, {"outline", picture.outline}, {"tile", kTile_px}, {"tiles", tiles}, {"inside", picture.inside_share}}.dump();
+  for (const StripeTile& t : picture.tiles)
+    tiles.push_back({t.x, t.y, t.contrast, static_cast<int>(100 * t.saturated)});
+  return nlohmann::json{{"width", picture.width_px},
+                        {"height", picture.height_px},
+                        {"outline", picture.outline},
+                        {"tile", kTile_px},
+                        {"tiles", tiles},
+                        {"inside", picture.inside_share}}
+      .dump();
 }
 
 }  // namespace selvedge::console

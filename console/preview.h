@@ -1,8 +1,8 @@
-// The live picture as the console shows it: half the frame's size, with the fabric's silhouette and how plainly the stripes
-// stand on it.
+// The live picture as the console shows it: half the frame's size, with the fabric's silhouette and how plainly the
+// stripes stand on it.
 //
-// Stripe quality of a tile of 16 px within the silhouette: the grey levels between its dark and its bright stripes (10th and
-// 90th percentile), and the share of its pixels that are white out. Edges are found from 20 grey levels on
+// Stripe quality of a tile of 16 px within the silhouette: the grey levels between its dark and its bright stripes
+// (10th and 90th percentile), and the share of its pixels that are white out. Edges are found from 20 grey levels on
 // (fit/stripe_observation.h).
 #pragma once
 
@@ -13,17 +13,17 @@
 namespace selvedge::console {
 
 struct StripeTile {
-  int x = 0, y = 0;          // of its top left corner, px of the frame
-  int contrast = 0;          // grey levels
-  double saturated = 0;      // share
+  int x = 0, y = 0;      // of its top left corner, px of the frame
+  int contrast = 0;      // grey levels
+  double saturated = 0;  // share
 };
 
 struct LivePicture {
-  int width_px = 0, height_px = 0;    // of the frame
-  std::string png;                    // at half the size
+  int width_px = 0, height_px = 0;        // of the frame
+  std::string png;                        // at half the size
   std::vector<std::vector<int>> outline;  // closed curves: x, y, x, y …, px of the frame
-  std::vector<StripeTile> tiles;      // wholly inside the silhouette; empty without stripes
-  double inside_share = 0;            // of the frame
+  std::vector<StripeTile> tiles;          // wholly inside the silhouette; empty without stripes
+  double inside_share = 0;                // of the frame
 };
 
 inline constexpr int kTile_px = 16;

@@ -22,9 +22,7 @@ RequestLog::RequestLog(const std::filesystem::path& file) {
     writer_ = std::make_shared<spdlog::details::thread_pool>(kLinesThatWait, 1);
     lines_ =
         std::make_shared<spdlog::async_logger>("console", sink, writer_, spdlog::async_overflow_policy::overrun_oldest);
-  } catch (const spdlog::spdlog_ex& error) {
-    refuse(file.string(), "cannot be written: {}", error.what());
-  }
+  } catch (const spdlog::spdlog_ex& error) { refuse(file.string(), "cannot be written: {}", error.what()); }
   lines_->set_pattern("%v");
   lines_->flush_on(spdlog::level::info);
 }

@@ -14,10 +14,10 @@ namespace selvedge::console {
 
 // A live picture with what is drawn on it.
 struct Preview {
-  int64_t utime = 0;          // us, host clock, mid-exposure
-  int64_t number = 0;         // of the camera
+  int64_t utime = 0;   // us, host clock, mid-exposure
+  int64_t number = 0;  // of the camera
   std::string png;
-  std::string overlay;        // JSON: width, height, outline, tiles (preview.h)
+  std::string overlay;  // JSON: width, height, outline, tiles (preview.h)
 };
 
 class RigLink {
@@ -32,8 +32,8 @@ class RigLink {
   virtual void watched() = 0;
 
   // Each throws BadInput or std::runtime_error with a sentence for the page.
-  virtual void arm(const std::string& who) = 0;      // arms and holds
-  virtual void disarm() = 0;                         // what was armed here
+  virtual void arm(const std::string& who) = 0;  // arms and holds
+  virtual void disarm() = 0;                     // what was armed here
   // Stops the arm, whoever armed it, and what is recorded here. Returns once the arm has said that it stopped.
   virtual void stop(const std::string& why) = 0;
   // A person's word that lifts the stop that state() shows.

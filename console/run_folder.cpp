@@ -47,7 +47,8 @@ json parsed(const fs::path& path) {
 json track(const Eigen::Matrix3Xd& positions) {
   json out = json::array();
   for (Eigen::Index i = 0; i < positions.cols(); ++i)
-    out.push_back({files::finite_or_null(positions(0, i)), files::finite_or_null(positions(1, i)), files::finite_or_null(positions(2, i))});
+    out.push_back({files::finite_or_null(positions(0, i)), files::finite_or_null(positions(1, i)),
+                   files::finite_or_null(positions(2, i))});
   return out;
 }
 
@@ -56,14 +57,19 @@ json trial_entry(const fs::path& folder, const fs::path& trial_json) {
   const json about = parsed(trial_json);
   const fs::path trial = trial_json.parent_path();
   const std::string name = trial.filename().string();
-  json out = {{"path", fs::relative(trial, folder).generic_string()}, {"name", name}, {"kind", about.value("experiment", "")}, {"state", about.value("state", "complete")},
-              {"at_rest", about.value("starts_at_rest", false)}, {"kept_aside", name.find("-spoiled-") != std::string::npos}};
+  json out = {{"path", fs::relative(trial, folder).generic_string()},
+              {"name", name},
+              {"kind", about.value("experiment", "")},
+              {"state", about.value("state", "complete")},
+              {"at_rest", about.value("starts_at_rest", false)},
+              {"kept_aside", name.find("-spoiled-") != std::string::npos}};
   if (about.contains("fabric")) out["fabric"] = about["fabric"].value("name", "");
   if (about.contains("cut_because")) out["why"] = about["cut_because"];
   if (about.contains("frames") && about["frames"].is_object()) {
     out["frames"] = about["frames"].value("count", 0);
     int64_t lost = 0;
-    for (const json& gap : about["frames"].value("gaps", json::array())) lost += gap[1].get<int64_t>() - gap[0].get<int64_t>() + 1;
+    for (const json& gap : about["frames"].value("gaps", json::array()))
+      lost += gap[1].get<int64_t>() - gap[0].get<int64_t>() + 1;
     out["frames_lost"] = lost;
   }
   out["simulated"] = fs::exists(station::motion_path(trial.parent_path(), name));
@@ -90,32 +96,40 @@ json RunFolder::trial(const std::string& path) const {
   json out = trial_entry(fs::weakly_canonical(folder_), folder / "trial.json");
   out["path"] = path;
   out["width_m"] = trial.fabric.width_m;
-  out["corners"] = {{"time_s", trial.corners.time_s}, {"left", track(trial.corners.left)}, {"right", track(trial.corners.right)}};
+  out["corners"] = {
+      {"time_s", trial.corners.time_s}, {"left", track(trial.corners.left)}, {"right", track(trial.corners.right)}};
   out["frame_time_s"] = trial.frames ? trial.frames->time_s : std::vector<double>{};
   if (trial.robot) out["robot"] = {{"time_s", trial.robot->time_s}, {"measured", track(trial.robot->measured)}};
   if (!out["simulated"].get<bool>()) return out;
   const json header = parsed(station::motion_path(folder.parent_path(), trial.name));
-  out["motion"] = {{"time_s", header.value("time_s", json::array())}, {"triangles", header.value("triangles", json::array())}, {"vertices", header.value("uv_m", json::array()).size()}};
+  out["motion"] = {{"time_s", header.value("time_s", json::array())},
+                   {"triangles", header.value("triangles", json::array())},
+                   {"vertices", header.value("uv_m", json::array()).size()}};
   return out;
 }
 
 std::string RunFolder::frame(const std::string& path, size_t index) const {
   const trial::Trial trial = trial::read_trial(trial_folder(path));
-  if (!trial.frames || index >= trial.frames->path.size()) refuse("frame", "found {}, the trial has {}", index, trial.frames ? trial.frames->path.size() : 0);
+  if (!trial.frames || index >= trial.frames->path.size())
+    refuse("frame", "found {}, the trial has {}", index, trial.frames ? trial.frames->path.size() : 0);
   return files::read_whole(trial.frames->path[index]);
 }
 
 std::string RunFolder::simulated_frame(const std::string& path, size_t index) const {
   const fs::path folder = trial_folder(path);
   const trial::Trial trial = trial::read_trial(folder);
-  if (!trial.frames || index >= trial.frames->time_s.size()) refuse("frame", "found {}, the trial has {}", index, trial.frames ? trial.frames->path.size() : 0);
+  if (!trial.frames || index >= trial.frames->time_s.size())
+    refuse("frame", "found {}, the trial has {}", index, trial.frames ? trial.frames->path.size() : 0);
   if (!trial.camera || !trial.projector || !trial.pattern) refuse(path, "has no camera, projector or pattern");
   const station::SimulatedMotion motion = station::read_simulated_motion(folder.parent_path(), trial.name);
   const double time_s = trial.frames->time_s[index];
-  const auto at = std::min_element(motion.time_s.begin(), motion.time_s.end(), [&](double a, double b) { return std::abs(a - time_s) < std::abs(b - time_s); });
-  // Frames from before the tracker's first sample are not fitted; a sheet that rests lies there as at the first that is.
+  const auto at = std::min_element(motion.time_s.begin(), motion.time_s.end(),
+                                   [&](double a, double b) { return std::abs(a - time_s) < std::abs(b - time_s); });
+  // Frames from before the tracker's first sample are not fitted; a sheet that rests lies there as at the first that
+  // is.
   const bool rests = at == motion.time_s.begin() && at != motion.time_s.end() && time_s < *at && trial.starts_at_rest;
-  if (at == motion.time_s.end() || (std::abs(*at - time_s) > 0.02 && !rests)) refuse(path, "the fit simulated nothing at {:.3f} s", time_s);
+  if (at == motion.time_s.end() || (std::abs(*at - time_s) > 0.02 && !rests))
+    refuse(path, "the fit simulated nothing at {:.3f} s", time_s);
   render::StripePattern pattern;
   pattern.horizontal = trial.pattern->orientation == "horizontal";
   pattern.period_px = trial.pattern->period_px;
@@ -124,32 +138,53 @@ std::string RunFolder::simulated_frame(const std::string& path, size_t index) co
   const std::lock_guard lock(rendering_);
   render::StripeRenderer renderer(*trial.camera, *trial.projector);
   renderer.set_pattern(pattern);
-  const render::Image image = renderer.render(motion.position[static_cast<size_t>(at - motion.time_s.begin())].cast<double>(), motion.triangles);
+  const render::Image image = renderer.render(
+      motion.position[static_cast<size_t>(at - motion.time_s.begin())].cast<double>(), motion.triangles);
   return trial::encode_grey_png(image.data(), static_cast<int>(image.cols()), static_cast<int>(image.rows()), 1);
 }
 
 std::string RunFolder::motion(const std::string& path) const {
   const fs::path folder = trial_folder(path);
-  return files::read_whole(fs::path(station::motion_path(folder.parent_path(), folder.filename().string())).replace_extension(".f32"));
+  return files::read_whole(
+      fs::path(station::motion_path(folder.parent_path(), folder.filename().string())).replace_extension(".f32"));
 }
 
 json RunFolder::session() const {
-  json out = {{"name", fs::weakly_canonical(folder_).filename().string()}, {"steps", json::array()}, {"fits", json::array()}, {"diagnoses", json::array()}, {"reports", json::array()}};
+  json out = {{"name", fs::weakly_canonical(folder_).filename().string()},
+              {"steps", json::array()},
+              {"fits", json::array()},
+              {"diagnoses", json::array()},
+              {"reports", json::array()}};
   for (const auto& [id, record] : station::read_journal(folder_))
-    out["steps"].push_back({{"step", id}, {"state", station::to_text(record.state)}, {"attempts", record.attempts}, {"seconds", record.seconds}, {"why", record.why}});
+    out["steps"].push_back({{"step", id},
+                            {"state", station::to_text(record.state)},
+                            {"attempts", record.attempts},
+                            {"seconds", record.seconds},
+                            {"why", record.why}});
   const auto name_of = [&](const fs::path& file) { return fs::relative(file.parent_path(), folder_).generic_string(); };
   for (const fs::path& file : found(folder_, "fit.json")) {
     const json fit = parsed(file);
-    out["fits"].push_back({{"path", name_of(file)}, {"campaign", fit.value("campaign", "")}, {"parameters", fit.value("parameters", json::object())}, {"held_out", fit.value("held_out", json::object())}});
+    out["fits"].push_back({{"path", name_of(file)},
+                           {"campaign", fit.value("campaign", "")},
+                           {"parameters", fit.value("parameters", json::object())},
+                           {"held_out", fit.value("held_out", json::object())}});
   }
   for (const fs::path& file : found(folder_, "diagnosis.json")) {
     const json d = parsed(file);
-    out["diagnoses"].push_back({{"path", name_of(file)}, {"campaign", d.value("campaign", "")}, {"cause", d.value("cause", "")}, {"side", d.value("side", "")}, {"gap", d.value("gap", json::object())},
-                                {"probabilities", d.value("probabilities", json::object())}, {"next_experiment", d.value("next_experiment", json::object())}});
+    out["diagnoses"].push_back({{"path", name_of(file)},
+                                {"campaign", d.value("campaign", "")},
+                                {"cause", d.value("cause", "")},
+                                {"side", d.value("side", "")},
+                                {"gap", d.value("gap", json::object())},
+                                {"probabilities", d.value("probabilities", json::object())},
+                                {"next_experiment", d.value("next_experiment", json::object())}});
   }
-  for (const fs::path& file : found(folder_, "report.html")) out["reports"].push_back(fs::relative(file, folder_).generic_string());
+  for (const fs::path& file : found(folder_, "report.html"))
+    out["reports"].push_back(fs::relative(file, folder_).generic_string());
   if (const json calibration = parsed(folder_ / "calibration.json"); !calibration.empty())
-    out["calibration"] = {{"verdict", calibration.value("verdict", "")}, {"camera", calibration.value("camera", json::object())}, {"projector", calibration.value("projector", json::object())}};
+    out["calibration"] = {{"verdict", calibration.value("verdict", "")},
+                          {"camera", calibration.value("camera", json::object())},
+                          {"projector", calibration.value("projector", json::object())}};
   return out;
 }
 

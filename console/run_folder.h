@@ -1,6 +1,6 @@
-// What a run has on disk, for the console: its trials with what their checks found, frames recorded and simulated, fits,
-// diagnoses, the journal of its session, and its reports. Reads only; every name is sought below the run's folder and
-// nowhere else.
+// What a run has on disk, for the console: its trials with what their checks found, frames recorded and simulated,
+// fits, diagnoses, the journal of its session, and its reports. Reads only; every name is sought below the run's folder
+// and nowhere else.
 #pragma once
 
 #include <filesystem>
@@ -19,7 +19,8 @@ class RunFolder {
 
   const std::filesystem::path& folder() const { return folder_; }
 
-  // One a trial, in order of path: {"path", "fabric", "name", "kind", "state", "frames", "gaps", "duration_s", "simulated", "kept_aside"}.
+  // One a trial, in order of path: {"path", "fabric", "name", "kind", "state", "frames", "gaps", "duration_s",
+  // "simulated", "kept_aside"}.
   nlohmann::json trials() const;
   // Times and tracks of one trial, "simulated" with vertices where its fit left them. Throws BadInput.
   nlohmann::json trial(const std::string& path) const;

@@ -24,9 +24,9 @@ using httplib::Request;
 using httplib::Response;
 using nlohmann::json;
 
-constexpr size_t kThreads = 32;             // each page holds one for its events
-constexpr int kPages = 16;                  // that may do so at once; the rest of the threads is for requests
-constexpr int kHalfARequest_s = 2;          // until the rest of it must have come
+constexpr size_t kThreads = 32;     // each page holds one for its events
+constexpr int kPages = 16;          // that may do so at once; the rest of the threads is for requests
+constexpr int kHalfARequest_s = 2;  // until the rest of it must have come
 constexpr size_t kLargestRequest = 1 << 16;
 constexpr const char* kStopPortMark = "{{stop-port}}";  // in index.html
 
@@ -46,33 +46,41 @@ void answer(Response& response, const json& value, int status = 200) {
   response.set_content(value.dump(-1, ' ', false, json::error_handler_t::replace), "application/json");
 }
 
-std::string event(const char* name, const std::string& data) { return fmt::format("event: {}\ndata: {}\n\n", name, data); }
+std::string event(const char* name, const std::string& data) {
+  return fmt::format("event: {}\ndata: {}\n\n", name, data);
+}
 
 size_t index_of(const Request& request) {
   const std::string text = request.get_param_value("index");
-  if (text.empty() || text.size() > 7 || text.find_first_not_of("0123456789") != std::string::npos) refuse("index", "found {}, expected a frame's number", in_quotes(text));
+  if (text.empty() || text.size() > 7 || text.find_first_not_of("0123456789") != std::string::npos)
+    refuse("index", "found {}, expected a frame's number", in_quotes(text));
   return std::stoul(text);
 }
 
 constexpr const char* kNotBuilt =
-    "<!DOCTYPE html><meta charset=utf-8><title>Selvedge</title><body style=\"font:16px sans-serif;max-width:40em;margin:3em auto\">"
-    "<h1>The console's page is not built</h1><p>Its libraries come from npm. Run <code>./selvedge console</code> once where the npm registry can be reached; "
+    "<!DOCTYPE html><meta charset=utf-8><title>Selvedge</title><body style=\"font:16px "
+    "sans-serif;max-width:40em;margin:3em auto\">"
+    "<h1>The console's page is not built</h1><p>Its libraries come from npm. Run <code>./selvedge console</code> once "
+    "where the npm registry can be reached; "
     "from then on it works without a network.</p>";
 
 }  // namespace
 
 struct Server::Impl {
   Impl(const ServerOptions& o, RigLink& l, const RunFolder& r)
-      : options(o), link(l), run(r), log(o.log), watch(l, o.page_bound_s, [this](const std::string& why) {
-          log.add("-", "stop", why, 200);
-        }) {
+      : options(o), link(l), run(r), log(o.log),
+        watch(l, o.page_bound_s, [this](const std::string& why) { log.add("-", "stop", why, 200); }) {
     server.new_task_queue = [] { return new httplib::ThreadPool(kThreads); };
     server.set_keep_alive_timeout(2);
     server.set_read_timeout(kHalfARequest_s);
     server.set_payload_max_length(kLargestRequest);
     server.set_tcp_nodelay(true);
-    const int bound = o.port == 0 ? server.bind_to_any_port(o.bind.c_str()) : server.bind_to_port(o.bind.c_str(), o.port) ? o.port : -1;
-    if (bound <= 0) refuse(fmt::format("--bind {} --port {}", o.bind, o.port), "the address cannot be had: another program has it, or this host does not have it");
+    const int bound = o.port == 0                                   ? server.bind_to_any_port(o.bind.c_str())
+                      : server.bind_to_port(o.bind.c_str(), o.port) ? o.port
+                                                                    : -1;
+    if (bound <= 0)
+      refuse(fmt::format("--bind {} --port {}", o.bind, o.port),
+             "the address cannot be had: another program has it, or this host does not have it");
     port = bound;
     open_stop_port();
     std::vector<std::string> names = {o.bind}, hosts;
@@ -136,9 +144,7 @@ struct Server::Impl {
     try {
       stop(fmt::format("{}:{}", request.remote_addr, request.remote_port));
       answer(response, {{"stopped", true}});
-    } catch (const std::exception& error) {
-      answer(response, {{"error", error.what()}}, 500);
-    }
+    } catch (const std::exception& error) { answer(response, {{"error", error.what()}}, 500); }
   }
 
   // Every request passes here first, before its body is read. A stop needs nothing to be let in.
@@ -147,7 +153,9 @@ struct Server::Impl {
       stop(request, response);
       return httplib::Server::HandlerResponse::Handled;
     }
-    const auto why = gate->refusal(Asked{request.method, request.path, request.get_header_value("Host"), request.get_header_value("Origin"), request.get_header_value("X-Selvedge-Token")});
+    const auto why =
+        gate->refusal(Asked{request.method, request.path, request.get_header_value("Host"),
+                            request.get_header_value("Origin"), request.get_header_value("X-Selvedge-Token")});
     if (!why) return httplib::Server::HandlerResponse::Unhandled;
     log.add(request.remote_addr, request.method + " " + request.path, *why, 403);
     answer(response, {{"error", *why}}, 403);
@@ -161,9 +169,7 @@ struct Server::Impl {
         handler(request, response);
       } catch (const BadInput& error) {
         answer(response, {{"error", error.what()}}, 404);
-      } catch (const std::exception& error) {
-        answer(response, {{"error", error.what()}}, 500);
-      }
+      } catch (const std::exception& error) { answer(response, {{"error", error.what()}}, 500); }
     };
   }
 
@@ -180,9 +186,7 @@ struct Server::Impl {
         answer(response, {{"error", error.what()}}, 400);
       } catch (const BadInput& error) {
         answer(response, {{"error", error.what()}}, 400);
-      } catch (const std::exception& error) {
-        answer(response, {{"error", error.what()}}, 409);
-      }
+      } catch (const std::exception& error) { answer(response, {{"error", error.what()}}, 409); }
       watch.heard(page);
       log.add(request.remote_addr, path, response.status == 200 ? request.body : request.body + " " + response.body,
               response.status);
@@ -190,17 +194,27 @@ struct Server::Impl {
   }
 
   void route() {
-    server.set_pre_routing_handler([this](const Request& request, Response& response) { return let_in(request, response); });
+    server.set_pre_routing_handler(
+        [this](const Request& request, Response& response) { return let_in(request, response); });
     server.Get("/", get([this](const Request&, Response& response) {
                  response.set_content(fs::exists(options.web / "app.js") ? page_text() : kNotBuilt,
                                       "text/html; charset=utf-8");
                }));
     server.Get("/api/session", get([this](const Request&, Response& response) { answer(response, run.session()); }));
     server.Get("/api/trials", get([this](const Request&, Response& response) { answer(response, run.trials()); }));
-    server.Get("/api/trial", get([this](const Request& request, Response& response) { answer(response, run.trial(request.get_param_value("path"))); }));
-    server.Get("/api/frame", get([this](const Request& request, Response& response) { response.set_content(run.frame(request.get_param_value("path"), index_of(request)), "image/png"); }));
-    server.Get("/api/simulated", get([this](const Request& request, Response& response) { response.set_content(run.simulated_frame(request.get_param_value("path"), index_of(request)), "image/png"); }));
-    server.Get("/api/motion", get([this](const Request& request, Response& response) { response.set_content(run.motion(request.get_param_value("path")), "application/octet-stream"); }));
+    server.Get("/api/trial", get([this](const Request& request, Response& response) {
+                 answer(response, run.trial(request.get_param_value("path")));
+               }));
+    server.Get("/api/frame", get([this](const Request& request, Response& response) {
+                 response.set_content(run.frame(request.get_param_value("path"), index_of(request)), "image/png");
+               }));
+    server.Get("/api/simulated", get([this](const Request& request, Response& response) {
+                 response.set_content(run.simulated_frame(request.get_param_value("path"), index_of(request)),
+                                      "image/png");
+               }));
+    server.Get("/api/motion", get([this](const Request& request, Response& response) {
+                 response.set_content(run.motion(request.get_param_value("path")), "application/octet-stream");
+               }));
     server.Get("/api/events", [this](const Request&, Response& response) { stream(response); });
     server.Get("/run/(.*)", get([this](const Request& request, Response& response) {
                  const auto file = run.shown_file(request.matches[1]);
@@ -237,7 +251,9 @@ struct Server::Impl {
     post("/api/reset", [this](const std::string&, const json&) { link.reset("reset by an operator at the console"); });
     post("/api/record", [this](const std::string&, const json& body) { link.record(body); });
     post("/api/record/stop", [this](const std::string&, const json&) { link.stop_recording(); });
-    post("/api/answer", [this](const std::string&, const json& body) { link.answer(body.value("prompt", int64_t{0}), body.value("answer", "")); });
+    post("/api/answer", [this](const std::string&, const json& body) {
+      link.answer(body.value("prompt", int64_t{0}), body.value("answer", ""));
+    });
   }
 
   std::string page_text() const {
@@ -258,18 +274,21 @@ struct Server::Impl {
     response.set_chunked_content_provider(
         "text/event-stream",
         [this, shown, next](size_t, httplib::DataSink& sink) {
-          if (ending || !sink.is_writable()) return false;
-          std::this_thread::sleep_until(*next);
-          *next = std::chrono::steady_clock::now() + std::chrono::microseconds(static_cast<int64_t>(1e6 / options.state_rate_hz));
-          link.watched();
-          json state = link.state();
-          state["stop_port"] = stop_port->port();
-          std::string text = event("state", state.dump(-1, ' ', false, json::error_handler_t::replace));
-          if (const auto preview = link.preview(*shown)) {
-            *shown = preview->number;
-            text += event("preview", fmt::format("{{\"number\":{},\"utime\":{},\"png\":\"{}\",\"overlay\":{}}}", preview->number, preview->utime, report::base64(preview->png), preview->overlay));
-          }
-          return sink.write(text.data(), text.size());
+      if (ending || !sink.is_writable()) return false;
+      std::this_thread::sleep_until(*next);
+      *next = std::chrono::steady_clock::now() +
+              std::chrono::microseconds(static_cast<int64_t>(1e6 / options.state_rate_hz));
+      link.watched();
+      json state = link.state();
+      state["stop_port"] = stop_port->port();
+      std::string text = event("state", state.dump(-1, ' ', false, json::error_handler_t::replace));
+      if (const auto preview = link.preview(*shown)) {
+        *shown = preview->number;
+        text += event("preview",
+                      fmt::format("{{\"number\":{},\"utime\":{},\"png\":\"{}\",\"overlay\":{}}}", preview->number,
+                                  preview->utime, report::base64(preview->png), preview->overlay));
+      }
+      return sink.write(text.data(), text.size());
         },
         [this](bool) { --listening; });
   }
@@ -288,11 +307,14 @@ struct Server::Impl {
   std::thread thread;
 };
 
-Server::Server(const ServerOptions& options, RigLink& link, const RunFolder& run) : impl_(std::make_unique<Impl>(options, link, run)) {}
+Server::Server(const ServerOptions& options, RigLink& link, const RunFolder& run)
+    : impl_(std::make_unique<Impl>(options, link, run)) {}
 Server::~Server() = default;
 int Server::port() const { return impl_->port; }
 int Server::stop_port() const { return impl_->stop_port->port(); }
-std::string Server::url() const { return fmt::format("http://{}:{}/#token={}", impl_->options.bind, impl_->port, impl_->options.token); }
+std::string Server::url() const {
+  return fmt::format("http://{}:{}/#token={}", impl_->options.bind, impl_->port, impl_->options.token);
+}
 int Server::listeners() const { return impl_->listening; }
 
 }  // namespace selvedge::console

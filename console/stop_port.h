@@ -20,11 +20,11 @@ namespace selvedge::console {
 
 struct StopPortOptions {
   std::string bind = "127.0.0.1";
-  int port = 0;                    // 0: any that is free
-  int connections = 64;            // at once
+  int port = 0;                      // 0: any that is free
+  int connections = 64;              // at once
   size_t largest_request = 1 << 16;  // bytes that are taken of a connection, most of them thrown away
-  double patience_s = 5;           // for a request to arrive, and for its sender to take the answer
-  int doers = 4;                   // stops at once
+  double patience_s = 5;             // for a request to arrive, and for its sender to take the answer
+  int doers = 4;                     // stops at once
 };
 
 class StopPort {

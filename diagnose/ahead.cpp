@@ -27,8 +27,8 @@ double cut_rms_mm(const fit::ObservedTrial& trial, std::vector<double> mm) {
 
 }  // namespace
 
-MatrixXd ahead_mm(const fit::Objective& objective, const std::vector<fit::Parameter>& parameters, const MatrixXd& coordinates,
-                  const std::vector<size_t>& trials) {
+MatrixXd ahead_mm(const fit::Objective& objective, const std::vector<fit::Parameter>& parameters,
+                  const MatrixXd& coordinates, const std::vector<size_t>& trials) {
   const size_t count = objective.scenes().size();
   std::vector<size_t> wanted = trials;
   for (size_t trial = 0; trials.empty() && trial < count; ++trial) wanted.push_back(trial);
@@ -50,17 +50,21 @@ MatrixXd ahead_mm(const fit::Objective& objective, const std::vector<fit::Parame
         blew_up[set] = blew_up[set] || !r[set].finite;
         const VectorXd& all = r[set].mm[trial];
         for (Index k = 0; k < all.size(); ++k)
-          if (std::isfinite(all(k)) && (t.still || let_go.is_free(time_s(k) - t.experiment.start_s))) mm[trial * r.size() + set].push_back(all(k));
+          if (std::isfinite(all(k)) && (t.still || let_go.is_free(time_s(k) - t.experiment.start_s)))
+            mm[trial * r.size() + set].push_back(all(k));
       }
     }
     std::erase_if(wanted, [&](size_t trial) { return objective.scenes()[trial].trial.still; });
     if (wanted.empty()) break;
   }
-  MatrixXd out = MatrixXd::Constant(coordinates.cols(), static_cast<Index>(count), std::numeric_limits<double>::quiet_NaN());
+  MatrixXd out =
+      MatrixXd::Constant(coordinates.cols(), static_cast<Index>(count), std::numeric_limits<double>::quiet_NaN());
   for (size_t trial = 0; trial < count; ++trial)
     for (Index set = 0; set < coordinates.cols(); ++set)
       if (!blew_up[static_cast<size_t>(set)])
-        out(set, static_cast<Index>(trial)) = cut_rms_mm(objective.scenes()[trial].trial, std::move(mm[trial * static_cast<size_t>(coordinates.cols()) + static_cast<size_t>(set)]));
+        out(set, static_cast<Index>(trial)) =
+            cut_rms_mm(objective.scenes()[trial].trial,
+                       std::move(mm[trial * static_cast<size_t>(coordinates.cols()) + static_cast<size_t>(set)]));
   return out;
 }
 

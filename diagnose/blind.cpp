@@ -31,12 +31,32 @@ std::string sha256_hex(const std::string& bytes) {
 }
 
 std::string library_hash(const std::vector<Effect>& effects, const Calibration& c) {
-  const std::vector<double> constants = {c.kappa, c.free_kappa, c.cost_per_parameter, c.cost_unknown, c.prior_none, c.prior_unknown, c.mesh_share, c.still_mesh_share, c.form_mm,
-                                         c.one_mesh_form_mm, c.free_form_mm, c.two_share, c.form_share, c.null_mean, c.null_sd, c.free_null_mean, c.free_null_sd, c.null_freedom, c.plain_gap, c.rig_size_share, c.fabric_size_share};
+  const std::vector<double> constants = {c.kappa,
+                                         c.free_kappa,
+                                         c.cost_per_parameter,
+                                         c.cost_unknown,
+                                         c.prior_none,
+                                         c.prior_unknown,
+                                         c.mesh_share,
+                                         c.still_mesh_share,
+                                         c.form_mm,
+                                         c.one_mesh_form_mm,
+                                         c.free_form_mm,
+                                         c.two_share,
+                                         c.form_share,
+                                         c.null_mean,
+                                         c.null_sd,
+                                         c.free_null_mean,
+                                         c.free_null_sd,
+                                         c.null_freedom,
+                                         c.plain_gap,
+                                         c.rig_size_share,
+                                         c.fabric_size_share};
   std::string text = fmt::format("{}\n", fmt::join(constants, " "));
   for (const Effect& e : effects) {
     text += e.name + "\n";
-    for (const fit::Parameter& p : e.parameters) text += fmt::format("  {} {} {} {} {} {}\n", p.name, p.unit, p.start, p.lower, p.upper, p.scale);
+    for (const fit::Parameter& p : e.parameters)
+      text += fmt::format("  {} {} {} {} {} {}\n", p.name, p.unit, p.start, p.lower, p.upper, p.scale);
   }
   return sha256_hex(text);
 }
@@ -47,14 +67,18 @@ std::string sealed(const SealedKey& key) { return sha256_hex(key.key.dump() + ke
 
 std::string answers_hash(const fs::path& folder, const BlindRecord& record) {
   std::string all;
-  for (const std::string& id : record.ids) all += sha256_hex(files::read_whole(folder / "answers" / id / "diagnosis.json"));
+  for (const std::string& id : record.ids)
+    all += sha256_hex(files::read_whole(folder / "answers" / id / "diagnosis.json"));
   return sha256_hex(all);
 }
 
 void write_record(const fs::path& folder, const BlindRecord& record) {
   json campaigns = json::array();
-  for (size_t i = 0; i < record.ids.size(); ++i) campaigns.push_back({{"id", record.ids[i]}, {"seal", record.seals[i]}});
-  files::write_json(folder / "record.json", {{"format", "blind/1"}, {"library", record.library}, {"campaigns", campaigns}, {"answers", record.answers}});
+  for (size_t i = 0; i < record.ids.size(); ++i)
+    campaigns.push_back({{"id", record.ids[i]}, {"seal", record.seals[i]}});
+  files::write_json(
+      folder / "record.json",
+      {{"format", "blind/1"}, {"library", record.library}, {"campaigns", campaigns}, {"answers", record.answers}});
 }
 
 std::set<std::string> both_of(const std::string& pair) {
@@ -64,7 +88,7 @@ std::set<std::string> both_of(const std::string& pair) {
 
 struct Answered {
   std::string id, truth, named, side, pair;  // pair: said to be there, else empty
-  double probability = 0, ratio = 0;  // of what is named, or of the pair; gap / floor
+  double probability = 0, ratio = 0;         // of what is named, or of the pair; gap / floor
   json diagnosis;
   std::optional<double> shrink_found;  // of the cause, in fresh trials
   std::optional<TrueParameter> true_size;
@@ -83,7 +107,8 @@ bool leaves_gap(const Answered& a) {
   constexpr double kPlain = 0.1;  // ln, mean of the groups: one in twenty campaigns that lack nothing shows as much
   if (!a.diagnosis.contains("judged") || !a.diagnosis.at("judged").at("left_mm").contains(a.named)) return true;
   const json& judged = a.diagnosis.at("judged");
-  const auto right = judged.at("right_model_mm").get<std::vector<double>>(), left = judged.at("left_mm").at(a.named).get<std::vector<double>>();
+  const auto right = judged.at("right_model_mm").get<std::vector<double>>(),
+             left = judged.at("left_mm").at(a.named).get<std::vector<double>>();
   double above = 0;
   for (size_t g = 0; g < right.size(); ++g) above += std::log(left[g] / right[g]) / static_cast<double>(right.size());
   return above > kPlain;
@@ -102,7 +127,8 @@ ScoreRow row(const std::string& what, const std::string& wanted, int hits, int o
 
 std::vector<double> where_vector(const json& diagnosis) {
   std::map<std::string, double> shares;
-  for (const json& cell : diagnosis.at("where")) shares[cell.at("axis").get<std::string>() + cell.at("cell").get<std::string>()] = cell.at("share").get<double>();
+  for (const json& cell : diagnosis.at("where"))
+    shares[cell.at("axis").get<std::string>() + cell.at("cell").get<std::string>()] = cell.at("share").get<double>();
   std::vector<double> out = {std::log(std::max(0.01, diagnosis.at("gap").at("held_out_mm").get<double>()))};
   for (const auto& [name, share] : shares) out.push_back(share);
   return out;
@@ -157,7 +183,8 @@ void add_probabilities(BlindScore& out, const std::vector<Answered>& all) {
     const json& p = a.diagnosis.at("probabilities");
     std::map<std::string, double> wanted = a.shares();
     double brier = 0, base = 0;
-    for (const auto& [name, rate] : base_rate) base += std::pow(rate - (wanted.contains(name) ? wanted.at(name) : 0), 2);
+    for (const auto& [name, rate] : base_rate)
+      base += std::pow(rate - (wanted.contains(name) ? wanted.at(name) : 0), 2);
     for (const auto& [name, value] : p.items()) {
       brier += std::pow(value.get<double>() - (wanted.contains(name) ? wanted.at(name) : 0), 2);
       wanted.erase(name);
@@ -186,11 +213,13 @@ std::pair<double, double> clopper_pearson(int hits, int of, double level) {
   if (of == 0) return {0, 1};
   using Beta = boost::math::beta_distribution<>;
   const double tail = 0.5 * (1 - level);
-  return {hits == 0 ? 0 : boost::math::quantile(Beta(hits, of - hits + 1), tail), hits == of ? 1 : boost::math::quantile(Beta(hits + 1, of - hits), 1 - tail)};
+  return {hits == 0 ? 0 : boost::math::quantile(Beta(hits, of - hits + 1), tail),
+          hits == of ? 1 : boost::math::quantile(Beta(hits + 1, of - hits), 1 - tail)};
 }
 
 void seal_keys(const fs::path& folder, const std::vector<SealedKey>& keys, const std::string& library) {
-  if (fs::exists(folder / "record.json")) refuse((folder / "record.json").string(), "found a blind check, expected a folder without one");
+  if (fs::exists(folder / "record.json"))
+    refuse((folder / "record.json").string(), "found a blind check, expected a folder without one");
   BlindRecord record;
   record.library = library;
   json list = json::array();
@@ -206,7 +235,8 @@ void seal_keys(const fs::path& folder, const std::vector<SealedKey>& keys, const
 
 BlindRecord read_record(const fs::path& folder) {
   const files::JsonReader reader(folder / "record.json");
-  if (reader.text("format") != "blind/1") refuse(reader.where("format"), "found {}, expected blind/1", reader.text("format"));
+  if (reader.text("format") != "blind/1")
+    refuse(reader.where("format"), "found {}, expected blind/1", reader.text("format"));
   BlindRecord record;
   record.library = reader.text("library");
   record.answers = reader.text("answers");
@@ -217,9 +247,12 @@ BlindRecord read_record(const fs::path& folder) {
   return record;
 }
 
-size_t answer_all(const fs::path& folder, const std::function<Diagnosis(const fs::path&)>& diagnose, const std::function<bool()>& enough) {
+size_t answer_all(const fs::path& folder, const std::function<Diagnosis(const fs::path&)>& diagnose,
+                  const std::function<bool()>& enough) {
   BlindRecord record = read_record(folder);
-  if (!record.answers.empty()) refuse((folder / "record.json").string(), "found answers that are final already, expected none; keys may have been opened");
+  if (!record.answers.empty())
+    refuse((folder / "record.json").string(),
+           "found answers that are final already, expected none; keys may have been opened");
   for (const std::string& id : record.ids) {
     const fs::path out = folder / "answers" / id;
     if (!fs::exists(out / "diagnosis.json")) {
@@ -231,7 +264,10 @@ size_t answer_all(const fs::path& folder, const std::function<Diagnosis(const fs
     }
   }
   // Others may have answered some meanwhile.
-  const auto answered = static_cast<size_t>(std::count_if(record.ids.begin(), record.ids.end(), [&](const std::string& id) { return fs::exists(folder / "answers" / id / "diagnosis.json"); }));
+  const auto answered =
+      static_cast<size_t>(std::count_if(record.ids.begin(), record.ids.end(), [&](const std::string& id) {
+        return fs::exists(folder / "answers" / id / "diagnosis.json");
+      }));
   if (answered == record.ids.size()) {
     record.answers = answers_hash(folder, record);
     write_record(folder, record);
@@ -242,16 +278,22 @@ size_t answer_all(const fs::path& folder, const std::function<Diagnosis(const fs
 namespace {
 
 // Answers beside their keys, both checked.
-std::vector<Answered> opened(const fs::path& folder, bool partial, const ShrinkFound& shrink_found, const TrueSize& true_size) {
+std::vector<Answered> opened(const fs::path& folder, bool partial, const ShrinkFound& shrink_found,
+                             const TrueSize& true_size) {
   const BlindRecord record = read_record(folder);
-  if (!partial && record.answers.empty()) refuse((folder / "record.json").string(), "found campaigns without an answer; run `blind answer` first, or open with --partial");
-  if (!partial && answers_hash(folder, record) != record.answers) refuse((folder / "answers").string(), "found answers that were changed after they were final");
+  if (!partial && record.answers.empty())
+    refuse((folder / "record.json").string(),
+           "found campaigns without an answer; run `blind answer` first, or open with --partial");
+  if (!partial && answers_hash(folder, record) != record.answers)
+    refuse((folder / "answers").string(), "found answers that were changed after they were final");
   std::vector<Answered> all;
   for (const json& k : files::read_json(folder / "keys.json")) {
     const SealedKey key{k.at("id").get<std::string>(), k.at("salt").get<std::string>(), k.at("key")};
     const auto at = std::find(record.ids.begin(), record.ids.end(), key.id);
-    if (at == record.ids.end()) refuse((folder / "keys.json").string(), "found a key of {}, which the record has not", key.id);
-    if (sealed(key) != record.seals[static_cast<size_t>(at - record.ids.begin())]) refuse((folder / "keys.json").string(), "found a key of {} that is not the one sealed", key.id);
+    if (at == record.ids.end())
+      refuse((folder / "keys.json").string(), "found a key of {}, which the record has not", key.id);
+    if (sealed(key) != record.seals[static_cast<size_t>(at - record.ids.begin())])
+      refuse((folder / "keys.json").string(), "found a key of {} that is not the one sealed", key.id);
     const fs::path file = folder / "answers" / key.id / "diagnosis.json";
     if (!fs::exists(file)) continue;
     Answered a;
@@ -267,8 +309,10 @@ std::vector<Answered> opened(const fs::path& folder, bool partial, const ShrinkF
     }
     const double floor = a.diagnosis.at("gap").at("right_model_mm").get<double>();
     a.ratio = (a.diagnosis.at("gap").at("held_out_mm").get<double>() - floor) / floor;
-    if (shrink_found && a.named == a.truth && a.diagnosis.at("shrink").contains(a.truth)) a.shrink_found = shrink_found(key, a.diagnosis, a.truth);
-    if (true_size && a.named == a.truth && a.diagnosis.at("effect_size").contains(a.truth)) a.true_size = true_size(key);
+    if (shrink_found && a.named == a.truth && a.diagnosis.at("shrink").contains(a.truth))
+      a.shrink_found = shrink_found(key, a.diagnosis, a.truth);
+    if (true_size && a.named == a.truth && a.diagnosis.at("effect_size").contains(a.truth))
+      a.true_size = true_size(key);
     all.push_back(std::move(a));
   }
   return all;
@@ -293,7 +337,8 @@ std::vector<ScoreRow> score_without(const fs::path& folder, const std::vector<Na
     unknown += named == "unknown";
     none += named == "none";
   }
-  return {row("the true effect deleted: unknown", "at least 50 %", unknown, of), row("the true effect deleted: none", "", none, of),
+  return {row("the true effect deleted: unknown", "at least 50 %", unknown, of),
+          row("the true effect deleted: none", "", none, of),
           row("the true effect deleted: a neighbour's name", "", of - unknown - none, of)};
 }
 
@@ -304,7 +349,8 @@ BlindScore open_keys(const fs::path& folder, bool partial, const ShrinkFound& sh
     for (const auto& [name, value] : a.diagnosis.at("sides").items()) side_of[name] = value.get<std::string>();
   BlindScore out;
   out.answered = all.size();
-  int none = 0, alarms = 0, known = 0, known_plain = 0, first = 0, in_set = 0, outside = 0, unknown = 0, confident_wrong = 0, sided = 0, side_right = 0;
+  int none = 0, alarms = 0, known = 0, known_plain = 0, first = 0, in_set = 0, outside = 0, unknown = 0,
+      confident_wrong = 0, sided = 0, side_right = 0;
   std::vector<size_t> set_sizes;
   std::map<std::string, int> confusion;
   int pairs = 0, both_named = 0, one_alone = 0, two_told = 0, held = 0, sizes_held = 0;
@@ -333,13 +379,15 @@ BlindScore open_keys(const fs::path& folder, bool partial, const ShrinkFound& sh
       if (a.shrink_found && std::isfinite(*a.shrink_found)) {
         const json& told = a.diagnosis.at("shrink").at(a.truth);
         shrink_errors.push_back(std::abs(told.at("fraction").get<double>() - *a.shrink_found));
-        held += *a.shrink_found >= told.at("interval")[0].get<double>() && *a.shrink_found <= told.at("interval")[1].get<double>();
+        held += *a.shrink_found >= told.at("interval")[0].get<double>() &&
+                *a.shrink_found <= told.at("interval")[1].get<double>();
       }
       if (a.true_size) {
         const json& told = a.diagnosis.at("effect_size").at(a.truth).at(a.true_size->name);
         const double low = told.at("interval")[0].get<double>(), high = told.at("interval")[1].get<double>();
         sizes_held += a.true_size->value >= low && a.true_size->value <= high;
-        out.sizes.push_back(fmt::format("{}: {} told as {:.3g} {} ({:.2g} to {:.2g}), truly {:.3g}", a.truth, a.true_size->name, told.at("value").get<double>(),
+        out.sizes.push_back(fmt::format("{}: {} told as {:.3g} {} ({:.2g} to {:.2g}), truly {:.3g}", a.truth,
+                                        a.true_size->name, told.at("value").get<double>(),
                                         told.at("unit").get<std::string>(), low, high, a.true_size->value));
       }
       if (a.ratio < 2) continue;
@@ -356,20 +404,25 @@ BlindScore open_keys(const fs::path& folder, bool partial, const ShrinkFound& sh
               row("outside the library: unknown", "at least 80 %", unknown, outside),
               row("outside the library: a confident wrong name", "at most 5 %", confident_wrong, outside),
               row("known, some effect named: measurement or physics", "at least 95 %", side_right, sided),
-              row("shrink, named right: the 90 % interval holds that of fresh trials", "85 to 95 %", held, static_cast<int>(shrink_errors.size())),
-              row("size, named right: the 90 % interval holds the true one", "85 to 95 %", sizes_held, static_cast<int>(out.sizes.size())),
+              row("shrink, named right: the 90 % interval holds that of fresh trials", "85 to 95 %", held,
+                  static_cast<int>(shrink_errors.size())),
+              row("size, named right: the 90 % interval holds the true one", "85 to 95 %", sizes_held,
+                  static_cast<int>(out.sizes.size())),
               row("two effects at once: both named", "at least 60 %", both_named, pairs),
               row("two effects at once: one above 0.9, the other's gap left", "never", one_alone, pairs),
               row("one effect of the library: two said to be there", "shown", two_told, known)};
   out.shrinks = shrink_errors.size();
   if (!shrink_errors.empty()) {
-    std::nth_element(shrink_errors.begin(), shrink_errors.begin() + static_cast<std::ptrdiff_t>(shrink_errors.size() / 2), shrink_errors.end());
+    std::nth_element(shrink_errors.begin(),
+                     shrink_errors.begin() + static_cast<std::ptrdiff_t>(shrink_errors.size() / 2),
+                     shrink_errors.end());
     out.shrink_error = shrink_errors[shrink_errors.size() / 2];
   }
   for (const double ratio : {0.5, 1.0, 2.0, 4.0}) {
     int of = 0, detected = 0, named = 0;
     for (const Answered& a : all)
-      if (a.truth != "none" && a.truth != "unknown" && !a.is_pair() && a.ratio >= ratio / std::sqrt(2.0) && a.ratio < ratio * std::sqrt(2.0)) {
+      if (a.truth != "none" && a.truth != "unknown" && !a.is_pair() && a.ratio >= ratio / std::sqrt(2.0) &&
+          a.ratio < ratio * std::sqrt(2.0)) {
         ++of;
         detected += a.named != "none";
         named += a.named == a.truth;
@@ -387,11 +440,14 @@ BlindScore open_keys(const fs::path& folder, bool partial, const ShrinkFound& sh
   std::string commonest = "none";
   for (const auto& [name, n] : count)
     if (n > count[commonest]) commonest = name;
-  out.baselines = {row("Selvedge", "right answer", std::count_if(all.begin(), all.end(), [](const Answered& a) { return a.is_right(); }), total),
-                   row("always " + commonest, "right answer", right(all, [&](size_t) { return commonest; }), total),
-                   row("always unknown", "right answer", right(all, [](size_t) { return std::string("unknown"); }), total),
-                   row("nearest residual map", "right answer", right(all, [&](size_t i) { return nearest_class(all, i); }), total),
-                   row("forward selection by BIC", "right answer", right(all, [&](size_t i) { return by_bic(all[i].diagnosis); }), total)};
+  out.baselines = {
+      row("Selvedge", "right answer",
+          std::count_if(all.begin(), all.end(), [](const Answered& a) { return a.is_right(); }), total),
+      row("always " + commonest, "right answer", right(all, [&](size_t) { return commonest; }), total),
+      row("always unknown", "right answer", right(all, [](size_t) { return std::string("unknown"); }), total),
+      row("nearest residual map", "right answer", right(all, [&](size_t i) { return nearest_class(all, i); }), total),
+      row("forward selection by BIC", "right answer", right(all, [&](size_t i) { return by_bic(all[i].diagnosis); }),
+          total)};
   if (!all.empty()) add_probabilities(out, all);
   for (const auto& [name, n] : confusion) out.confusion.push_back(fmt::format("{}: {}", name, n));
   return out;

@@ -38,10 +38,11 @@ struct BlindRecord {
 BlindRecord read_record(const std::filesystem::path& folder);
 
 // Diagnoses every campaign that has no answer yet, in the record's order, until `enough` says stop; stores the hash
-// of all answers once the last is there. Several processes share the work: each campaign is answered by whoever locks it
-// first (answers/ID.lock). Returns how many are answered.
-size_t answer_all(const std::filesystem::path& folder, const std::function<Diagnosis(const std::filesystem::path&)>& diagnose,
-              const std::function<bool()>& enough);
+// of all answers once the last is there. Several processes share the work: each campaign is answered by whoever locks
+// it first (answers/ID.lock). Returns how many are answered.
+size_t answer_all(const std::filesystem::path& folder,
+                  const std::function<Diagnosis(const std::filesystem::path&)>& diagnose,
+                  const std::function<bool()>& enough);
 
 struct ScoreRow {
   std::string what, wanted;
@@ -60,9 +61,11 @@ struct BlindScore {
 };
 
 // The share of the gap that an effect closes in fresh trials of a key's campaign; nothing where none can be made.
-using ShrinkFound = std::function<std::optional<double>(const SealedKey& key, const nlohmann::json& diagnosis, const std::string& effect)>;
+using ShrinkFound = std::function<std::optional<double>(const SealedKey& key, const nlohmann::json& diagnosis,
+                                                        const std::string& effect)>;
 
-// A parameter of diagnosis.json's effect_size, and what it truly is; nothing where a key's effect has none of the same kind.
+// A parameter of diagnosis.json's effect_size, and what it truly is; nothing where a key's effect has none of the same
+// kind.
 struct TrueParameter {
   std::string name;
   double value = 0;
@@ -71,7 +74,8 @@ using TrueSize = std::function<std::optional<TrueParameter>(const SealedKey& key
 
 // Checks the seals and the answers' hash, then scores. partial: score what is answered, without the hash of all.
 // shrink_found, true_size: empty: how far gaps shrink, or how large an effect is, is not scored.
-BlindScore open_keys(const std::filesystem::path& folder, bool partial, const ShrinkFound& shrink_found = {}, const TrueSize& true_size = {});
+BlindScore open_keys(const std::filesystem::path& folder, bool partial, const ShrinkFound& shrink_found = {},
+                     const TrueSize& true_size = {});
 
 struct NamedRight {
   std::string id, cause;

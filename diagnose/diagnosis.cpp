@@ -28,13 +28,14 @@ using Eigen::VectorXd;
 
 namespace {
 
-constexpr double kAbsorbed = 0.995;     // share of an effect's trace beyond which a refit of the base hides it
+constexpr double kAbsorbed = 0.995;  // share of an effect's trace beyond which a refit of the base hides it
 constexpr int kBootstraps = 2000;
-constexpr double kCredible = 0.9;       // of the confusable set
-constexpr size_t kRunFree = 2;          // effects whose shrink is looked at; where the answer is none, one
-constexpr double kPlainlyNone = 0.65;   // probability of none from which no effect is fitted further
-constexpr double kPlainlyNamed = 0.9;   // and of any answer, on one fine mesh
-constexpr double kPairGain = 0.2;       // ln of the error's square that a second effect could win on held-out trials, for it to be sought
+constexpr double kCredible = 0.9;      // of the confusable set
+constexpr size_t kRunFree = 2;         // effects whose shrink is looked at; where the answer is none, one
+constexpr double kPlainlyNone = 0.65;  // probability of none from which no effect is fitted further
+constexpr double kPlainlyNamed = 0.9;  // and of any answer, on one fine mesh
+constexpr double kPairGain =
+    0.2;  // ln of the error's square that a second effect could win on held-out trials, for it to be sought
 
 // Shares of the work that are done when stages begin, as they were measured of seven trials of markers.
 struct SharesAt {
@@ -64,13 +65,14 @@ double absorbed_share(const Study& study, const Hypothesis& h) {
   if (own <= 0) return 0;
   const MatrixXd e = h.jacobian.rightCols(own);
   const MatrixXd& j = study.jacobian;
-  const MatrixXd normal = j.transpose() * j + 1e-6 * j.squaredNorm() / static_cast<double>(base) * MatrixXd::Identity(base, base);
+  const MatrixXd normal =
+      j.transpose() * j + 1e-6 * j.squaredNorm() / static_cast<double>(base) * MatrixXd::Identity(base, base);
   const MatrixXd left = e - j * normal.ldlt().solve(j.transpose() * e);
   return e.squaredNorm() > 0 ? 1 - left.squaredNorm() / e.squaredNorm() : 1;
 }
 
-// The effects to refit on the fine mesh, behind the base: those that explain most after their first refit, and as many of
-// those whose finite change explains most. The first step of a refit may fail where an effect is large.
+// The effects to refit on the fine mesh, behind the base: those that explain most after their first refit, and as many
+// of those whose finite change explains most. The first step of a refit may fail where an effect is large.
 std::vector<Hypothesis> finalists(const std::vector<Hypothesis>& all, size_t count) {
   std::vector<size_t> order;
   for (size_t i = 1; i < all.size(); ++i) order.push_back(i);
@@ -86,7 +88,9 @@ std::vector<Hypothesis> finalists(const std::vector<Hypothesis>& all, size_t cou
 void refit_from_other_start(Study& study, std::vector<Hypothesis>& all) {
   std::vector<size_t> effects;
   for (size_t e = 0; e < study.effects.size(); ++e)
-    if (const Effect& effect = study.effects[e]; (effect.side == Side::elastic || effect.side == Side::dissipative) && effect.starts.empty()) effects.push_back(e);
+    if (const Effect& effect = study.effects[e];
+        (effect.side == Side::elastic || effect.side == Side::dissipative) && effect.starts.empty())
+      effects.push_back(e);
   if (effects.empty()) return;
   const MatrixXd columns = screen(study, *study.other_start, effects);
   std::vector<Hypothesis> arms;
@@ -111,32 +115,39 @@ void relinearise_far(Study& study, std::vector<Hypothesis>& arms) {
   }
 }
 
-// What to fit in earnest: the effect that predicts best, that of the others whose finite change explains most, and the base, which is
-// to have every chance that an effect has.
+// What to fit in earnest: the effect that predicts best, that of the others whose finite change explains most, and the
+// base, which is to have every chance that an effect has.
 std::vector<size_t> in_earnest(const std::vector<Hypothesis>& few, const std::vector<double>& log_ratio) {
   std::vector<size_t> order;
   for (size_t i = 1; i < few.size(); ++i) order.push_back(i);
   std::stable_sort(order.begin(), order.end(), [&](size_t a, size_t b) { return log_ratio[a] > log_ratio[b]; });
-  std::stable_sort(order.begin() + 1, order.end(), [&](size_t a, size_t b) { return few[a].screened_gain > few[b].screened_gain; });
+  std::stable_sort(order.begin() + 1, order.end(),
+                   [&](size_t a, size_t b) { return few[a].screened_gain > few[b].screened_gain; });
   order.resize(std::min<size_t>(order.size(), 2));
   order.push_back(0);
   return order;
 }
 
 std::string best_of(const std::map<std::string, double>& probability) {
-  return std::max_element(probability.begin(), probability.end(), [](const auto& a, const auto& b) { return a.second < b.second; })->first;
+  return std::max_element(probability.begin(), probability.end(),
+                          [](const auto& a, const auto& b) { return a.second < b.second; })
+      ->first;
 }
 
-// Whether to fit in earnest before it is said what scores say. On one fine mesh hypotheses have come there by fewer refits: so nothing
-// is named in doubt, either.
+// Whether to fit in earnest before it is said what scores say. On one fine mesh hypotheses have come there by fewer
+// refits: so nothing is named in doubt, either.
 bool is_in_doubt(const Study& study, const Scores& scores) {
   const std::string first = best_of(scores.probability);
   const double p = scores.probability.at(first);
-  return first == "unknown" || (first == "none" && study.pulled && p < kPlainlyNone) || (study.has_one_mesh() && p < kPlainlyNamed);
+  return first == "unknown" || (first == "none" && study.pulled && p < kPlainlyNone) ||
+         (study.has_one_mesh() && p < kPlainlyNamed);
 }
 
 size_t least_cost(const std::vector<Hypothesis>& arms) {
-  return static_cast<size_t>(std::min_element(arms.begin(), arms.end(), [](const Hypothesis& a, const Hypothesis& b) { return a.cost < b.cost; }) - arms.begin());
+  return static_cast<size_t>(
+      std::min_element(arms.begin(), arms.end(),
+                       [](const Hypothesis& a, const Hypothesis& b) { return a.cost < b.cost; }) -
+      arms.begin());
 }
 
 // The objective with what the fine mesh adds at this hypothesis.
@@ -151,19 +162,22 @@ fit::Objective objective_of(const Study& study, const Hypothesis& h) {
   return objective;
 }
 
-// Damping and drag as they usually are, shear as of an isotropic sheet, the rest as it is: in the base fit they stood in for what the base
-// lacks, and where one of them does nothing, or is on its bound, least squares do not find the way back.
+// Damping and drag as they usually are, shear as of an isotropic sheet, the rest as it is: in the base fit they stood
+// in for what the base lacks, and where one of them does nothing, or is on its bound, least squares do not find the way
+// back.
 VectorXd as_usual(const Study& study, VectorXd x) {
   for (size_t k = 0; k < study.base_count; ++k)
-    if (const fit::Parameter& p = study.parameters[k]; !p.at_rest) x(static_cast<Index>(k)) = fit::to_coordinate(p, p.start);
+    if (const fit::Parameter& p = study.parameters[k]; !p.at_rest)
+      x(static_cast<Index>(k)) = fit::to_coordinate(p, p.start);
   return with_isotropic_shear(study, std::move(x));
 }
 
-// Least squares from where each of these has come to, with what the fine mesh adds there, and from usual damping, drag and shear, but for two
-// effects, which go on from one that was fitted so; once more those that came far.
-void fit_further(Study& study, std::vector<Hypothesis>& arms, std::vector<size_t> few, const report::ProgressCallback& progress) {
+// Least squares from where each of these has come to, with what the fine mesh adds there, and from usual damping, drag
+// and shear, but for two effects, which go on from one that was fitted so; once more those that came far.
+void fit_further(Study& study, std::vector<Hypothesis>& arms, std::vector<size_t> few,
+                 const report::ProgressCallback& progress) {
   constexpr double kFar = 0.15, kEnough = 2e-4;  // of the cost
-  constexpr double kFirstRound = 0.8;  // of the time
+  constexpr double kFirstRound = 0.8;            // of the time
   const double round_share = kFirstRound / static_cast<double>(few.size());
   double done = 0;
   // On one fine mesh hypotheses come here from fewer refits.
@@ -179,7 +193,8 @@ void fit_further(Study& study, std::vector<Hypothesis>& arms, std::vector<size_t
       }
       for (Hypothesis& h : tried) {
         fit::Objective objective = objective_of(study, h);
-        const fit::LeastSquaresResult fitted = fit::minimise(objective, fit::only(study.parameters, h.active, h.x), h.x(h.active), search_options(iterations, kEnough));
+        const fit::LeastSquaresResult fitted = fit::minimise(objective, fit::only(study.parameters, h.active, h.x),
+                                                             h.x(h.active), search_options(iterations, kEnough));
         h.x(h.active) = fitted.coordinates;
         study.evaluations += fitted.evaluations;
       }
@@ -250,7 +265,9 @@ std::pair<double, double> bootstrap(size_t groups, const Figure& figure) {
   }
   if (values.empty()) return {0, 0};
   std::sort(values.begin(), values.end());
-  const auto at = [&](double share) { return values[static_cast<size_t>(share * static_cast<double>(values.size() - 1))]; };
+  const auto at = [&](double share) {
+    return values[static_cast<size_t>(share * static_cast<double>(values.size() - 1))];
+  };
   return {at(0.05), at(0.95)};
 }
 
@@ -267,7 +284,9 @@ VectorXd leaving_one_out(size_t groups, const Figure& figure) {
 }
 
 // Half of a 90 % interval over its standard deviation, where that was found from so many groups.
-double half_width(size_t groups) { return boost::math::quantile(boost::math::students_t(static_cast<double>(groups - 1)), 0.95); }
+double half_width(size_t groups) {
+  return boost::math::quantile(boost::math::students_t(static_cast<double>(groups - 1)), 0.95);
+}
 
 Shrink shrink_of(const GroupErrors& before, const GroupErrors& after, const GroupErrors& floor) {
   const size_t groups = before.square.size();
@@ -277,13 +296,15 @@ Shrink shrink_of(const GroupErrors& before, const GroupErrors& after, const Grou
   };
   const std::vector<size_t> all = in_order(groups);
   // Trials to come vary as much as these: hence √2.
-  const double half = groups > 1 ? half_width(groups) * std::sqrt(2.0) * jackknife_sd(leaving_one_out(groups, fraction)) : std::numeric_limits<double>::quiet_NaN();
+  const double half = groups > 1 ? half_width(groups) * std::sqrt(2.0) * jackknife_sd(leaving_one_out(groups, fraction))
+                                 : std::numeric_limits<double>::quiet_NaN();
   return {before.mm(all), after.mm(all), fraction(all), fraction(all) - half, fraction(all) + half, false};
 }
 
-// Value at the fit to all trials; its interval joins what the jackknife over groups shows and what no trial shows: a model of another
-// form than nature's has its best fit at another size.
-std::vector<SizedParameter> size_of(const Study& study, const Hypothesis& h, const MatrixXd& folds, size_t effect, const Calibration& calibration) {
+// Value at the fit to all trials; its interval joins what the jackknife over groups shows and what no trial shows: a
+// model of another form than nature's has its best fit at another size.
+std::vector<SizedParameter> size_of(const Study& study, const Hypothesis& h, const MatrixXd& folds, size_t effect,
+                                    const Calibration& calibration) {
   std::vector<SizedParameter> out;
   const Effect& e = study.effects[effect];
   const double form_share = boost::math::quantile(boost::math::normal(), 0.95) * size_form_share(calibration, e.side);
@@ -302,7 +323,8 @@ std::vector<SizedParameter> size_of(const Study& study, const Hypothesis& h, con
       ++alike;
     }
     const double form = form_share * std::max(std::abs(value), std::sqrt(square / alike));
-    out.push_back({p.name, p.unit, value, std::max(p.lower, value - std::hypot(value - fit::to_value(p, x - half), form)),
+    out.push_back({p.name, p.unit, value,
+                   std::max(p.lower, value - std::hypot(value - fit::to_value(p, x - half), form)),
                    std::min(p.upper, value + std::hypot(fit::to_value(p, x + half) - value, form))});
   }
   return out;
@@ -328,8 +350,8 @@ std::vector<std::string> credible_set(const std::map<std::string, double>& proba
   return set;
 }
 
-// Two effects at once: the best one with those of all others whose change of a finite size, from where it was fitted, explains
-// most of what it leaves. An effect that a larger one hides is no finalist of its own.
+// Two effects at once: the best one with those of all others whose change of a finite size, from where it was fitted,
+// explains most of what it leaves. An effect that a larger one hides is no finalist of its own.
 std::vector<Hypothesis> pairs_with(Study& study, const Hypothesis& best) {
   constexpr size_t kTried = 3;
   std::vector<size_t> others;
@@ -341,7 +363,8 @@ std::vector<Hypothesis> pairs_with(Study& study, const Hypothesis& best) {
     pairs.push_back(make_hypothesis(study, best, {e}, columns));
     pairs.back().effects = {best.effects[0], e};
   }
-  std::stable_sort(pairs.begin(), pairs.end(), [](const Hypothesis& a, const Hypothesis& b) { return a.screened_gain > b.screened_gain; });
+  std::stable_sort(pairs.begin(), pairs.end(),
+                   [](const Hypothesis& a, const Hypothesis& b) { return a.screened_gain > b.screened_gain; });
   pairs.resize(std::min(pairs.size(), kTried), best);
   return pairs;
 }
@@ -383,10 +406,12 @@ HeldOut only_rows(const HeldOut& all, const std::vector<size_t>& others) {
 
 // Predictions kAhead_s ahead of what was held out, arms × trial.
 MatrixXd held_out_ahead(Study& study, const HeldOut& held) {
-  MatrixXd mm = MatrixXd::Constant(static_cast<Index>(held.coordinates.size()), static_cast<Index>(study.rows->trials()), std::numeric_limits<double>::quiet_NaN());
+  MatrixXd mm = MatrixXd::Constant(static_cast<Index>(held.coordinates.size()),
+                                   static_cast<Index>(study.rows->trials()), std::numeric_limits<double>::quiet_NaN());
   for (size_t g = 0; g < study.groups.size(); ++g) {
     MatrixXd sets(study.base.size(), mm.rows());
-    for (Index k = 0; k < sets.cols(); ++k) sets.col(k) = held.coordinates[static_cast<size_t>(k)].col(static_cast<Index>(g));
+    for (Index k = 0; k < sets.cols(); ++k)
+      sets.col(k) = held.coordinates[static_cast<size_t>(k)].col(static_cast<Index>(g));
     const MatrixXd found = ahead_mm(*study.fine, study.parameters, sets, study.groups[g]);
     for (const size_t t : study.groups[g]) mm.col(static_cast<Index>(t)) = found.col(static_cast<Index>(t));
   }
@@ -417,9 +442,11 @@ void list_parameters(Diagnosis& out, const Study& study, const Hypothesis& base,
   for (size_t k = 0; k < study.base_count; ++k) {
     const fit::Parameter& p = study.parameters[k];
     const double x = base.x(static_cast<Index>(k));
-    out.parameters.push_back({p.name, p.unit, fit::to_value(p, x), fit::to_value(p, (named ? *named : base).x(static_cast<Index>(k)))});
+    out.parameters.push_back(
+        {p.name, p.unit, fit::to_value(p, x), fit::to_value(p, (named ? *named : base).x(static_cast<Index>(k)))});
     if (x >= fit::to_coordinate(p, p.upper) - 1e-3 || x <= fit::to_coordinate(p, p.lower) + 1e-3)
-      out.remarks.push_back(fmt::format("{} of the base fit ends at its bound {:.3g} {}", p.name, fit::to_value(p, x), p.unit));
+      out.remarks.push_back(
+          fmt::format("{} of the base fit ends at its bound {:.3g} {}", p.name, fit::to_value(p, x), p.unit));
   }
 }
 
@@ -439,10 +466,12 @@ void fill_gap(Diagnosis& out, const GroupErrors& before, const GroupErrors& nois
 
 Judged judged_by(const Study& study, const std::vector<Hypothesis>& few, const HeldOut& held, const Floor& floor) {
   Judged out;
-  for (const std::vector<size_t>& group : study.groups) out.groups.push_back(study.objective->scenes()[group.front()].trial.name);
+  for (const std::vector<size_t>& group : study.groups)
+    out.groups.push_back(study.objective->scenes()[group.front()].trial.name);
   out.noise = group_mm(study, floor.noise_mm);
   out.right_model = group_mm(study, floor.right_mm);
-  for (size_t i = 0; i < few.size(); ++i) out.left[name_of(study, few[i])] = group_mm(study, held.mm.row(static_cast<Index>(i)));
+  for (size_t i = 0; i < few.size(); ++i)
+    out.left[name_of(study, few[i])] = group_mm(study, held.mm.row(static_cast<Index>(i)));
   return out;
 }
 
@@ -457,16 +486,21 @@ std::map<std::string, double> values_of(const Study& study, const Hypothesis& h)
 
 }  // namespace
 
-void keep_base_fit(DiagnosisOptions& options, const std::filesystem::path& file, size_t trials, const std::string& input) {
-  const std::filesystem::path finer_file = file.parent_path() / (file.stem().string() + "_finer" + file.extension().string());
-  options.on_finer = [finer_file, trials, input](DiagnosisOptions& finer) { keep_base_fit(finer, finer_file, trials, input); };
+void keep_base_fit(DiagnosisOptions& options, const std::filesystem::path& file, size_t trials,
+                   const std::string& input) {
+  const std::filesystem::path finer_file =
+      file.parent_path() / (file.stem().string() + "_finer" + file.extension().string());
+  options.on_finer = [finer_file, trials, input](DiagnosisOptions& finer) {
+    keep_base_fit(finer, finer_file, trials, input);
+  };
   options.study.base_fit = read_base_fit(file, trials, input);
   options.on_base_fit = [file, input](const BaseFit& fit) { write_base_fit(file, fit, input); };
 }
 
 namespace {
 
-Diagnosis diagnose_on_mesh(const trial::Campaign& campaign, const std::vector<Effect>& effects, const DiagnosisOptions& options) {
+Diagnosis diagnose_on_mesh(const trial::Campaign& campaign, const std::vector<Effect>& effects,
+                           const DiagnosisOptions& options) {
   Diagnosis out;
   Stages stages(out);
   const std::clock_t cpu = std::clock();
@@ -482,10 +516,14 @@ Diagnosis diagnose_on_mesh(const trial::Campaign& campaign, const std::vector<Ef
   out.fine_columns = options.study.fine_columns;
   for (const fit::Scene& scene : study.objective->scenes())
     if (!scene.trial.still) out.motion_s += scene.trial.experiment.sample_s.back() - scene.trial.experiment.start_s;
-  const auto still = std::count_if(study.objective->scenes().begin(), study.objective->scenes().end(), [](const fit::Scene& s) { return s.trial.still; });
+  const auto still = std::count_if(study.objective->scenes().begin(), study.objective->scenes().end(),
+                                   [](const fit::Scene& s) { return s.trial.still; });
   out.meshes_part = 2 * study.pulled_harder.size() > study.rows->trials() - static_cast<size_t>(still);
   if (!study.pulled_harder.empty())
-    out.remarks.push_back(fmt::format("pulled twice as hard as the others, as the base model leaves the recorded folds there, or a finer mesh goes another way: {}", fmt::join(study.pulled_harder, ", ")));
+    out.remarks.push_back(
+        fmt::format("pulled twice as hard as the others, as the base model leaves the recorded folds there, or a finer "
+                    "mesh goes another way: {}",
+                    fmt::join(study.pulled_harder, ", ")));
   out.base = fit::to_text(options.study.drag);
   stages.done("base fit");
 
@@ -509,7 +547,8 @@ Diagnosis diagnose_on_mesh(const trial::Campaign& campaign, const std::vector<Ef
 
   progress(at.refitting, "refitting with every effect");
   if (all.size() > options.refitted + 1) {
-    std::stable_sort(all.begin() + 1, all.end(), [](const Hypothesis& a, const Hypothesis& b) { return a.screened_gain > b.screened_gain; });
+    std::stable_sort(all.begin() + 1, all.end(),
+                     [](const Hypothesis& a, const Hypothesis& b) { return a.screened_gain > b.screened_gain; });
     all.resize(options.refitted + 1, all[0]);
   }
   refit(study, all, 1);
@@ -536,14 +575,15 @@ Diagnosis diagnose_on_mesh(const trial::Campaign& campaign, const std::vector<Ef
     stages.done("nearest in earnest");
   };
   const auto best = [&] { return few.size() > 1 ? nearest_by(scores.log_ratio, 1)[0] : 0; };
-  // A large effect lies far from the base fit: nothing is called unknown, nor none in doubt, before the likeliest were fitted in earnest;
-  // nor is one named, sized and found to leave something to a second.
+  // A large effect lies far from the base fit: nothing is called unknown, nor none in doubt, before the likeliest were
+  // fitted in earnest; nor is one named, sized and found to leave something to a second.
   if (few.size() > 1 && is_in_doubt(study, scores)) fit_in_earnest(in_earnest(few, scores.log_ratio));
   else if (best() > 0 && best_of(scores.probability) != "none") fit_in_earnest({0, best()});
   std::vector<Hypothesis> pairs, one_and_two = few;
   const Hypothesis* two = nullptr;
   // A second effect, where the best one leaves a gap that an effect could still close.
-  if (best() > 0 && best_of(scores.probability) != "none" && scores.log_ratio_right - scores.log_ratio[best()] > kPairGain) {
+  if (best() > 0 && best_of(scores.probability) != "none" &&
+      scores.log_ratio_right - scores.log_ratio[best()] > kPairGain) {
     progress(at.two_effects, "two effects at once");
     pairs = pairs_with(study, few[best()]);
   }
@@ -561,7 +601,8 @@ Diagnosis diagnose_on_mesh(const trial::Campaign& campaign, const std::vector<Ef
         out.fit[out.pair] = values_of(study, *two);
         const HeldOut pair = only_rows(held, {few.size() + k});
         const MatrixXd mm = study.pulled ? held_out_ahead(study, pair) : pair.mm;
-        out.pair_shrink = shrink_of(errors_of(study, mm.row(0)), errors_of(study, mm.row(1)), errors_of(study, floor.noise_mm));
+        out.pair_shrink =
+            shrink_of(errors_of(study, mm.row(0)), errors_of(study, mm.row(1)), errors_of(study, floor.noise_mm));
         out.pair_shrink.is_ahead = study.pulled;
       }
     scores.log_ratio.resize(few.size());
@@ -601,10 +642,13 @@ Diagnosis diagnose_on_mesh(const trial::Campaign& campaign, const std::vector<Ef
     f.free_shrink = shrink_of(before, errors_of(study, free.mm.row(arm)), noise);
     f.shrink = f.free_shrink;
     if (ahead.size() > 0 && f.name != "mesh_resolution") {  // predictions ahead are made on the fine mesh alone
-      f.shrink = shrink_of(errors_of(study, ahead.row(0)), errors_of(study, ahead.row(arm)), errors_of(study, floor.noise_mm));
+      f.shrink =
+          shrink_of(errors_of(study, ahead.row(0)), errors_of(study, ahead.row(arm)), errors_of(study, floor.noise_mm));
       f.shrink.is_ahead = true;
     }
-    if (f.name == out.cause) out.forecast = forecast(study, arms[0], free.coordinates[0], arms[k + 1], free.coordinates[k + 1], f.free_shrink.after_mm);
+    if (f.name == out.cause)
+      out.forecast =
+          forecast(study, arms[0], free.coordinates[0], arms[k + 1], free.coordinates[k + 1], f.free_shrink.after_mm);
   }
   stages.done("running free");
 
@@ -642,16 +686,21 @@ Diagnosis diagnose_on_mesh(const trial::Campaign& campaign, const std::vector<Ef
 constexpr double kMotionAnHour_s = 10;  // on 33 columns, two threads of one core
 
 bool wants_finer_meshes(const Diagnosis& first, const DiagnosisOptions& options) {
-  const bool in_doubt = first.cause == "unknown" || (first.cause == "none" && first.p_value < options.calibration.plain_gap);
+  const bool in_doubt =
+      first.cause == "unknown" || (first.cause == "none" && first.p_value < options.calibration.plain_gap);
   return in_doubt && first.meshes_part && options.study.columns < options.finer_columns;
 }
 
-Diagnosis diagnose(const trial::Campaign& campaign, const std::vector<Effect>& effects, const DiagnosisOptions& options) {
+Diagnosis diagnose(const trial::Campaign& campaign, const std::vector<Effect>& effects,
+                   const DiagnosisOptions& options) {
   Diagnosis first = diagnose_on_mesh(campaign, effects, options);
   const bool lasts_too_long = first.motion_s > options.finer_longest_s;
   if (wants_finer_meshes(first, options) && lasts_too_long)
-    first.remarks.push_back(fmt::format("most moving trials follow different folds on meshes of {} and {} columns; nothing was done on finer ones, which takes an hour for each {:.0f} s of motion: found {:.0f} s (--columns {} --fine-columns {} does it)",
-                                        first.columns, first.fine_columns, kMotionAnHour_s, first.motion_s, options.finer_columns, options.finer_columns));
+    first.remarks.push_back(fmt::format(
+        "most moving trials follow different folds on meshes of {} and {} columns; nothing was done on finer ones, "
+        "which takes an hour for each {:.0f} s of motion: found {:.0f} s (--columns {} --fine-columns {} does it)",
+        first.columns, first.fine_columns, kMotionAnHour_s, first.motion_s, options.finer_columns,
+        options.finer_columns));
   if (!wants_finer_meshes(first, options) || lasts_too_long) {
     options.study.progress(1, "done");
     return first;
@@ -665,11 +714,16 @@ Diagnosis diagnose(const trial::Campaign& campaign, const std::vector<Effect>& e
   finer.refitted = options.finer_refitted;
   finer.on_base_fit = {};
   if (options.on_finer) options.on_finer(finer);
-  constexpr double kFirstShare = 0.06;   // of the time of both
-  finer.study.progress = [&](double done, const std::string& what) { options.study.progress(kFirstShare + (1 - kFirstShare) * done, "finer meshes: " + what); };
+  constexpr double kFirstShare = 0.06;  // of the time of both
+  finer.study.progress = [&](double done, const std::string& what) {
+    options.study.progress(kFirstShare + (1 - kFirstShare) * done, "finer meshes: " + what);
+  };
   Diagnosis out = diagnose_on_mesh(campaign, effects, finer);
-  out.remarks.push_back(fmt::format("answered {} ({:.2f}, p {:.2g}) on meshes of {} and {} columns, which follow different folds in most moving trials: this is the answer of {} columns, which leaves out the first {} s of each motion, and what hangs still",
-                                    first.cause, first.probability.at(first.cause), first.p_value, first.columns, first.fine_columns, out.columns, finer.study.skipped_s));
+  out.remarks.push_back(fmt::format(
+      "answered {} ({:.2f}, p {:.2g}) on meshes of {} and {} columns, which follow different folds in most moving "
+      "trials: this is the answer of {} columns, which leaves out the first {} s of each motion, and what hangs still",
+      first.cause, first.probability.at(first.cause), first.p_value, first.columns, first.fine_columns, out.columns,
+      finer.study.skipped_s));
   out.stage_s.insert(out.stage_s.begin(), {"coarser meshes", first.wall_s});
   out.wall_s += first.wall_s;
   out.cpu_s += first.cpu_s;

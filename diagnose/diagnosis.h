@@ -31,23 +31,25 @@ struct DiagnosisOptions {
   StudyOptions study;
   Calibration calibration;
   std::function<void(const BaseFit&)> on_base_fit;  // called once it is there
-  int finer_columns = 33;       // of the one mesh on which all is done again where study's part (`diagnose`); 0: never
-  int finer_coarse_columns = 19; // StudyOptions::coarse_columns there
-  double finer_longest_s = 30;  // of motion in a campaign: what lasts longer would take all day there
-  double finer_skipped_s = 0.5; // StudyOptions::skipped_s there
-  size_t finer_refitted = 8;    // `refitted` there, where a simulation takes twenty times as long
+  int finer_columns = 33;  // of the one mesh on which all is done again where study's part (`diagnose`); 0: never
+  int finer_coarse_columns = 19;  // StudyOptions::coarse_columns there
+  double finer_longest_s = 30;    // of motion in a campaign: what lasts longer would take all day there
+  double finer_skipped_s = 0.5;   // StudyOptions::skipped_s there
+  size_t finer_refitted = 8;      // `refitted` there, where a simulation takes twenty times as long
   std::function<void(DiagnosisOptions&)> on_finer;  // called with the options of that second pass, before it begins
-  size_t refitted = 1000; // effects that are refitted, of those whose finite change explains most
-  size_t finalists = 4;  // of these, effects that are refitted on the fine mesh and held out
+  size_t refitted = 1000;  // effects that are refitted, of those whose finite change explains most
+  size_t finalists = 4;    // of these, effects that are refitted on the fine mesh and held out
 };
 
 struct SizedParameter {
   std::string name, unit;
-  double value = 0, low = 0, high = 0;  // 90 %: jackknife over groups of trials, and Calibration::rig_size_share or fabric_size_share
+  double value = 0, low = 0,
+         high = 0;  // 90 %: jackknife over groups of trials, and Calibration::rig_size_share or fabric_size_share
 };
 
 struct Shrink {
-  double before_mm = 0, after_mm = 0, fraction = 0, low = 0, high = 0;  // 90 % for as many trials again, jackknife over groups; NaN where there is one group
+  double before_mm = 0, after_mm = 0, fraction = 0, low = 0,
+         high = 0;        // 90 % for as many trials again, jackknife over groups; NaN where there is one group
   bool is_ahead = false;  // told of predictions kAhead_s ahead, else of motions that run free
 };
 
@@ -55,12 +57,12 @@ struct Shrink {
 struct EffectFinding {
   std::string name, summary;
   Side side = Side::elastic;
-  double absorbed = 0;        // share of its trace in the data that a refit of the base takes up
-  double screened_gain = 0;   // share of the base's squared residual that it explains beyond that, linearly
+  double absorbed = 0;       // share of its trace in the data that a refit of the base takes up
+  double screened_gain = 0;  // share of the base's squared residual that it explains beyond that, linearly
   bool finalist = false;
   std::vector<SizedParameter> size;
-  Shrink shrink;              // of motions that run free where no markers were seen, or where the effect is that of the mesh
-  Shrink free_shrink;         // of motions that run free
+  Shrink shrink;       // of motions that run free where no markers were seen, or where the effect is that of the mesh
+  Shrink free_shrink;  // of motions that run free
   double probability = 0;
 };
 
@@ -71,10 +73,10 @@ struct BaseParameter {
 
 // What each hypothesis left of groups of trials that it was not fitted to, mm: what the probabilities were made of.
 struct Judged {
-  std::vector<std::string> groups;                      // the first trial of each
-  std::vector<double> noise;                            // what the sensor alone leaves
-  std::vector<double> right_model;                      // what a right model is expected to leave
-  std::map<std::string, std::vector<double>> left;      // by hypothesis; the base is "none"
+  std::vector<std::string> groups;                  // the first trial of each
+  std::vector<double> noise;                        // what the sensor alone leaves
+  std::vector<double> right_model;                  // what a right model is expected to leave
+  std::map<std::string, std::vector<double>> left;  // by hypothesis; the base is "none"
 };
 
 struct Diagnosis {
@@ -84,38 +86,43 @@ struct Diagnosis {
   std::string side, cause;
   std::map<std::string, double> probability;
   std::vector<std::string> confusable;
-  std::vector<std::string> cannot_tell;   // effects whose trace a refit of the base absorbs
-  std::vector<EffectFinding> effects;     // by probability
-  std::string pair;                       // "a+b" where two effects at once are likelier than any one, none and unknown, else empty
-  double pair_probability = 0;            // the two share it in `probability`, half and half
+  std::vector<std::string> cannot_tell;  // effects whose trace a refit of the base absorbs
+  std::vector<EffectFinding> effects;    // by probability
+  std::string pair;  // "a+b" where two effects at once are likelier than any one, none and unknown, else empty
+  double pair_probability = 0;  // the two share it in `probability`, half and half
   Shrink pair_shrink;
   std::vector<BaseParameter> parameters;
   Judged judged;
-  std::map<std::string, std::map<std::string, double>> fit;       // by hypothesis ("none": the base), parameters
-  std::map<std::string, std::map<std::string, double>> free_fit;  // by hypothesis ("none": the base), parameters refitted to free motions
+  std::map<std::string, std::map<std::string, double>> fit;  // by hypothesis ("none": the base), parameters
+  std::map<std::string, std::map<std::string, double>>
+      free_fit;  // by hypothesis ("none": the base), parameters refitted to free motions
   std::vector<Cell> where;
   ResidualMap map;
-  Forecast forecast;                      // where a cause is named
-  std::vector<std::string> separates;     // what the next experiment would tell apart
+  Forecast forecast;                          // where a cause is named
+  std::vector<std::string> separates;         // what the next experiment would tell apart
   std::string next_experiment, next_session;  // in words, and as sections of a rig's configuration
   std::vector<std::string> remarks;
   std::vector<std::pair<std::string, double>> stage_s;  // wall time of each stage
-  int columns = 0, fine_columns = 0;      // of the meshes
-  BaseFit base_fit;                       // of the base model
-  double motion_s = 0;                    // all moving trials together
-  bool meshes_part = false;               // more than half of the moving trials leave the recorded folds, or follow others on the finer mesh
+  int columns = 0, fine_columns = 0;                    // of the meshes
+  BaseFit base_fit;                                     // of the base model
+  double motion_s = 0;                                  // all moving trials together
+  bool meshes_part =
+      false;  // more than half of the moving trials leave the recorded folds, or follow others on the finer mesh
   int evaluations = 0;
   double wall_s = 0, cpu_s = 0;
 };
 
-// Goes on from the base fit that `file` holds of this input and so many trials, and keeps it there once it is found; that of a
-// second pass, on finer meshes, beside it.
-void keep_base_fit(DiagnosisOptions& options, const std::filesystem::path& file, size_t trials, const std::string& input = "");
+// Goes on from the base fit that `file` holds of this input and so many trials, and keeps it there once it is found;
+// that of a second pass, on finer meshes, beside it.
+void keep_base_fit(DiagnosisOptions& options, const std::filesystem::path& file, size_t trials,
+                   const std::string& input = "");
 
-// Nothing is called unknown because of the mesh, and nothing none: where the answer is `unknown`, or `none` beside a gap that one
-// in twenty campaigns that lack nothing would show, and more than half of the moving trials leave the recorded folds, or follow
-// others on the finer mesh, all is done once more on one finer mesh, which takes twenty times as long.
+// Nothing is called unknown because of the mesh, and nothing none: where the answer is `unknown`, or `none` beside a
+// gap that one in twenty campaigns that lack nothing would show, and more than half of the moving trials leave the
+// recorded folds, or follow others on the finer mesh, all is done once more on one finer mesh, which takes twenty times
+// as long.
 bool wants_finer_meshes(const Diagnosis& first, const DiagnosisOptions& options);
-Diagnosis diagnose(const trial::Campaign& campaign, const std::vector<Effect>& effects, const DiagnosisOptions& options = {});
+Diagnosis diagnose(const trial::Campaign& campaign, const std::vector<Effect>& effects,
+                   const DiagnosisOptions& options = {});
 
 }  // namespace selvedge::diagnose

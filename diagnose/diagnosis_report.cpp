@@ -20,7 +20,9 @@ using nlohmann::json;
 json number(double value) { return std::isfinite(value) ? json(value) : json(nullptr); }
 
 json shrink_json(const Shrink& s) {
-  json out = {{"held_out_before_mm", number(s.before_mm)}, {"held_out_after_mm", number(s.after_mm)}, {"fraction", number(s.fraction)},
+  json out = {{"held_out_before_mm", number(s.before_mm)},
+              {"held_out_after_mm", number(s.after_mm)},
+              {"fraction", number(s.fraction)},
               {"interval", {number(s.low), number(s.high)}}};
   if (s.is_ahead) out["ahead_s"] = kAhead_s;
   return out;
@@ -29,23 +31,35 @@ json shrink_json(const Shrink& s) {
 std::string percent(double share) { return fmt::format("{:.0f} %", 100 * share); }
 
 std::string answer_in_words(const Diagnosis& d) {
-  const std::string sizes = fmt::format("The base model ({}) predicts held-out trials to {:.2f} mm; the sensor alone leaves {:.2f} mm, a right model about {:.2f} mm.",
-                                        d.base, d.before_mm, d.noise_floor_mm, d.right_floor_mm);
+  const std::string sizes = fmt::format(
+      "The base model ({}) predicts held-out trials to {:.2f} mm; the sensor alone leaves {:.2f} mm, a right model "
+      "about {:.2f} mm.",
+      d.base, d.before_mm, d.noise_floor_mm, d.right_floor_mm);
   const double p = d.probability.at(d.cause);
   if (d.cause == "none") return fmt::format("No effect is needed (probability {}). {}", percent(p), sizes);
   if (!d.pair.empty())
-    return fmt::format("There is a gap, and no single effect of the library closes it; consistent with two at once: {} (probability {}). Added to the model they take the error of held-out trials{} from {:.2f} to {:.2f} mm, {} of the gap. {}",
-                       d.pair, percent(d.pair_probability), d.pair_shrink.is_ahead ? fmt::format(", predicted {:g} s ahead,", kAhead_s) : "", d.pair_shrink.before_mm, d.pair_shrink.after_mm,
-                       percent(d.pair_shrink.fraction), sizes);
+    return fmt::format(
+        "There is a gap, and no single effect of the library closes it; consistent with two at once: {} (probability "
+        "{}). Added to the model they take the error of held-out trials{} from {:.2f} to {:.2f} mm, {} of the gap. {}",
+        d.pair, percent(d.pair_probability),
+        d.pair_shrink.is_ahead ? fmt::format(", predicted {:g} s ahead,", kAhead_s) : "", d.pair_shrink.before_mm,
+        d.pair_shrink.after_mm, percent(d.pair_shrink.fraction), sizes);
   if (d.cause == "unknown")
-    return fmt::format("There is a gap, and no effect of the library closes it: unknown (probability {}). {}", percent(p), sizes);
+    return fmt::format("There is a gap, and no effect of the library closes it: unknown (probability {}). {}",
+                       percent(p), sizes);
   for (const EffectFinding& f : d.effects)
     if (f.name == d.cause)
-      return fmt::format("Consistent with {}: {} (probability {}, {} side). Added to the model it takes the error of held-out trials{} from {:.2f} to {:.2f} mm, {} of the gap{}. {}",
-                         f.name, f.summary, percent(p), d.side, f.shrink.is_ahead ? fmt::format(", predicted {:g} s ahead,", kAhead_s) : "", f.shrink.before_mm, f.shrink.after_mm,
-                         percent(f.shrink.fraction),
-                         f.shrink.is_ahead ? fmt::format("; that of whole motions from {:.2f} to {:.2f} mm, {}", f.free_shrink.before_mm, f.free_shrink.after_mm, percent(f.free_shrink.fraction)) : "",
-                         sizes);
+      return fmt::format(
+          "Consistent with {}: {} (probability {}, {} side). Added to the model it takes the error of held-out "
+          "trials{} from {:.2f} to {:.2f} mm, {} of the gap{}. {}",
+          f.name, f.summary, percent(p), d.side,
+          f.shrink.is_ahead ? fmt::format(", predicted {:g} s ahead,", kAhead_s) : "", f.shrink.before_mm,
+          f.shrink.after_mm, percent(f.shrink.fraction),
+          f.shrink.is_ahead
+              ? fmt::format("; that of whole motions from {:.2f} to {:.2f} mm, {}", f.free_shrink.before_mm,
+                            f.free_shrink.after_mm, percent(f.free_shrink.fraction))
+              : "",
+          sizes);
   return sizes;
 }
 
@@ -55,21 +69,29 @@ void add_effects(report::HtmlReport& html, const Diagnosis& d) {
   for (const EffectFinding& f : d.effects) {
     std::string size;
     for (const SizedParameter& p : f.size)
-      size += fmt::format("{}{} {:.3g} {} ({:.3g} … {:.3g})", size.empty() ? "" : "; ", p.name, p.value, p.unit, p.low, p.high);
-    rows.push_back({f.name, to_text(f.side), fmt::format("{:.3f}", f.probability), percent(f.absorbed), percent(f.screened_gain),
-                    f.shrink.is_ahead ? before_and_after(f.shrink) : "–", f.finalist ? share_closed(f.shrink) : "–",
-                    f.finalist ? before_and_after(f.free_shrink) : "–", size.empty() ? "–" : size});
+      size += fmt::format("{}{} {:.3g} {} ({:.3g} … {:.3g})", size.empty() ? "" : "; ", p.name, p.value, p.unit, p.low,
+                          p.high);
+    rows.push_back({f.name, to_text(f.side), fmt::format("{:.3f}", f.probability), percent(f.absorbed),
+                    percent(f.screened_gain), f.shrink.is_ahead ? before_and_after(f.shrink) : "–",
+                    f.finalist ? share_closed(f.shrink) : "–", f.finalist ? before_and_after(f.free_shrink) : "–",
+                    size.empty() ? "–" : size});
   }
-  html.table({"effect", "side", "probability", "absorbed by refitting the base", "explains of the rest, linearly", fmt::format("error of predictions {:g} s ahead, mm", kAhead_s),
-              "share of the gap it closes (90 %)", "error of whole motions, mm", "size (90 %)"},
+  html.table({"effect", "side", "probability", "absorbed by refitting the base", "explains of the rest, linearly",
+              fmt::format("error of predictions {:g} s ahead, mm", kAhead_s), "share of the gap it closes (90 %)",
+              "error of whole motions, mm", "size (90 %)"},
              rows);
-  html.paragraph(fmt::format("none {:.3f}, unknown {:.3f}. Held-out error without any: {:.2f} mm.", d.probability.at("none"), d.probability.at("unknown"), d.before_mm));
+  html.paragraph(fmt::format("none {:.3f}, unknown {:.3f}. Held-out error without any: {:.2f} mm.",
+                             d.probability.at("none"), d.probability.at("unknown"), d.before_mm));
   if (!d.forecast.motion.empty())
-    html.paragraph(fmt::format("Forecast, not recorded yet: in {} the base model will be {:.1f} mm off (90 % {:.1f} … {:.1f}), with {} {:.1f} mm.", d.forecast.motion,
-                               d.forecast.before_mm, d.forecast.low_mm, d.forecast.high_mm, d.cause, d.forecast.after_mm));
+    html.paragraph(fmt::format(
+        "Forecast, not recorded yet: in {} the base model will be {:.1f} mm off (90 % {:.1f} … {:.1f}), with {} {:.1f} "
+        "mm.",
+        d.forecast.motion, d.forecast.before_mm, d.forecast.low_mm, d.forecast.high_mm, d.cause, d.forecast.after_mm));
   if (!d.pair.empty())
-    html.paragraph(fmt::format("Two effects predict better than one: {} (probability {}, which the two share above) takes the held-out error to {:.2f} mm, {} of the gap.", d.pair,
-                               percent(d.pair_probability), d.pair_shrink.after_mm, percent(d.pair_shrink.fraction)));
+    html.paragraph(
+        fmt::format("Two effects predict better than one: {} (probability {}, which the two share above) takes the "
+                    "held-out error to {:.2f} mm, {} of the gap.",
+                    d.pair, percent(d.pair_probability), d.pair_shrink.after_mm, percent(d.pair_shrink.fraction)));
   if (!d.cannot_tell.empty()) {
     std::string names;
     for (const std::string& name : d.cannot_tell) names += (names.empty() ? "" : ", ") + name;
@@ -79,21 +101,31 @@ void add_effects(report::HtmlReport& html, const Diagnosis& d) {
 
 void add_where(report::HtmlReport& html, const Diagnosis& d) {
   html.heading("Where");
-  if (!d.map.uv.empty()) html.svg(fabric_map(d.map), "Held-out error of the base model at each marker, or about each spot that stripes and outline showed, mm, on the flat fabric; the top edge is held");
+  if (!d.map.uv.empty())
+    html.svg(fabric_map(d.map),
+             "Held-out error of the base model at each marker, or about each spot that stripes and outline showed, mm, "
+             "on the flat fabric; the top edge is held");
   std::vector<report::Series> series;
   for (const auto& t : d.map.over_time) series.push_back({t.trial, t.time_s, t.mm});
   report::PlotOptions plot;
   plot.x_label = "time, s";
   plot.y_label = "error, mm";
   plot.height_px = 240;
-  if (!series.empty()) html.svg(report::line_plot(series, plot), "Over time: held-out error of the base model, each trial predicted from the others");
+  if (!series.empty())
+    html.svg(report::line_plot(series, plot),
+             "Over time: held-out error of the base model, each trial predicted from the others");
   plot.x_label = "frequency, Hz";
-  if (!d.map.frequency_hz.empty()) html.svg(report::line_plot({{"residual", d.map.frequency_hz, d.map.frequency_mm}}, plot), "Over frequency: amplitude of the residual per bin");
+  if (!d.map.frequency_hz.empty())
+    html.svg(report::line_plot({{"residual", d.map.frequency_hz, d.map.frequency_mm}}, plot),
+             "Over frequency: amplitude of the residual per bin");
   plot.x_label = "camera row, px";
-  if (!d.map.image_row_px.empty()) html.svg(report::line_plot({{"residual", d.map.image_row_px, d.map.image_mm}}, plot), "Over the image: by the camera row at which the point is seen");
+  if (!d.map.image_row_px.empty())
+    html.svg(report::line_plot({{"residual", d.map.image_row_px, d.map.image_mm}}, plot),
+             "Over the image: by the camera row at which the point is seen");
   std::vector<std::vector<std::string>> rows;
   for (const Cell& c : d.where)
-    rows.push_back({c.axis, c.cell, percent(c.share), fmt::format("{:.2f}", c.mm), fmt::format("{:.3f}", c.p_value), c.p_value < 0.05 ? "stands out" : ""});
+    rows.push_back({c.axis, c.cell, percent(c.share), fmt::format("{:.2f}", c.mm), fmt::format("{:.3f}", c.p_value),
+                    c.p_value < 0.05 ? "stands out" : ""});
   html.table({"axis", "cell", "share of the gap", "error, mm", "p, corrected", ""}, rows);
 }
 
@@ -104,7 +136,9 @@ void add_parameters(report::HtmlReport& html, const Diagnosis& d) {
   for (const BaseParameter& p : d.parameters)
     rows.push_back({p.name, p.unit, fmt::format("{:.4g}", p.value), named ? fmt::format("{:.4g}", p.corrected) : "–",
                     named ? fmt::format("{:+.0f} %", 100 * (p.value / p.corrected - 1)) : "–"});
-  html.table({"parameter", "unit", "base fit", named ? "with " + (d.pair.empty() ? d.cause : d.pair) : "with the cause", "bias of the base fit"}, rows);
+  html.table({"parameter", "unit", "base fit", named ? "with " + (d.pair.empty() ? d.cause : d.pair) : "with the cause",
+              "bias of the base fit"},
+             rows);
 }
 
 }  // namespace
@@ -112,26 +146,36 @@ void add_parameters(report::HtmlReport& html, const Diagnosis& d) {
 std::string before_and_after(const Shrink& s) { return fmt::format("{:.2f} → {:.2f}", s.before_mm, s.after_mm); }
 
 std::string share_closed(const Shrink& s) {
-  return std::isfinite(s.low) ? fmt::format("{:.2f} ({:.2f} … {:.2f})", s.fraction, s.low, s.high) : fmt::format("{:.2f}", s.fraction);
+  return std::isfinite(s.low) ? fmt::format("{:.2f} ({:.2f} … {:.2f})", s.fraction, s.low, s.high)
+                              : fmt::format("{:.2f}", s.fraction);
 }
 
 json to_json(const Diagnosis& d) {
   json sides = json::object();
   for (const EffectFinding& f : d.effects) sides[f.name] = to_text(f.side);
-  json where = json::array(), sizes = json::object(), shrink = json::object(), parameters = json::object(), screened = json::object();
-  for (const Cell& c : d.where) where.push_back({{"axis", c.axis}, {"cell", c.cell}, {"share", c.share}, {"mm", c.mm}, {"p_value", c.p_value}});
+  json where = json::array(), sizes = json::object(), shrink = json::object(), parameters = json::object(),
+       screened = json::object();
+  for (const Cell& c : d.where)
+    where.push_back({{"axis", c.axis}, {"cell", c.cell}, {"share", c.share}, {"mm", c.mm}, {"p_value", c.p_value}});
   for (const EffectFinding& f : d.effects) {
     screened[f.name] = {{"absorbed", f.absorbed}, {"gain", f.screened_gain}};
     if (!f.finalist) continue;
-    for (const SizedParameter& p : f.size) sizes[f.name][p.name] = {{"value", p.value}, {"unit", p.unit}, {"interval", {p.low, p.high}}};
+    for (const SizedParameter& p : f.size)
+      sizes[f.name][p.name] = {{"value", p.value}, {"unit", p.unit}, {"interval", {p.low, p.high}}};
     shrink[f.name] = shrink_json(f.shrink);
     shrink[f.name]["free"] = shrink_json(f.free_shrink);
   }
-  for (const BaseParameter& p : d.parameters) parameters[p.name] = {{"base", p.value}, {"corrected", p.corrected}, {"unit", p.unit}};
+  for (const BaseParameter& p : d.parameters)
+    parameters[p.name] = {{"base", p.value}, {"corrected", p.corrected}, {"unit", p.unit}};
   json out = {{"format", "diagnosis/1"},
               {"campaign", d.campaign},
-              {"gap", {{"value_mm", d.gap_mm}, {"noise_floor_mm", d.noise_floor_mm}, {"interval_mm", {d.low_mm, d.high_mm}}, {"p_value", d.p_value},
-                       {"held_out_mm", d.before_mm}, {"right_model_mm", d.right_floor_mm}}},
+              {"gap",
+               {{"value_mm", d.gap_mm},
+                {"noise_floor_mm", d.noise_floor_mm},
+                {"interval_mm", {d.low_mm, d.high_mm}},
+                {"p_value", d.p_value},
+                {"held_out_mm", d.before_mm},
+                {"right_model_mm", d.right_floor_mm}}},
               {"where", where},
               {"side", d.side},
               {"cause", d.cause},
@@ -144,7 +188,11 @@ json to_json(const Diagnosis& d) {
               {"parameters", parameters},
               {"cannot_tell", d.cannot_tell},
               {"screened", screened},
-              {"judged", {{"groups", d.judged.groups}, {"noise_mm", d.judged.noise}, {"right_model_mm", d.judged.right_model}, {"left_mm", d.judged.left}}},
+              {"judged",
+               {{"groups", d.judged.groups},
+                {"noise_mm", d.judged.noise},
+                {"right_model_mm", d.judged.right_model},
+                {"left_mm", d.judged.left}}},
               {"fit", d.fit},
               {"free_fit", d.free_fit},
               {"sides", sides},
@@ -155,7 +203,10 @@ json to_json(const Diagnosis& d) {
               {"wall_s", d.wall_s}};
   if (std::isfinite(d.replicate_mm)) out["gap"]["replicates_mm"] = d.replicate_mm;
   if (!d.forecast.motion.empty())
-    out["forecast"] = {{"motion", d.forecast.motion}, {"before_mm", d.forecast.before_mm}, {"interval_mm", {d.forecast.low_mm, d.forecast.high_mm}}, {"after_mm", d.forecast.after_mm}};
+    out["forecast"] = {{"motion", d.forecast.motion},
+                       {"before_mm", d.forecast.before_mm},
+                       {"interval_mm", {d.forecast.low_mm, d.forecast.high_mm}},
+                       {"after_mm", d.forecast.after_mm}};
   if (!d.pair.empty()) {
     out["pair"] = shrink_json(d.pair_shrink);
     out["pair"]["effects"] = d.pair;
@@ -167,8 +218,10 @@ json to_json(const Diagnosis& d) {
 void write_diagnosis(const Diagnosis& d, const std::filesystem::path& folder) {
   report::HtmlReport html("Diagnosis of " + d.campaign);
   html.paragraph(answer_in_words(d));
-  html.paragraph(fmt::format("Gap {:.2f} mm above the noise floor (90 % {:.2f} … {:.2f}), p {:.3g} against campaigns that lack nothing. Next: {}.", d.gap_mm, d.low_mm,
-                             d.high_mm, d.p_value, d.next_experiment));
+  html.paragraph(
+      fmt::format("Gap {:.2f} mm above the noise floor (90 % {:.2f} … {:.2f}), p {:.3g} against campaigns that lack "
+                  "nothing. Next: {}.",
+                  d.gap_mm, d.low_mm, d.high_mm, d.p_value, d.next_experiment));
   add_effects(html, d);
   add_where(html, d);
   add_parameters(html, d);

@@ -25,10 +25,12 @@ struct Arm {
 Arm arm_of(const nlohmann::json& values, fit::Drag drag, const std::vector<Effect>& effects) {
   Arm arm{fit::base_parameters(drag), {}};
   for (const Effect& e : effects)
-    if (values.contains(e.parameters.front().name)) arm.parameters.insert(arm.parameters.end(), e.parameters.begin(), e.parameters.end());
+    if (values.contains(e.parameters.front().name))
+      arm.parameters.insert(arm.parameters.end(), e.parameters.begin(), e.parameters.end());
   arm.coordinates.resize(static_cast<Index>(arm.parameters.size()));
   for (size_t k = 0; k < arm.parameters.size(); ++k)
-    arm.coordinates(static_cast<Index>(k)) = fit::to_coordinate(arm.parameters[k], values.at(arm.parameters[k].name).get<double>());
+    arm.coordinates(static_cast<Index>(k)) =
+        fit::to_coordinate(arm.parameters[k], values.at(arm.parameters[k].name).get<double>());
   return arm;
 }
 
@@ -36,15 +38,17 @@ Arm arm_of(const nlohmann::json& values, fit::Drag drag, const std::vector<Effec
 VectorXd free_mm(const fit::Objective& objective, const Arm& arm) {
   const fit::Residuals r = objective.evaluate(arm.parameters, arm.coordinates).front();
   VectorXd mm = VectorXd::Constant(static_cast<Index>(r.mm.size()), std::numeric_limits<double>::quiet_NaN());
-  for (size_t i = 0; r.finite && i < r.mm.size(); ++i) mm(static_cast<Index>(i)) = fit::rms_mm(objective.scenes()[i].trial, r.mm[i], objective.time_s(i));
+  for (size_t i = 0; r.finite && i < r.mm.size(); ++i)
+    mm(static_cast<Index>(i)) = fit::rms_mm(objective.scenes()[i].trial, r.mm[i], objective.time_s(i));
   return mm;
 }
 
 }  // namespace
 
-FreshShrink shrink_on(const trial::Campaign& fresh, const std::vector<Effect>& effects, const nlohmann::json& diagnosis, const std::string& hypothesis,
-                      int columns) {
-  const std::vector<fit::ObservedTrial> trials = fit::observe_campaign(fresh, 30, 10, [](double, const std::string&) {});
+FreshShrink shrink_on(const trial::Campaign& fresh, const std::vector<Effect>& effects, const nlohmann::json& diagnosis,
+                      const std::string& hypothesis, int columns) {
+  const std::vector<fit::ObservedTrial> trials =
+      fit::observe_campaign(fresh, 30, 10, [](double, const std::string&) {});
   fit::ObjectiveOptions options;
   options.columns = columns;
   const bool is_ahead = diagnosis.at("shrink").at(hypothesis).contains("ahead_s");
@@ -60,7 +64,8 @@ FreshShrink shrink_on(const trial::Campaign& fresh, const std::vector<Effect>& e
   const auto error_mm = [&](const nlohmann::json& values) {
     const Arm arm = arm_of(values, drag, effects);
     const fit::Objective objective(trials, options, arm.parameters, arm.coordinates);
-    return pooled(is_ahead ? VectorXd(ahead_mm(objective, arm.parameters, arm.coordinates).row(0)) : free_mm(objective, arm));
+    return pooled(is_ahead ? VectorXd(ahead_mm(objective, arm.parameters, arm.coordinates).row(0))
+                           : free_mm(objective, arm));
   };
   return {error_mm(fitted.at("none")), error_mm(fitted.at(hypothesis)), pooled(noise_mm)};
 }

@@ -15,10 +15,10 @@ struct FreshShrink {
   double fraction() const { return (before_mm - after_mm) / (before_mm - noise_mm); }
 };
 
-// Predicts trials of markers with both arms, "none" and `hypothesis`, on a mesh of `columns`: a quarter of a second ahead (ahead.h) with
-// diagnosis.json's `fit` where it tells its shrink so, else running free with its `free_fit`. Throws
-// nlohmann::json::out_of_range where diagnosis.json has no such arm.
-FreshShrink shrink_on(const trial::Campaign& fresh, const std::vector<Effect>& effects, const nlohmann::json& diagnosis, const std::string& hypothesis,
-                      int columns = 25);
+// Predicts trials of markers with both arms, "none" and `hypothesis`, on a mesh of `columns`: a quarter of a second
+// ahead (ahead.h) with diagnosis.json's `fit` where it tells its shrink so, else running free with its `free_fit`.
+// Throws nlohmann::json::out_of_range where diagnosis.json has no such arm.
+FreshShrink shrink_on(const trial::Campaign& fresh, const std::vector<Effect>& effects, const nlohmann::json& diagnosis,
+                      const std::string& hypothesis, int columns = 25);
 
 }  // namespace selvedge::diagnose

@@ -25,14 +25,17 @@ double still_weight(const Study& study, size_t trial) {
   return study.objective->scenes()[trial].trial.still ? std::sqrt(kStillSamples) : 1;
 }
 
-// Each hypothesis fitted to some trials alone, from where it was fitted to all: one step. On one fine mesh, where residuals are rough
-// and derivatives hold less far, the step that leaves least of these trials.
+// Each hypothesis fitted to some trials alone, from where it was fitted to all: one step. On one fine mesh, where
+// residuals are rough and derivatives hold less far, the step that leaves least of these trials.
 MatrixXd fitted_to(Study& study, const std::vector<Hypothesis>& hypotheses, const std::vector<size_t>& trials) {
-  const std::vector<double> dampings = study.has_one_mesh() ? std::vector<double>{1e-3, 0.1, 1} : std::vector<double>{1e-3};
+  const std::vector<double> dampings =
+      study.has_one_mesh() ? std::vector<double>{1e-3, 0.1, 1} : std::vector<double>{1e-3};
   const auto count = static_cast<Index>(hypotheses.size()), tries = static_cast<Index>(dampings.size());
   MatrixXd sets(study.base.size(), tries * count), out(study.base.size(), count);
   for (Index i = 0; i < count; ++i)
-    for (Index k = 0; k < tries; ++k) sets.col(tries * i + k) = step_from(study, hypotheses[static_cast<size_t>(i)], trials, dampings[static_cast<size_t>(k)]);
+    for (Index k = 0; k < tries; ++k)
+      sets.col(tries * i + k) =
+          step_from(study, hypotheses[static_cast<size_t>(i)], trials, dampings[static_cast<size_t>(k)]);
   if (tries == 1) return sets;
   const MatrixXd r = residuals_of(study, hypotheses, sets, trials);
   study.evaluations += static_cast<int>(sets.cols());
@@ -41,7 +44,8 @@ MatrixXd fitted_to(Study& study, const std::vector<Hypothesis>& hypotheses, cons
     out.col(i) = sets.col(tries * i);
     for (Index k = 0; k < tries; ++k) {
       const VectorXd left = r.col(tries * i + k);
-      const double cost = left.allFinite() ? fit::cauchy_cost(left, cauchy_constant(study)) : std::numeric_limits<double>::infinity();
+      const double cost =
+          left.allFinite() ? fit::cauchy_cost(left, cauchy_constant(study)) : std::numeric_limits<double>::infinity();
       if (cost < least) {
         least = cost;
         out.col(i) = sets.col(tries * i + k);
@@ -88,7 +92,8 @@ double jackknife_sd(const VectorXd& without) {
 HeldOut hold_out(Study& study, const std::vector<Hypothesis>& hypotheses) {
   const auto count = static_cast<Index>(hypotheses.size()), groups = static_cast<Index>(study.groups.size());
   HeldOut out;
-  out.mm = MatrixXd::Constant(count, static_cast<Index>(study.rows->trials()), std::numeric_limits<double>::quiet_NaN());
+  out.mm =
+      MatrixXd::Constant(count, static_cast<Index>(study.rows->trials()), std::numeric_limits<double>::quiet_NaN());
   out.coordinates.assign(hypotheses.size(), MatrixXd(study.base.size(), groups));
   out.residual.assign(hypotheses.size(), VectorXd::Zero(study.rows->size()));
   for (Index g = 0; g < groups; ++g) {

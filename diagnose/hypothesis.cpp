@@ -18,8 +18,8 @@ using Eigen::VectorXd;
 
 namespace {
 
-constexpr double kBaseSd = 2.5;    // of the pull on the base's coordinates towards the base fit, ln
-constexpr double kEffectSd = 20;   // and on an effect's, in its scales: it bounds what nothing determines
+constexpr double kBaseSd = 2.5;   // of the pull on the base's coordinates towards the base fit, ln
+constexpr double kEffectSd = 20;  // and on an effect's, in its scales: it bounds what nothing determines
 
 std::vector<size_t> all_trials(const Study& study) {
   std::vector<size_t> all(study.rows->trials());
@@ -43,7 +43,8 @@ double gain_of(const MatrixXd& base, const MatrixXd& more, const VectorXd& r, co
   const VectorXd root = weights.cwiseSqrt();
   const MatrixXd j = root.asDiagonal() * base, e = root.asDiagonal() * more;
   const VectorXd wr = root.cwiseProduct(r);
-  const MatrixXd ridge = 1e-6 * (j.transpose() * j).trace() / static_cast<double>(j.cols()) * MatrixXd::Identity(j.cols(), j.cols());
+  const MatrixXd ridge =
+      1e-6 * (j.transpose() * j).trace() / static_cast<double>(j.cols()) * MatrixXd::Identity(j.cols(), j.cols());
   const auto solver = (j.transpose() * j + ridge).ldlt();
   const VectorXd left = wr - j * solver.solve(j.transpose() * wr);
   const MatrixXd own = e - j * solver.solve(j.transpose() * e);
@@ -101,14 +102,16 @@ Hypothesis base_hypothesis(const Study& study) {
   return h;
 }
 
-Hypothesis make_hypothesis(Study& study, const Hypothesis& from, const std::vector<size_t>& effects, const MatrixXd& columns) {
+Hypothesis make_hypothesis(Study& study, const Hypothesis& from, const std::vector<size_t>& effects,
+                           const MatrixXd& columns) {
   Hypothesis h = from;
   h.effects = effects;
   const VectorXd weights = fit::cauchy_weights(from.residual, cauchy_constant(study));
   MatrixXd own(study.rows->size(), 0);
   for (const size_t e : effects) {
     const Effect& effect = study.effects[e];
-    const auto first = static_cast<Index>(study.first_parameter[e]), count = static_cast<Index>(effect.parameters.size());
+    const auto first = static_cast<Index>(study.first_parameter[e]),
+               count = static_cast<Index>(effect.parameters.size());
     MatrixXd here = columns.middleCols(first, count);
     if (!effect.starts.empty()) {
       // The best of the starting points, with derivatives of every parameter there.
@@ -116,7 +119,8 @@ Hypothesis make_hypothesis(Study& study, const Hypothesis& from, const std::vect
       for (Index i = 0; i < sets.cols(); ++i) {
         sets.col(i) = from.x;
         for (Index k = 0; k < count; ++k)
-          sets(first + k, i) = fit::to_coordinate(effect.parameters[static_cast<size_t>(k)], effect.starts[static_cast<size_t>(i)][static_cast<size_t>(k)]);
+          sets(first + k, i) = fit::to_coordinate(effect.parameters[static_cast<size_t>(k)],
+                                                  effect.starts[static_cast<size_t>(i)][static_cast<size_t>(k)]);
       }
       const MatrixXd r = residuals_of(study, {from}, sets);
       Index best = 0;
@@ -168,7 +172,8 @@ VectorXd step_from(const Study& study, const Hypothesis& h, const std::vector<si
   }
   const VectorXd prior = prior_precision(study, h.active);
   VectorXd offset(n);
-  for (Index k = 0; k < n; ++k) offset(k) = h.x(h.active[static_cast<size_t>(k)]) - study.base(h.active[static_cast<size_t>(k)]);
+  for (Index k = 0; k < n; ++k)
+    offset(k) = h.x(h.active[static_cast<size_t>(k)]) - study.base(h.active[static_cast<size_t>(k)]);
   normal.diagonal() += prior + damping * normal.diagonal();
   gradient += prior.cwiseProduct(offset);
 
@@ -220,12 +225,15 @@ void refine_mesh(Study& study, std::vector<Hypothesis>& hypotheses) {
   for (Index i = 0; i < sets.cols(); ++i) {
     Hypothesis& h = hypotheses[static_cast<size_t>(i)];
     const auto own_mesh = [&](size_t e) { return study.effects[e].name == "mesh_resolution"; };
-    if (std::any_of(h.effects.begin(), h.effects.end(), own_mesh) || !fine[static_cast<size_t>(i)].finite || !coarse.col(i).allFinite()) continue;
+    if (std::any_of(h.effects.begin(), h.effects.end(), own_mesh) || !fine[static_cast<size_t>(i)].finite ||
+        !coarse.col(i).allFinite())
+      continue;
     h.mesh_offset = study.rows->whitened(fine[static_cast<size_t>(i)]) - coarse.col(i);
     for (size_t trial = 0; trial < study.rows->trials(); ++trial) {
       const Index first = study.rows->first(trial), count = study.rows->count(trial);
       const VectorXd sd = study.rows->sd_mm().segment(first, count);
-      const VectorXd change = h.mesh_offset.segment(first, count).cwiseProduct(sd), left = coarse.col(i).segment(first, count).cwiseProduct(sd);
+      const VectorXd change = h.mesh_offset.segment(first, count).cwiseProduct(sd),
+                     left = coarse.col(i).segment(first, count).cwiseProduct(sd);
       if (!is_mesh_correction(*study.objective, trial, change, left)) h.mesh_offset.segment(first, count).setZero();
     }
     h.residual = coarse.col(i) + h.mesh_offset;
@@ -267,7 +275,9 @@ void refit(Study& study, std::vector<Hypothesis>& hypotheses, int rounds, const 
     const auto count = static_cast<Index>(hypotheses.size());
     MatrixXd sets(study.base.size(), tries * count);
     for (Index i = 0; i < count; ++i)
-      for (Index k = 0; k < tries; ++k) sets.col(tries * i + k) = step_from(study, hypotheses[static_cast<size_t>(i)], all, dampings[static_cast<size_t>(k)]);
+      for (Index k = 0; k < tries; ++k)
+        sets.col(tries * i + k) =
+            step_from(study, hypotheses[static_cast<size_t>(i)], all, dampings[static_cast<size_t>(k)]);
     const MatrixXd r = residuals_of(study, hypotheses, sets);
     study.evaluations += static_cast<int>(sets.cols());
     for (Index i = 0; i < count; ++i) {
@@ -278,7 +288,8 @@ void refit(Study& study, std::vector<Hypothesis>& hypotheses, int rounds, const 
         const Index column = tries * i + k;
         if (!r.col(column).allFinite()) continue;
         VectorXd moved(static_cast<Index>(h.active.size()));
-        for (size_t a = 0; a < h.active.size(); ++a) moved(static_cast<Index>(a)) = sets(h.active[a], column) - h.x(h.active[a]);
+        for (size_t a = 0; a < h.active.size(); ++a)
+          moved(static_cast<Index>(a)) = sets(h.active[a], column) - h.x(h.active[a]);
         if (moved.squaredNorm() > 1e-12) {
           const VectorXd wrong = r.col(column) - h.residual - h.jacobian * moved;
           h.jacobian += wrong * moved.transpose() / moved.squaredNorm();

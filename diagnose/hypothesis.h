@@ -13,29 +13,32 @@
 namespace selvedge::diagnose {
 
 struct Hypothesis {
-  std::vector<size_t> effects;            // into study.effects; empty: the base alone
-  std::vector<Eigen::Index> active;       // coordinates that may move
-  Eigen::VectorXd x;                      // coordinates of all parameters
-  Eigen::VectorXd residual;               // whitened, simulated at x, with mesh_offset
-  Eigen::VectorXd mesh_offset;            // whitened: what the fine mesh adds at x beyond what it adds at the base; empty: nothing
-  Eigen::MatrixXd jacobian;               // whitened residual per active coordinate, near x
-  double cost = 0;                        // robust
-  double screened_gain = 0;               // share of the base's residual that its columns explain beyond a refit of the base
+  std::vector<size_t> effects;       // into study.effects; empty: the base alone
+  std::vector<Eigen::Index> active;  // coordinates that may move
+  Eigen::VectorXd x;                 // coordinates of all parameters
+  Eigen::VectorXd residual;          // whitened, simulated at x, with mesh_offset
+  Eigen::VectorXd
+      mesh_offset;           // whitened: what the fine mesh adds at x beyond what it adds at the base; empty: nothing
+  Eigen::MatrixXd jacobian;  // whitened residual per active coordinate, near x
+  double cost = 0;           // robust
+  double screened_gain = 0;  // share of the base's residual that its columns explain beyond a refit of the base
 };
 
 std::string name_of(const Study& study, const Hypothesis& hypothesis);
 
 Hypothesis base_hypothesis(const Study& study);
 
-// Finite-size change of the residual per unit of each coordinate of these effects, from neutral, the base as in `from`; NaN
-// columns where the simulation blew up, and of everything else.
+// Finite-size change of the residual per unit of each coordinate of these effects, from neutral, the base as in `from`;
+// NaN columns where the simulation blew up, and of everything else.
 Eigen::MatrixXd screen(Study& study, const Hypothesis& from, const std::vector<size_t>& effects);
 
 // The base as in `from` with these effects; columns: from `screen`.
-Hypothesis make_hypothesis(Study& study, const Hypothesis& from, const std::vector<size_t>& effects, const Eigen::MatrixXd& columns);
+Hypothesis make_hypothesis(Study& study, const Hypothesis& from, const std::vector<size_t>& effects,
+                           const Eigen::MatrixXd& columns);
 
 // Refits all of them side by side, `rounds` simulated steps each, of which the best of some dampings is taken.
-void refit(Study& study, std::vector<Hypothesis>& hypotheses, int rounds, const std::vector<double>& dampings = {1e-3, 0.3});
+void refit(Study& study, std::vector<Hypothesis>& hypotheses, int rounds,
+           const std::vector<double>& dampings = {1e-3, 0.3});
 
 // Derivatives of each afresh at its x, by one-sided changes of its active coordinates: for those that came far from the
 // base fit, where the base's derivatives and one finite change no longer tell the way.
@@ -49,7 +52,8 @@ Eigen::MatrixXd residuals_of(const Study& study, const std::vector<Hypothesis>& 
                              const std::vector<size_t>& trials = {});
 
 // Gauss–Newton from h.x on the rows of some trials alone, with h.jacobian; coordinates kept within their bounds.
-Eigen::VectorXd step_from(const Study& study, const Hypothesis& h, const std::vector<size_t>& trials, double damping = 0);
+Eigen::VectorXd step_from(const Study& study, const Hypothesis& h, const std::vector<size_t>& trials,
+                          double damping = 0);
 
 // c of the robust cost, for all hypotheses of a study.
 double cauchy_constant(const Study& study);

@@ -40,31 +40,35 @@ void spread_corners(fit::Prediction& p, double by_m) {
 }
 
 std::vector<Candidate> candidates(double width_m, double height_m, double mass_kg) {
-  std::vector<Candidate> list = {
-      {"repeat the motion 1.5 times as fast", "frequency", [](fit::Prediction& p) { speed_up(p, 1.5); }},
-      {"repeat the motion at 0.6 of its speed", "frequency", [](fit::Prediction& p) { speed_up(p, 0.6); }},
-      {"bring the held corners 20 mm nearer together", "separation", [](fit::Prediction& p) { spread_corners(p, -0.02); }},
-      {"move the held corners 10 mm further apart", "separation", [](fit::Prediction& p) { spread_corners(p, 0.01); }},
-      {"turn the swatch over, the inside out", "flip",
-       [](fit::Prediction& p) {
-         p.experiment.material.rest_curvature_u *= -1;
-         p.experiment.material.rest_curvature_v *= -1;
-       }},
-      {fmt::format("hang a weight of {:.1f} g on the middle of the lower edge", 250 * mass_kg), "weight",
-       [=](fit::Prediction& p) {
-         cloth::Material& m = p.experiment.material;
-         if (m.local_mass_kg != 0) return;  // the fabric has one already, as the hypothesis has it
-         m.local_mass_kg = 0.25 * mass_kg;
-         m.local_u_m = 0.5 * width_m;
-         m.local_v_m = height_m;
-       }},
-  };
+  std::vector<Candidate> list =
+      {
+          {"repeat the motion 1.5 times as fast", "frequency", [](fit::Prediction& p) { speed_up(p, 1.5); }},
+          {"repeat the motion at 0.6 of its speed", "frequency", [](fit::Prediction& p) { speed_up(p, 0.6); }},
+          {"bring the held corners 20 mm nearer together", "separation",
+           [](fit::Prediction& p) { spread_corners(p, -0.02); }},
+          {"move the held corners 10 mm further apart", "separation",
+           [](fit::Prediction& p) { spread_corners(p, 0.01); }},
+          {"turn the swatch over, the inside out", "flip",
+           [](fit::Prediction& p) {
+    p.experiment.material.rest_curvature_u *= -1;
+    p.experiment.material.rest_curvature_v *= -1;
+           }},
+          {fmt::format("hang a weight of {:.1f} g on the middle of the lower edge", 250 * mass_kg), "weight",
+           [=](fit::Prediction& p) {
+    cloth::Material& m = p.experiment.material;
+    if (m.local_mass_kg != 0) return;  // the fabric has one already, as the hypothesis has it
+    m.local_mass_kg = 0.25 * mass_kg;
+    m.local_u_m = 0.5 * width_m;
+    m.local_v_m = height_m;
+           }},
+                         };
   if (std::abs(width_m - height_m) < 1e-3)
-    list.push_back({"turn the swatch by 90 degrees, so that it is held at another edge", "turn", [](fit::Prediction& p) {
-                      cloth::Material& m = p.experiment.material;
-                      m.stretch_anisotropy *= -1;
-                      m.bend_anisotropy *= -1;
-                      std::swap(m.rest_curvature_u, m.rest_curvature_v);
+    list.push_back({"turn the swatch by 90 degrees, so that it is held at another edge", "turn",
+                    [](fit::Prediction& p) {
+      cloth::Material& m = p.experiment.material;
+      m.stretch_anisotropy *= -1;
+      m.bend_anisotropy *= -1;
+      std::swap(m.rest_curvature_u, m.rest_curvature_v);
                     }});
   return list;
 }
@@ -103,24 +107,33 @@ struct Wave {
 Wave wave_of(const cloth::HeldPath& path) {
   Index axis = 0;
   const Eigen::Vector3d span = path.right.rowwise().maxCoeff() - path.right.rowwise().minCoeff();
-  const double most = span.maxCoeff(&axis), middle = 0.5 * (path.right.row(axis).maxCoeff() + path.right.row(axis).minCoeff());
+  const double most = span.maxCoeff(&axis),
+               middle = 0.5 * (path.right.row(axis).maxCoeff() + path.right.row(axis).minCoeff());
   int crossings = 0;
-  for (Index i = 0; i + 1 < path.right.cols(); ++i) crossings += (path.right(axis, i) < middle) != (path.right(axis, i + 1) < middle);
+  for (Index i = 0; i + 1 < path.right.cols(); ++i)
+    crossings += (path.right(axis, i) < middle) != (path.right(axis, i + 1) < middle);
   const double duration_s = path.time_s.back() - path.time_s.front();
   return {0.5 * most, duration_s > 0 ? std::max(0.2, 0.5 * crossings / duration_s) : 1};
 }
 
 std::string session_of(const Candidate& c, const fit::ObservedTrial& t, const fit::Prediction& changed) {
   const Wave wave = wave_of(changed.experiment.path);
-  std::string text = fmt::format("# Proposed by `./selvedge diagnose`: {}.\n# Put these sections into the rig's configuration and run a session.\n", c.what);
-  if (c.session == "flip" || c.session == "turn" || c.session == "weight") text += fmt::format("# By hand, before the trial: {}.\n", c.what);
+  std::string text = fmt::format(
+      "# Proposed by `./selvedge diagnose`: {}.\n# Put these sections into the rig's configuration and run a "
+      "session.\n",
+      c.what);
+  if (c.session == "flip" || c.session == "turn" || c.session == "weight")
+    text += fmt::format("# By hand, before the trial: {}.\n", c.what);
   if (c.session == "separation")
-    text += fmt::format("\n[arm]\ncorner_distance_m = {:.3f}\n", (changed.experiment.path.right.col(0) - changed.experiment.path.left.col(0)).norm());
+    text += fmt::format("\n[arm]\ncorner_distance_m = {:.3f}\n",
+                        (changed.experiment.path.right.col(0) - changed.experiment.path.left.col(0)).norm());
   text += fmt::format("\n[session]\ntrials = [\"next-1\", \"next-2\"]\n");
   for (const char* name : {"next-1", "next-2"})
-    text += fmt::format("\n[session.{}]\nkind = \"{}\"\nduration_s = {:.1f}\namplitude_m = {:.3f}\nfrequency_hz = {:.2f}\n", name,
-                        t.kind == trial::Experiment::robot ? "robot" : "waving", std::max(2.0, changed.experiment.sample_s.back() - changed.experiment.start_s + 0.7),
-                        wave.amplitude_m, wave.frequency_hz);
+    text +=
+        fmt::format("\n[session.{}]\nkind = \"{}\"\nduration_s = {:.1f}\namplitude_m = {:.3f}\nfrequency_hz = {:.2f}\n",
+                    name, t.kind == trial::Experiment::robot ? "robot" : "waving",
+                    std::max(2.0, changed.experiment.sample_s.back() - changed.experiment.start_s + 0.7),
+                    wave.amplitude_m, wave.frequency_hz);
   return text;
 }
 
@@ -141,7 +154,8 @@ NextExperiment propose_experiment(const Study& study, const std::vector<Hypothes
   for (const Hypothesis& h : hypotheses)
     if (h.effects.size() <= 1) order.push_back(&h);
   const auto chance = [&](const Hypothesis* h) { return probability.at(name_of(study, *h)); };
-  std::stable_sort(order.begin(), order.end(), [&](const Hypothesis* a, const Hypothesis* b) { return chance(a) > chance(b); });
+  std::stable_sort(order.begin(), order.end(),
+                   [&](const Hypothesis* a, const Hypothesis* b) { return chance(a) > chance(b); });
   const size_t moving = first_moving(study);
   if (order.size() < 2 || moving == study.rows->trials()) {
     out.what = "record a trial in which the fabric moves";
@@ -149,7 +163,8 @@ NextExperiment propose_experiment(const Study& study, const std::vector<Hypothes
   }
   const fit::Prediction a = predicted(study, order[0]->x, moving);
   const fit::ObservedTrial& t = study.objective->scenes()[moving].trial;
-  const double mass_kg = t.experiment.material.density * t.width_m * t.height_m, least_mm = study.objective->sd_mm(moving).minCoeff();
+  const double mass_kg = t.experiment.material.density * t.width_m * t.height_m,
+               least_mm = study.objective->sd_mm(moving).minCoeff();
   out.like_trial = t.name;
   // The second likeliest, or the next one where no experiment shows what differs.
   for (size_t k = 1; k < order.size(); ++k) {
@@ -167,17 +182,20 @@ NextExperiment propose_experiment(const Study& study, const std::vector<Hypothes
       out.separates = pair;
       out.session = c.session;
       out.session_toml = session_of(c, t, with_a);
-      out.what = fmt::format("{}: {} and {} would then lie {:.1f} mm apart, {:.1f} mm as recorded in {}", c.what, pair[0], pair[1], mm, present_mm, t.name);
+      out.what = fmt::format("{}: {} and {} would then lie {:.1f} mm apart, {:.1f} mm as recorded in {}", c.what,
+                             pair[0], pair[1], mm, present_mm, t.name);
     }
     if (!out.separates.empty()) return out;
   }
-  out.what = fmt::format("none of the experiments that the rig can run takes {} and the effects that come nearest further apart than {:.1f} mm",
-                         name_of(study, *order[0]), least_mm);
+  out.what = fmt::format(
+      "none of the experiments that the rig can run takes {} and the effects that come nearest further apart than "
+      "{:.1f} mm",
+      name_of(study, *order[0]), least_mm);
   return out;
 }
 
-Forecast forecast(const Study& study, const Hypothesis& base, const Eigen::MatrixXd& base_folds, const Hypothesis& named, const Eigen::MatrixXd& named_folds,
-                  double named_left_mm) {
+Forecast forecast(const Study& study, const Hypothesis& base, const Eigen::MatrixXd& base_folds,
+                  const Hypothesis& named, const Eigen::MatrixXd& named_folds, double named_left_mm) {
   constexpr double kFaster = 1.2;
   Forecast out;
   const size_t moving = first_moving(study);

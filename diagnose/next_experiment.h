@@ -2,8 +2,8 @@
 //
 // Candidates are trials that the rig can run (faster or slower, corners nearer together or further apart, the swatch
 // turned by 90° or over, a weight, a longer hang). Each is simulated under the two likeliest hypotheses at
-// their fitted values; the one whose markers differ most, beyond what the sensor and the mesh leave open, is proposed. Where
-// none does, the likeliest and the next one are tried, and so on; in the end it is said that none does.
+// their fitted values; the one whose markers differ most, beyond what the sensor and the mesh leave open, is proposed.
+// Where none does, the likeliest and the next one are tried, and so on; in the end it is said that none does.
 #pragma once
 
 #include <map>
@@ -29,13 +29,14 @@ NextExperiment propose_experiment(const Study& study, const std::vector<Hypothes
 
 // A motion that was not recorded, as the base model and the corrected one tell it.
 struct Forecast {
-  std::string motion;                             // in words; empty: nothing moves
-  double before_mm = 0, low_mm = 0, high_mm = 0;  // error that the base model will have; 90 %, jackknife over groups of trials
-  double after_mm = 0;                            // error that the corrected one will have: what it leaves of held-out trials
+  std::string motion;  // in words; empty: nothing moves
+  double before_mm = 0, low_mm = 0,
+         high_mm = 0;   // error that the base model will have; 90 %, jackknife over groups of trials
+  double after_mm = 0;  // error that the corrected one will have: what it leaves of held-out trials
 };
 
 // base_folds, named_folds: parameters × group, each fitted without a group. named_left_mm: of held-out trials.
-Forecast forecast(const Study& study, const Hypothesis& base, const Eigen::MatrixXd& base_folds, const Hypothesis& named, const Eigen::MatrixXd& named_folds,
-                  double named_left_mm);
+Forecast forecast(const Study& study, const Hypothesis& base, const Eigen::MatrixXd& base_folds,
+                  const Hypothesis& named, const Eigen::MatrixXd& named_folds, double named_left_mm);
 
 }  // namespace selvedge::diagnose

@@ -16,7 +16,8 @@ Rows::Rows(const fit::Objective& objective) {
   for (size_t i = 0; i < trials(); ++i) {
     const VectorXd sd = objective.sd_mm(i);
     sd_mm_.segment(first(i), count(i)) = sd;
-    inverse_sd_.segment(first(i), count(i)) = (objective.scenes()[i].trial.still ? std::sqrt(kStillSamples) : 1) / sd.array();
+    inverse_sd_.segment(first(i), count(i)) =
+        (objective.scenes()[i].trial.still ? std::sqrt(kStillSamples) : 1) / sd.array();
     const VectorXd time_s = objective.time_s(i);
     for (Index k = 0; k < time_s.size(); ++k)
       if (objective.is_skipped(i, time_s(k))) seen_(first(i) + k) = 0;

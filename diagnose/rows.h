@@ -12,7 +12,8 @@
 
 namespace selvedge::diagnose {
 
-inline constexpr double kSampleCut = 6;  // robust standard deviations of a trial's residual, at which single samples of an error are cut
+inline constexpr double kSampleCut =
+    6;  // robust standard deviations of a trial's residual, at which single samples of an error are cut
 inline constexpr double kStillSamples = 6;
 
 class Rows {

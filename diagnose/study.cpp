@@ -23,7 +23,8 @@ using Eigen::VectorXd;
 
 namespace {
 
-constexpr double kEnough = 1e-3, kNearEnough = 1e-2;  // of the cost: smaller decreases end a base fit; one that is refitted after
+constexpr double kEnough = 1e-3,
+                 kNearEnough = 1e-2;  // of the cost: smaller decreases end a base fit; one that is refitted after
 
 bool applies(const Effect& effect, const std::vector<fit::ObservedTrial>& trials, fit::Drag drag) {
   if (effect.applies_to == AppliesTo::simple_drag) return drag != fit::Drag::nonlinear;
@@ -33,7 +34,8 @@ bool applies(const Effect& effect, const std::vector<fit::ObservedTrial>& trials
 }
 
 // Replicates share a group; so do all still trials that are wanted, which say too little to stand alone.
-std::vector<std::vector<size_t>> group_trials(const trial::Campaign& campaign, const std::vector<fit::ObservedTrial>& trials, bool with_still) {
+std::vector<std::vector<size_t>> group_trials(const trial::Campaign& campaign,
+                                              const std::vector<fit::ObservedTrial>& trials, bool with_still) {
   std::vector<std::vector<size_t>> groups;
   std::vector<bool> placed(trials.size(), false);
   for (const std::vector<std::string>& names : campaign.replicates) {
@@ -59,9 +61,9 @@ std::vector<fit::Parameter> base_of(const Study& study) {
   return {study.parameters.begin(), study.parameters.begin() + static_cast<std::ptrdiff_t>(study.base_count)};
 }
 
-// What the fine mesh adds to each residual at these parameters, mm; zero where it blew up or went another way, from its own equilibrium
-// and from that of the coarse one, which was matched to the recording.
-// The fine mesh then starts from the equilibria that it found: on it, relaxing takes as long as moving.
+// What the fine mesh adds to each residual at these parameters, mm; zero where it blew up or went another way, from its
+// own equilibrium and from that of the coarse one, which was matched to the recording. The fine mesh then starts from
+// the equilibria that it found: on it, relaxing takes as long as moving.
 std::vector<VectorXd> mesh_change(Study& study, const std::vector<fit::Parameter>& parameters, const VectorXd& x) {
   const fit::Objective& objective = *study.objective;
   fit::Objective& fine = *study.fine;
@@ -129,14 +131,16 @@ void pull_all_harder(Study& study, double pull_per_s) {
   study.objective->set_pulls(pulls);
 }
 
-// Trials that go on being pulled twice as hard, told at x: those that the usual pull does not keep in the recorded folds, and
-// those where a finer mesh goes another way.
+// Trials that go on being pulled twice as hard, told at x: those that the usual pull does not keep in the recorded
+// folds, and those where a finer mesh goes another way.
 void choose_pulls(Study& study, const std::vector<fit::Parameter>& base, const VectorXd& x, double pull_per_s) {
-  constexpr double kLost_mm = 6;   // models that keep the folds were never found so far off under the pull
+  constexpr double kLost_mm = 6;  // models that keep the folds were never found so far off under the pull
   constexpr double kParted_mm = 1.5;
   const size_t trials = study.objective->scenes().size();
-  for (fit::Objective* objective : {study.objective.get(), study.fine.get()}) objective->set_pulls(std::vector<double>(trials, pull_per_s));
-  const fit::Residuals coarse = study.objective->evaluate(base, x).front(), fine = study.fine->evaluate(base, x).front();
+  for (fit::Objective* objective : {study.objective.get(), study.fine.get()})
+    objective->set_pulls(std::vector<double>(trials, pull_per_s));
+  const fit::Residuals coarse = study.objective->evaluate(base, x).front(),
+                       fine = study.fine->evaluate(base, x).front();
   if (fine.finite) study.fine->set_start(fine.start);
   study.evaluations += 2;
   std::vector<double> pulls(trials, pull_per_s);
@@ -145,7 +149,9 @@ void choose_pulls(Study& study, const std::vector<fit::Parameter>& base, const V
     if (trial.still || !trial.markers) continue;
     const VectorXd time_s = study.objective->time_s(i);
     const bool blew_up = coarse.mm[i].size() != time_s.size() || fine.mm[i].size() != time_s.size();
-    if (blew_up || !(fit::rms_mm(trial, coarse.mm[i], time_s) < kLost_mm) || !(fit::rms_mm(trial, fine.mm[i] - coarse.mm[i], time_s) < kParted_mm)) pulls[i] *= 2;
+    if (blew_up || !(fit::rms_mm(trial, coarse.mm[i], time_s) < kLost_mm) ||
+        !(fit::rms_mm(trial, fine.mm[i] - coarse.mm[i], time_s) < kParted_mm))
+      pulls[i] *= 2;
   }
   for (fit::Objective* objective : {study.objective.get(), study.fine.get()}) objective->set_pulls(pulls);
 }
@@ -163,18 +169,21 @@ fit::ObjectiveOptions on_mesh_of(int columns, const StudyOptions& options) {
   return o;
 }
 
-// A damping or a drag that came to lie near its lower bound does nothing there, nor do small changes of it: a fit that goes on
-// from it on another mesh would never find it again. So it starts from its usual value.
+// A damping or a drag that came to lie near its lower bound does nothing there, nor do small changes of it: a fit that
+// goes on from it on another mesh would never find it again. So it starts from its usual value.
 VectorXd lifted_off_bounds(const std::vector<fit::Parameter>& base, VectorXd x) {
   constexpr double kNear = 3;  // times the lower bound
   for (size_t k = 0; k < base.size(); ++k)
-    if (const auto at = static_cast<Index>(k); !base[k].at_rest && fit::to_value(base[k], x(at)) < kNear * base[k].lower) x(at) = fit::to_coordinate(base[k], base[k].start);
+    if (const auto at = static_cast<Index>(k);
+        !base[k].at_rest && fit::to_value(base[k], x(at)) < kNear * base[k].lower)
+      x(at) = fit::to_coordinate(base[k], base[k].start);
   return x;
 }
 
-// The base fit on the coarse mesh and on the usual one, which becomes the study's objective. Where markers pull, moving trials are
-// pulled twice as hard, and the end need not be exact: it is refitted on another pull.
-VectorXd fit_base(Study& study, const std::vector<fit::ObservedTrial>& trials, const std::vector<fit::Parameter>& base, const StudyOptions& options) {
+// The base fit on the coarse mesh and on the usual one, which becomes the study's objective. Where markers pull, moving
+// trials are pulled twice as hard, and the end need not be exact: it is refitted on another pull.
+VectorXd fit_base(Study& study, const std::vector<fit::ObservedTrial>& trials, const std::vector<fit::Parameter>& base,
+                  const StudyOptions& options) {
   VectorXd x = options.start ? lifted_off_bounds(base, options.start->coordinates) : fit::usual_coordinates(base);
   const auto set_pulls = [&] {
     if (options.start) study.objective->set_pulls(options.start->pulls_per_s);
@@ -217,10 +226,12 @@ void settle(Study& study) {
 }
 
 // The base fit to what the fine mesh predicts: what it adds is found, and found again after a refit.
-void refit_on_fine_mesh(Study& study, const std::vector<fit::Parameter>& base, const report::ProgressCallback& progress) {
+void refit_on_fine_mesh(Study& study, const std::vector<fit::Parameter>& base,
+                        const report::ProgressCallback& progress) {
   const auto n = static_cast<Index>(study.base_count);
   correct_mesh(study);
-  const fit::LeastSquaresResult fitted = fit::minimise(*study.objective, base, study.base.head(n), search_options(3, kEnough));
+  const fit::LeastSquaresResult fitted =
+      fit::minimise(*study.objective, base, study.base.head(n), search_options(3, kEnough));
   study.base.head(n) = fitted.coordinates;
   study.evaluations += fitted.evaluations;
   progress(0.5, fmt::format("robust residual {:.2f} sd", fitted.scale));
@@ -257,7 +268,9 @@ bool fit_from(Study& study, const Hypothesis& there) {
 
 void write_base_fit(const std::filesystem::path& file, const BaseFit& fit, const std::string& input) {
   std::filesystem::create_directories(file.parent_path());
-  files::write_json(file, {{"input", input}, {"coordinates", std::vector<double>(fit.coordinates.begin(), fit.coordinates.end())}, {"pulls_per_s", fit.pulls_per_s}});
+  files::write_json(file, {{"input", input},
+                           {"coordinates", std::vector<double>(fit.coordinates.begin(), fit.coordinates.end())},
+                           {"pulls_per_s", fit.pulls_per_s}});
 }
 
 std::optional<BaseFit> read_base_fit(const std::filesystem::path& file, size_t trials, const std::string& input) {
@@ -266,7 +279,8 @@ std::optional<BaseFit> read_base_fit(const std::filesystem::path& file, size_t t
   try {
     if (stored.value("input", "") != input) return {};
     const auto values = stored.at("coordinates").get<std::vector<double>>();
-    BaseFit fit{Eigen::Map<const VectorXd>(values.data(), static_cast<Index>(values.size())), stored.at("pulls_per_s").get<std::vector<double>>()};
+    BaseFit fit{Eigen::Map<const VectorXd>(values.data(), static_cast<Index>(values.size())),
+                stored.at("pulls_per_s").get<std::vector<double>>()};
     if (fit.pulls_per_s.size() != trials) return {};
     return fit;
   } catch (const nlohmann::json::exception&) {
@@ -278,10 +292,14 @@ VectorXd with_isotropic_shear(const Study& study, VectorXd x) {
   constexpr double kShare = 0.4;  // of the stretch stiffness: an isotropic sheet of Poisson's ratio 1/4
   constexpr double kNear = 0.2;   // ln
   const auto named = [&](const char* name) {
-    return std::find_if(study.parameters.begin(), study.parameters.end(), [&](const fit::Parameter& p) { return p.name == name; }) - study.parameters.begin();
+    return std::find_if(study.parameters.begin(), study.parameters.end(),
+                        [&](const fit::Parameter& p) { return p.name == name; }) -
+           study.parameters.begin();
   };
   const Index stretch = named("stretch"), shear = named("shear");
-  const double isotropic = fit::to_coordinate(study.parameters[static_cast<size_t>(shear)], kShare * fit::to_value(study.parameters[static_cast<size_t>(stretch)], x(stretch)));
+  const double isotropic =
+      fit::to_coordinate(study.parameters[static_cast<size_t>(shear)],
+                         kShare * fit::to_value(study.parameters[static_cast<size_t>(stretch)], x(stretch)));
   if (std::abs(isotropic - x(shear)) >= kNear) x(shear) = isotropic;
   return x;
 }
@@ -292,12 +310,14 @@ fit::LeastSquaresOptions search_options(int max_iterations, double least_decreas
   o.steps_between = 1;
   o.only_coordinates = true;
   o.least_decrease = least_decrease;
-  // Small differences meet edges where a motion folds another way; from 0.03 one base fit in four ended far from the bottom.
+  // Small differences meet edges where a motion folds another way; from 0.03 one base fit in four ended far from the
+  // bottom.
   o.difference = 0.1;
   return o;
 }
 
-bool is_mesh_correction(const fit::Objective& objective, size_t trial, const VectorXd& change_mm, const VectorXd& left_mm) {
+bool is_mesh_correction(const fit::Objective& objective, size_t trial, const VectorXd& change_mm,
+                        const VectorXd& left_mm) {
   constexpr double kLargest_mm = 3;
   const fit::ObservedTrial& observed = objective.scenes()[trial].trial;
   const VectorXd time_s = objective.time_s(trial);
@@ -324,8 +344,10 @@ void run_free(Study& study) {
   const std::vector<fit::Parameter> base = base_of(study);
   const VectorXd x = study.base.head(static_cast<Index>(study.base_count));
   study.pulled = false;
-  for (fit::Objective* objective : {study.objective.get(), study.fine.get()}) objective->set_pulls(std::vector<double>(objective->scenes().size(), 0));
-  if (!study.has_one_mesh()) study.objective->rematch(base, x);  // seeking them on a fine mesh took a third of a diagnosis
+  for (fit::Objective* objective : {study.objective.get(), study.fine.get()})
+    objective->set_pulls(std::vector<double>(objective->scenes().size(), 0));
+  if (!study.has_one_mesh())
+    study.objective->rematch(base, x);  // seeking them on a fine mesh took a third of a diagnosis
   study.fine->take_branches_of(*study.objective);
   study.objective->set_mesh_correction({});
   study.mesh_change = mesh_change(study, base, x);
@@ -337,7 +359,8 @@ void run_free(Study& study) {
 Study make_study(const trial::Campaign& campaign, const std::vector<Effect>& effects, const StudyOptions& options) {
   Study study;
   study.campaign = campaign.folder.filename().string();
-  const std::vector<fit::ObservedTrial> trials = fit::observe_campaign(campaign, options.rate_hz, options.image_rate_hz, fit::part_of(options.progress, 0, 0.02, "campaign"));
+  const std::vector<fit::ObservedTrial> trials = fit::observe_campaign(
+      campaign, options.rate_hz, options.image_rate_hz, fit::part_of(options.progress, 0, 0.02, "campaign"));
   const std::vector<fit::Parameter> base = fit::base_parameters(options.drag);
   study.base_count = base.size();
   study.parameters = base;
@@ -349,7 +372,9 @@ Study make_study(const trial::Campaign& campaign, const std::vector<Effect>& eff
   }
   for (const trial::Trial& trial : campaign.trials) study.cameras.push_back(trial.camera);
   study.groups = group_trials(campaign, trials, options.skipped_s == 0);
-  study.pulled = options.pull_per_s > 0 && std::any_of(trials.begin(), trials.end(), [](const fit::ObservedTrial& t) { return t.markers.has_value(); });
+  study.pulled = options.pull_per_s > 0 && std::any_of(trials.begin(), trials.end(), [](const fit::ObservedTrial& t) {
+                   return t.markers.has_value();
+                 });
 
   const bool is_fitted = options.base_fit && options.base_fit->coordinates.size() == static_cast<Index>(base.size());
   VectorXd x;
@@ -380,7 +405,8 @@ Study make_study(const trial::Campaign& campaign, const std::vector<Effect>& eff
   if (!options.start) {
     options.progress(0.9, "base fit from another start");
     study.other_start = base_of_isotropic_shear(study);
-    if (study.other_start && !is_fitted && fit_from(study, *study.other_start)) study.other_start = base_of_isotropic_shear(study);
+    if (study.other_start && !is_fitted && fit_from(study, *study.other_start))
+      study.other_start = base_of_isotropic_shear(study);
   }
   options.progress(1, "base model fitted");
   return study;

@@ -38,10 +38,13 @@ struct StudyOptions {
   fit::Drag drag = fit::Drag::nonlinear;
   int coarse_columns = 7, columns = 13, fine_columns = 25;  // start, derivatives, and what they are derivatives of
   double rate_hz = 30, image_rate_hz = 10;
-  double pull_per_s = 10;  // fits and judging: simulations are pulled towards the markers (cloth/guide.h); 0: they run free
-  double skipped_s = 0;     // from each trial's start: how the fabric came to hang, which its friction remembers, counts there; and nothing but that in still ones, which are then left out
+  double pull_per_s =
+      10;  // fits and judging: simulations are pulled towards the markers (cloth/guide.h); 0: they run free
+  double skipped_s = 0;  // from each trial's start: how the fabric came to hang, which its friction remembers, counts
+                         // there; and nothing but that in still ones, which are then left out
   std::optional<BaseFit> base_fit;  // found before: it is taken as it is
-  std::optional<BaseFit> start;     // found on other meshes: the base fit begins there, with those pulls, and seeks no other start
+  std::optional<BaseFit>
+      start;  // found on other meshes: the base fit begins there, with those pulls, and seeks no other start
   report::ProgressCallback progress = [](double, const std::string&) {};
 };
 
@@ -50,29 +53,35 @@ struct Hypothesis;
 struct Study {
   std::string campaign;
   std::vector<Effect> effects;
-  std::vector<fit::Parameter> parameters;   // base, then every effect's
+  std::vector<fit::Parameter> parameters;  // base, then every effect's
   size_t base_count = 0;
-  std::vector<size_t> first_parameter;      // of each effect
+  std::vector<size_t> first_parameter;                       // of each effect
   std::vector<std::optional<geometry::Projection>> cameras;  // of each trial
-  std::vector<std::vector<size_t>> groups;  // trials that are held out together: replicates, and all still ones that count
+  std::vector<std::vector<size_t>>
+      groups;  // trials that are held out together: replicates, and all still ones that count
   std::shared_ptr<fit::Objective> objective;
-  std::shared_ptr<fit::Objective> fine;     // the same trials on the fine mesh
+  std::shared_ptr<fit::Objective> fine;  // the same trials on the fine mesh
   std::unique_ptr<Rows> rows;
-  Eigen::VectorXd base;                     // coordinates of all parameters, effects neutral
-  Eigen::VectorXd residual;                 // whitened, at base
-  Eigen::MatrixXd jacobian;                 // whitened residual per base coordinate
-  // The base fit with shear as in an isotropic sheet, where the fit has it otherwise, with what the fine mesh adds there and
-  // derivatives of its own: shear may have swallowed what an effect in the plane of the fabric does, where no derivative finds the way back.
+  Eigen::VectorXd base;      // coordinates of all parameters, effects neutral
+  Eigen::VectorXd residual;  // whitened, at base
+  Eigen::MatrixXd jacobian;  // whitened residual per base coordinate
+  // The base fit with shear as in an isotropic sheet, where the fit has it otherwise, with what the fine mesh adds
+  // there and derivatives of its own: shear may have swallowed what an effect in the plane of the fabric does, where no
+  // derivative finds the way back.
   std::shared_ptr<const Hypothesis> other_start;
-  bool pulled = false;                      // simulations are pulled towards markers
-  std::vector<std::string> pulled_harder;   // trials that leave the recorded folds all the same, or where the meshes part
-  std::vector<Eigen::VectorXd> mesh_change; // mm, what the fine mesh adds, one a trial
+  bool pulled = false;  // simulations are pulled towards markers
+  std::vector<std::string>
+      pulled_harder;  // trials that leave the recorded folds all the same, or where the meshes part
+  std::vector<Eigen::VectorXd> mesh_change;  // mm, what the fine mesh adds, one a trial
   int evaluations = 0;
 
-  bool has_one_mesh() const { return objective->options().columns == fine->options().columns; }  // nothing is added to predictions then
+  bool has_one_mesh() const {
+    return objective->options().columns == fine->options().columns;
+  }  // nothing is added to predictions then
 };
 
-// Coordinates x with shear as of an isotropic sheet of their stretch stiffness, where it lies further than 20 % from that.
+// Coordinates x with shear as of an isotropic sheet of their stretch stiffness, where it lies further than 20 % from
+// that.
 Eigen::VectorXd with_isotropic_shear(const Study& study, Eigen::VectorXd x);
 
 // Finds afresh what the fine mesh adds at the base fit, and has the objective add it.
@@ -87,9 +96,11 @@ Study make_study(const trial::Campaign& campaign, const std::vector<Effect>& eff
 
 // Whether what a finer mesh adds to a trial's residuals (mm) is a correction. A change that is larger than what the fit
 // leaves (left_mm), and than any mesh's error of a motion that both follow, says that one of them went another way.
-bool is_mesh_correction(const fit::Objective& objective, size_t trial, const Eigen::VectorXd& change_mm, const Eigen::VectorXd& left_mm);
+bool is_mesh_correction(const fit::Objective& objective, size_t trial, const Eigen::VectorXd& change_mm,
+                        const Eigen::VectorXd& left_mm);
 
 // Residuals of many coordinate sets (columns), whitened; a column of NaN where a simulation blew up.
-Eigen::MatrixXd residuals_at(const Study& study, const Eigen::MatrixXd& coordinates, const std::vector<size_t>& trials = {});
+Eigen::MatrixXd residuals_at(const Study& study, const Eigen::MatrixXd& coordinates,
+                             const std::vector<size_t>& trials = {});
 
 }  // namespace selvedge::diagnose

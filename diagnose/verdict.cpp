@@ -38,7 +38,8 @@ double stated_noise(const Study& study, size_t trial) {
   if (t.markers) return marker_noise_mm(t);
   const VectorXd sd = study.rows->sd_mm().segment(study.rows->first(trial), study.rows->count(trial));
   const double model = study.objective->options().model_sd_mm;
-  return std::sqrt(std::max(0.0, sd.squaredNorm() / static_cast<double>(std::max<Index>(sd.size(), 1)) - model * model));
+  return std::sqrt(
+      std::max(0.0, sd.squaredNorm() / static_cast<double>(std::max<Index>(sd.size(), 1)) - model * model));
 }
 
 double replicate_mm(const Study& study) {
@@ -48,7 +49,8 @@ double replicate_mm(const Study& study) {
       const size_t a = group[i], b = group[i + 1];
       if (study.objective->scenes()[a].trial.still || study.rows->count(a) != study.rows->count(b)) continue;
       const Index n = study.rows->count(a);
-      const VectorXd d = study.residual.segment(study.rows->first(a), n) - study.residual.segment(study.rows->first(b), n);
+      const VectorXd d =
+          study.residual.segment(study.rows->first(a), n) - study.residual.segment(study.rows->first(b), n);
       const VectorXd mm = d.cwiseProduct(study.rows->sd_mm().segment(study.rows->first(a), n));
       sum += 0.5 * mm.squaredNorm();
       count += static_cast<double>(n);
@@ -60,7 +62,8 @@ double replicate_mm(const Study& study) {
 double mesh_mm(const Study& study, size_t trial) {
   const VectorXd& d = study.mesh_change[trial];
   if (d.size() == 0) return 0;
-  return std::sqrt((study.objective->scenes()[trial].trial.markers ? 3 : 1) * d.squaredNorm() / static_cast<double>(d.size()));
+  return std::sqrt((study.objective->scenes()[trial].trial.markers ? 3 : 1) * d.squaredNorm() /
+                   static_cast<double>(d.size()));
 }
 
 // Without the largest and the smallest of four or more.
@@ -81,7 +84,9 @@ bool predicts_all(const Study& study, const VectorXd& mm_of_trial) {
 
 }  // namespace
 
-double marker_noise_mm(const fit::ObservedTrial& trial) { return std::sqrt(3.0) * 1e3 * trial.markers->noise_m / (trial.still ? std::sqrt(20.0) : 1); }
+double marker_noise_mm(const fit::ObservedTrial& trial) {
+  return std::sqrt(3.0) * 1e3 * trial.markers->noise_m / (trial.still ? std::sqrt(20.0) : 1);
+}
 
 double size_form_share(const Calibration& calibration, Side side) {
   const bool of_the_rig = side == Side::measurement || side == Side::boundary || side == Side::aerodynamic;
@@ -98,7 +103,8 @@ Floor floor_of(const Study& study, const Calibration& calibration) {
     const double share = still ? calibration.still_mesh_share : calibration.mesh_share;
     const double pulled_form_mm = !still && study.has_one_mesh() ? calibration.one_mesh_form_mm : calibration.form_mm;
     const double form_mm = still || study.pulled ? pulled_form_mm : calibration.free_form_mm;
-    floor.right_mm(t) = std::sqrt(std::pow(floor.noise_mm(t), 2) + std::pow(share * mesh_mm(study, trial), 2) + std::pow(form_mm, 2));
+    floor.right_mm(t) =
+        std::sqrt(std::pow(floor.noise_mm(t), 2) + std::pow(share * mesh_mm(study, trial), 2) + std::pow(form_mm, 2));
   }
   return floor;
 }
@@ -113,19 +119,23 @@ Scores score(const Study& study, const std::vector<Hypothesis>& hypotheses, cons
              const Calibration& c) {
   Scores out;
   const double kappa = study.pulled ? c.kappa : c.free_kappa;
-  const std::vector<double> base = group_mm(study, held_out.mm.row(0)), right = group_mm(study, floor.right_mm), noise = group_mm(study, floor.noise_mm);
+  const std::vector<double> base = group_mm(study, held_out.mm.row(0)), right = group_mm(study, floor.right_mm),
+                            noise = group_mm(study, floor.noise_mm);
   const auto form2 = [&](size_t g) { return right[g] * right[g] - noise[g] * noise[g]; };
   const auto beyond_noise = [&](size_t g, double mm) { return std::max(mm * mm - noise[g] * noise[g], 0.0); };
   const auto mean_log_ratio = [&](const std::vector<double>& after) {
     std::vector<double> logs;
-    for (size_t g = 0; g < base.size(); ++g) logs.push_back(std::log((beyond_noise(g, base[g]) + form2(g)) / (beyond_noise(g, after[g]) + form2(g))));
+    for (size_t g = 0; g < base.size(); ++g)
+      logs.push_back(std::log((beyond_noise(g, base[g]) + form2(g)) / (beyond_noise(g, after[g]) + form2(g))));
     return trimmed_mean(std::move(logs));
   };
   std::vector<double> of_right;  // what an effect of another form than nature's leaves
-  for (size_t g = 0; g < base.size(); ++g) of_right.push_back(std::sqrt(right[g] * right[g] + c.form_share * c.form_share * beyond_noise(g, base[g])));
+  for (size_t g = 0; g < base.size(); ++g)
+    of_right.push_back(std::sqrt(right[g] * right[g] + c.form_share * c.form_share * beyond_noise(g, base[g])));
   std::map<std::string, double> score_of;
   const auto effects = static_cast<double>(std::max<size_t>(1, study.effects.size()));
-  const double prior_effect = (1 - c.prior_none - c.prior_unknown) / effects, prior_pair = c.two_share * prior_effect / std::max(0.5 * (effects - 1), 1.0);
+  const double prior_effect = (1 - c.prior_none - c.prior_unknown) / effects,
+               prior_pair = c.two_share * prior_effect / std::max(0.5 * (effects - 1), 1.0);
   for (const Effect& e : study.effects)
     score_of[e.name] = std::log(prior_effect) - c.cost_per_parameter * static_cast<double>(e.parameters.size());
   for (size_t i = 0; i < hypotheses.size(); ++i) {
@@ -145,11 +155,13 @@ Scores score(const Study& study, const std::vector<Hypothesis>& hypotheses, cons
   out.log_ratio_right = mean_log_ratio(right);
   score_of["none"] = std::log(c.prior_none);
   score_of["unknown"] = std::log(c.prior_unknown) + kappa * out.log_ratio_unknown - c.cost_unknown;
-  // How often a campaign that lacks nothing lies so far above what a right model leaves; few are known, so tails are heavy.
+  // How often a campaign that lacks nothing lies so far above what a right model leaves; few are known, so tails are
+  // heavy.
   double above = 0;
   for (size_t g = 0; g < base.size(); ++g) above += std::log(base[g] / right[g]) / static_cast<double>(base.size());
   const double z = study.pulled ? (above - c.null_mean) / c.null_sd : (above - c.free_null_mean) / c.free_null_sd;
-  out.p_value = std::isfinite(z) ? boost::math::cdf(boost::math::complement(boost::math::students_t(c.null_freedom), z)) : 0;
+  out.p_value =
+      std::isfinite(z) ? boost::math::cdf(boost::math::complement(boost::math::students_t(c.null_freedom), z)) : 0;
   score_of["none"] += std::log(std::clamp(out.p_value / c.plain_gap, 1e-12, 1.0));
   double most = -1e300, sum = 0;
   for (const auto& [name, value] : score_of) most = std::max(most, value);

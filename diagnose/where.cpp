@@ -66,7 +66,8 @@ std::string regime(const fit::ObservedTrial& trial, double t) {
   if (trial.still) return "static";
   if (trial.kind == trial::Experiment::robot) return "robot";
   double top = 0;
-  for (const double s : trial.experiment.path.time_s) top = std::max(top, trial.experiment.path.velocity_at(s).colwise().norm().maxCoeff());
+  for (const double s : trial.experiment.path.time_s)
+    top = std::max(top, trial.experiment.path.velocity_at(s).colwise().norm().maxCoeff());
   return trial.experiment.path.velocity_at(t).colwise().norm().maxCoeff() > kFastShare * top ? "fast" : "slow";
 }
 
@@ -154,15 +155,15 @@ void look_at_markers(Look& look, ResidualMap& map, const VectorXd& residual, siz
 class SpotsSeen {
  public:
   SpotsSeen(const Study& study, size_t trial)
-      : mesh_(study.objective->sheet().mesh),
-        camera_(study.objective->scenes()[trial].trial.stripes->camera),
+      : mesh_(study.objective->sheet().mesh), camera_(study.objective->scenes()[trial].trial.stripes->camera),
         experiment_(study.objective->predictions(study.parameters, study.base, trial, 0, 1).front().experiment),
         trajectory_(study.objective->trajectory(study.parameters, study.base, trial)) {}
 
   bool finite() const { return trajectory_.finite; }
   void at_time(double t_s) { position_ = fit::position_at(experiment_, trajectory_, t_s); }
   Eigen::Vector2d uv(const fit::DepthPoint& p) const {
-    const Vector3d point = geometry::centre(camera_) + p.depth_m * p.ray_m_per_depth_m * geometry::ray(camera_, p.pixel);
+    const Vector3d point =
+        geometry::centre(camera_) + p.depth_m * p.ray_m_per_depth_m * geometry::ray(camera_, p.pixel);
     return nearest((position_.colwise() - point).colwise().squaredNorm());
   }
   Eigen::Vector2d uv(const fit::OutlinePoint& p) const {
@@ -185,8 +186,8 @@ class SpotsSeen {
   Eigen::Matrix3Xd position_;
 };
 
-void look_at_stripes(Look& look, ResidualMap& map, const VectorXd& residual, size_t group, size_t trial, std::map<int, Sum>& rows,
-                     std::map<std::pair<double, double>, Sum>& spots) {
+void look_at_stripes(Look& look, ResidualMap& map, const VectorXd& residual, size_t group, size_t trial,
+                     std::map<int, Sum>& rows, std::map<std::pair<double, double>, Sum>& spots) {
   constexpr double kSpotsAcross = 6;  // of the map
   const fit::ObservedTrial& t = look.study.objective->scenes()[trial].trial;
   SpotsSeen seen(look.study, trial);
@@ -200,14 +201,18 @@ void look_at_stripes(Look& look, ResidualMap& map, const VectorXd& residual, siz
       const Eigen::Vector2d& pixel = p.pixel;
       const double mm = value_mm(look.study, residual, trial, row++), mm2 = mm * mm;
       look.add("regime", regime(t, f.time_s), group, mm2, noise2);
-      if (!t.still) look.add("time", quarter(f.time_s, t.stripes->frames.front().time_s, t.stripes->frames.back().time_s), group, mm2, noise2);
+      if (!t.still)
+        look.add("time", quarter(f.time_s, t.stripes->frames.front().time_s, t.stripes->frames.back().time_s), group,
+                 mm2, noise2);
       look.add("image", image_third(pixel.y(), t.stripes->camera.height_px), group, mm2, noise2);
       rows[static_cast<int>(pixel.y() / 40)].add(mm2, noise2);
       here.add(mm2, noise2);
       if (!seen.finite()) return;
       const Eigen::Vector2d uv = seen.uv(p);
       look.add("region", region(uv, t.width_m, t.height_m), group, mm2, noise2);
-      const auto middle = [&](double x, double size) { return (std::min(std::floor(kSpotsAcross * x / size), kSpotsAcross - 1) + 0.5) * size / kSpotsAcross; };
+      const auto middle = [&](double x, double size) {
+        return (std::min(std::floor(kSpotsAcross * x / size), kSpotsAcross - 1) + 0.5) * size / kSpotsAcross;
+      };
       spots[{middle(uv.x(), t.width_m), middle(uv.y(), t.height_m)}].add(mm2, noise2);
     };
     for (const fit::DepthPoint& p : f.depth) point(p);
@@ -271,11 +276,13 @@ std::vector<Cell> cells_of(const Table& table) {
       }
       if (all.count == 0) continue;
       // A frequency band's mean square adds up over its bins, it is no mean of them.
-      cells.push_back({axis, name, total > 0 ? excess / total : 0, std::sqrt(all.square / all.count), p_of(sums, by_cell)});
+      cells.push_back(
+          {axis, name, total > 0 ? excess / total : 0, std::sqrt(all.square / all.count), p_of(sums, by_cell)});
     }
   }
   correct(cells);
-  std::stable_sort(cells.begin(), cells.end(), [](const Cell& a, const Cell& b) { return a.axis == b.axis ? a.share > b.share : a.axis < b.axis; });
+  std::stable_sort(cells.begin(), cells.end(),
+                   [](const Cell& a, const Cell& b) { return a.axis == b.axis ? a.share > b.share : a.axis < b.axis; });
   return cells;
 }
 
@@ -291,7 +298,8 @@ Where split_residual(const Study& study, const VectorXd& residual, const VectorX
   out.map.height_m = study.objective->scenes()[0].trial.height_m;
   for (size_t g = 0; g < study.groups.size(); ++g)
     for (const size_t trial : study.groups[g]) {
-      if (study.objective->scenes()[trial].trial.markers) look_at_markers(look, out.map, residual, g, trial, bands, rows, spots);
+      if (study.objective->scenes()[trial].trial.markers)
+        look_at_markers(look, out.map, residual, g, trial, bands, rows, spots);
       else look_at_stripes(look, out.map, residual, g, trial, rows, spots);
     }
   out.cells = cells_of(look.table);

@@ -13,17 +13,17 @@
 namespace selvedge::diagnose {
 
 struct Cell {
-  std::string axis;     // region, time, frequency, regime, image
+  std::string axis;  // region, time, frequency, regime, image
   std::string cell;
-  double share = 0;     // of the squared residual above noise, within its axis
-  double mm = 0;        // root mean square there
-  double p_value = 1;   // corrected
+  double share = 0;    // of the squared residual above noise, within its axis
+  double mm = 0;       // root mean square there
+  double p_value = 1;  // corrected
 };
 
 // For pictures: root mean square at each marker, at each time of each trial, and in each frequency band.
 struct ResidualMap {
   double width_m = 0, height_m = 0;
-  std::vector<Eigen::Vector2d> uv;       // markers, or centres of a grid where images were compared
+  std::vector<Eigen::Vector2d> uv;  // markers, or centres of a grid where images were compared
   std::vector<double> at_mm;
   struct OverTime {
     std::string trial;

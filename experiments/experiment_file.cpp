@@ -16,12 +16,15 @@ const std::vector<std::string> kKinds = {"static", "waving", "robot", "cross", "
 constexpr int kMostFrames = 100000;
 
 template <class Enum>
-Enum choice_of(Section& s, const std::string& key, std::optional<std::string> fallback, const std::vector<std::string>& allowed) {
+Enum choice_of(Section& s, const std::string& key, std::optional<std::string> fallback,
+               const std::vector<std::string>& allowed) {
   const std::string found = s.choice(key, std::move(fallback), allowed);
   return static_cast<Enum>(std::find(allowed.begin(), allowed.end(), found) - allowed.begin());
 }
 
-int whole(Section& s, const std::string& key, int fallback, int least, int most) { return static_cast<int>(s.integer(key, fallback, least, most)); }
+int whole(Section& s, const std::string& key, int fallback, int least, int most) {
+  return static_cast<int>(s.integer(key, fallback, least, most));
+}
 
 Fabric read_fabric(const std::string& name, Section s, const std::filesystem::path& folder) {
   Fabric f;
@@ -47,7 +50,8 @@ Fabric read_fabric(const std::string& name, Section s, const std::filesystem::pa
 
 std::vector<Fabric> read_fabrics(const files::TomlFile& file, Section& experiment, const std::filesystem::path& path) {
   const std::vector<std::string> names = experiment.texts("fabrics", std::nullopt);
-  if (names.empty()) refuse(experiment.where() + " fabrics", "found an empty list, expected at least one fabric's name");
+  if (names.empty())
+    refuse(experiment.where() + " fabrics", "found an empty list, expected at least one fabric's name");
   const std::string other = experiment.text("fabric_file", "");
   const std::filesystem::path other_path = path.parent_path() / other;
   const files::TomlFile described = other.empty() ? file : files::TomlFile::load(other_path, {});
@@ -57,9 +61,11 @@ std::vector<Fabric> read_fabrics(const files::TomlFile& file, Section& experimen
     if (std::any_of(fabrics.begin(), fabrics.end(), [&](const Fabric& f) { return f.name == name; }))
       refuse(experiment.where() + " fabrics", "found {} twice, expected each fabric once", in_quotes(name));
     if (here.has(name)) fabrics.push_back(read_fabric(name, here.section(name), path.parent_path()));
-    else if (!other.empty() && described.has(name)) fabrics.push_back(read_fabric(name, described.section(name), other_path.parent_path()));
-    else refuse(experiment.where() + " fabrics", "found {}, expected the names of sections [fabric.NAME]{}", in_quotes(name),
-                other.empty() ? "" : " or of [NAME] in " + other_path.string());
+    else if (!other.empty() && described.has(name))
+      fabrics.push_back(read_fabric(name, described.section(name), other_path.parent_path()));
+    else
+      refuse(experiment.where() + " fabrics", "found {}, expected the names of sections [fabric.NAME]{}",
+             in_quotes(name), other.empty() ? "" : " or of [NAME] in " + other_path.string());
   }
   here.finish();
   return fabrics;
@@ -91,7 +97,8 @@ TrialProtocol read_protocol(Section s) {
   p.noise_m = s.number("noise_m", p.noise_m, 1e-6, 0.05, "m");
   p.seed = static_cast<unsigned>(s.integer("seed", p.seed, 0, 1'000'000'000));
   for (const std::string& name : s.texts("names", std::vector<std::string>{})) {
-    if (!s.has(name)) refuse(s.where() + " names", "found {}, expected the names of sections [trials.NAME]", in_quotes(name));
+    if (!s.has(name))
+      refuse(s.where() + " names", "found {}, expected the names of sections [trials.NAME]", in_quotes(name));
     if (std::any_of(p.trials.begin(), p.trials.end(), [&](const TrialPlan& t) { return t.name == name; }))
       refuse(s.where() + " names", "found {} twice, expected each trial once", in_quotes(name));
     p.trials.push_back(read_trial_plan(name, s.section(name), p.size_m));
@@ -106,8 +113,10 @@ FitPlan read_fit(Section s, const std::vector<Fabric>& fabrics) {
   const std::vector<std::string> known = {"annealing", "cma", "evolution", "grid", "least_squares"};
   if (f.optimisers.empty()) refuse(s.where() + " optimisers", "found an empty list, expected at least one");
   for (const std::string& name : f.optimisers)
-    if (std::find(known.begin(), known.end(), name) == known.end() || std::count(f.optimisers.begin(), f.optimisers.end(), name) > 1)
-      refuse(s.where() + " optimisers", "found {}, expected annealing, cma, evolution, grid or least_squares, each once", in_quotes(name));
+    if (std::find(known.begin(), known.end(), name) == known.end() ||
+        std::count(f.optimisers.begin(), f.optimisers.end(), name) > 1)
+      refuse(s.where() + " optimisers",
+             "found {}, expected annealing, cma, evolution, grid or least_squares, each once", in_quotes(name));
   f.error = choice_of<ErrorKind>(s, "error", "folds", {"folds", "residuals"});
   f.evaluations = whole(s, "evaluations", f.evaluations, 1, 10'000'000);
   f.iterations = whole(s, "iterations", f.iterations, 1, 1000);
@@ -118,7 +127,8 @@ FitPlan read_fit(Section s, const std::vector<Fabric>& fabrics) {
   f.from_grid = s.choice("start", "grid", {"grid", "usual"}) == "grid";
   f.repeats = whole(s, "repeats", f.repeats, 0, 1000);
   f.repeated_fabric = s.text("repeated_fabric", "");
-  if (!f.repeated_fabric.empty() && std::none_of(fabrics.begin(), fabrics.end(), [&](const Fabric& k) { return k.name == f.repeated_fabric; }))
+  if (!f.repeated_fabric.empty() &&
+      std::none_of(fabrics.begin(), fabrics.end(), [&](const Fabric& k) { return k.name == f.repeated_fabric; }))
     refuse(s.where() + " repeated_fabric", "found {}, expected one of the fabrics", in_quotes(f.repeated_fabric));
   f.seed = static_cast<unsigned>(s.integer("seed", f.seed, 0, 1'000'000'000));
   s.finish();
@@ -143,7 +153,8 @@ void require_row(const std::string& where, const std::string& key) {
     if (key == p.name) return;
     known += p.name + ", ";
   }
-  if (key.find_first_not_of("E0123456789+") != std::string::npos || key.empty() || key[0] != 'E') refuse(where + " " + key, "unknown key, expected one of {}E1, E2, E1+E2", known);
+  if (key.find_first_not_of("E0123456789+") != std::string::npos || key.empty() || key[0] != 'E')
+    refuse(where + " " + key, "unknown key, expected one of {}E1, E2, E1+E2", known);
 }
 
 PaperRows read_rows(Section s, size_t columns) {
@@ -151,7 +162,8 @@ PaperRows read_rows(Section s, size_t columns) {
   for (const std::string& key : s.keys()) {
     require_row(s.where(), key);
     rows[key] = s.texts(key, std::nullopt);
-    if (rows[key].size() != columns) refuse(s.where() + " " + key, "found {} cells, expected {}, one a column", rows[key].size(), columns);
+    if (rows[key].size() != columns)
+      refuse(s.where() + " " + key, "found {} cells, expected {}, one a column", rows[key].size(), columns);
   }
   return rows;
 }
@@ -172,14 +184,18 @@ PaperTable read_paper(Section s, const std::vector<Fabric>& fabrics) {
 void require_trials(const ExperimentFile& file) {
   const auto& trials = file.protocol.trials;
   const std::string where = file.path.string() + " [trials] names";
-  const bool recorded = std::all_of(file.fabrics.begin(), file.fabrics.end(), [](const Fabric& f) { return f.recorded(); });
+  const bool recorded =
+      std::all_of(file.fabrics.begin(), file.fabrics.end(), [](const Fabric& f) { return f.recorded(); });
   if (recorded) return;
   if (std::none_of(trials.begin(), trials.end(), [&](const TrialPlan& t) { return is_fitted(file.kind, t.kind); }))
-    refuse(where, "found no trial to fit, expected at least one of kind \"{}\"", file.kind == Kind::static_hang ? "static" : "waving");
-  if (file.kind == Kind::robot && std::none_of(trials.begin(), trials.end(), [](const TrialPlan& t) { return t.kind == trial::Experiment::robot; }))
+    refuse(where, "found no trial to fit, expected at least one of kind \"{}\"",
+           file.kind == Kind::static_hang ? "static" : "waving");
+  if (file.kind == Kind::robot &&
+      std::none_of(trials.begin(), trials.end(), [](const TrialPlan& t) { return t.kind == trial::Experiment::robot; }))
     refuse(where, "found no trial of kind \"robot\", expected one to predict");
-  if (file.kind == Kind::generalisation &&
-      std::none_of(trials.begin(), trials.end(), [&](const TrialPlan& t) { return (t.frames > 0 ? t.frames : file.protocol.frames) > file.fit.frames; }))
+  if (file.kind == Kind::generalisation && std::none_of(trials.begin(), trials.end(), [&](const TrialPlan& t) {
+        return (t.frames > 0 ? t.frames : file.protocol.frames) > file.fit.frames;
+      }))
     refuse(where, "found no trial longer than the {} frames that are fitted, expected one to predict", file.fit.frames);
   for (const TrialPlan& t : trials)
     if (!is_fitted(file.kind, t.kind) && !is_predicted(file.kind, t.kind))
@@ -191,10 +207,13 @@ void require_trials(const ExperimentFile& file) {
 const char* to_text(Kind kind) { return kKinds[static_cast<size_t>(kind)].c_str(); }
 
 bool is_fitted(Kind kind, trial::Experiment trial) {
-  return kind != Kind::skirt && trial == (kind == Kind::static_hang ? trial::Experiment::static_hang : trial::Experiment::waving);
+  return kind != Kind::skirt &&
+         trial == (kind == Kind::static_hang ? trial::Experiment::static_hang : trial::Experiment::waving);
 }
 
-bool is_predicted(Kind kind, trial::Experiment trial) { return kind == Kind::robot && trial == trial::Experiment::robot; }
+bool is_predicted(Kind kind, trial::Experiment trial) {
+  return kind == Kind::robot && trial == trial::Experiment::robot;
+}
 
 ExperimentFile read_experiment(const std::filesystem::path& path) {
   const files::TomlFile toml = files::TomlFile::load(path, {"experiment", "fabric", "trials", "fit", "skirt", "paper"});
@@ -212,7 +231,9 @@ ExperimentFile read_experiment(const std::filesystem::path& path) {
   if (skirt) {
     file.skirt = read_skirt(toml.section("skirt"), path.parent_path());
     for (const Fabric& f : file.fabrics)
-      if (f.recorded()) refuse(path.string() + " [fabric." + f.name + "] campaign", "found recorded trials, expected the parameters that the skirt is to have");
+      if (f.recorded())
+        refuse(path.string() + " [fabric." + f.name + "] campaign",
+               "found recorded trials, expected the parameters that the skirt is to have");
   } else {
     file.protocol = read_protocol(toml.section("trials"));
     file.fit = read_fit(toml.section("fit"), file.fabrics);
@@ -224,7 +245,8 @@ ExperimentFile read_experiment(const std::filesystem::path& path) {
 
 void use_campaigns(ExperimentFile& file, const std::vector<std::filesystem::path>& campaigns) {
   if (campaigns.empty()) return;
-  if (file.kind == Kind::skirt) refuse("--campaign", "found it with an experiment of kind \"skirt\", expected one that fits trials");
+  if (file.kind == Kind::skirt)
+    refuse("--campaign", "found it with an experiment of kind \"skirt\", expected one that fits trials");
   file.fabrics.clear();
   for (const std::filesystem::path& path : campaigns) {
     Fabric f;
@@ -232,7 +254,8 @@ void use_campaigns(ExperimentFile& file, const std::vector<std::filesystem::path
     f.name = trial::read_campaign(path).fabric;
     if (f.name.empty()) f.name = std::filesystem::absolute(path).lexically_normal().filename().string();
     if (std::any_of(file.fabrics.begin(), file.fabrics.end(), [&](const Fabric& k) { return k.name == f.name; }))
-      refuse("--campaign " + path.string(), "found a second campaign of {}, expected each fabric once", in_quotes(f.name));
+      refuse("--campaign " + path.string(), "found a second campaign of {}, expected each fabric once",
+             in_quotes(f.name));
     file.fabrics.push_back(std::move(f));
   }
   file.fit.repeated_fabric.clear();
@@ -240,7 +263,8 @@ void use_campaigns(ExperimentFile& file, const std::vector<std::filesystem::path
 
 ExperimentFile quick_version(ExperimentFile file) {
   if (file.fabrics.size() > 2) file.fabrics = {file.fabrics.front(), file.fabrics.back()};
-  if (std::none_of(file.fabrics.begin(), file.fabrics.end(), [&](const Fabric& f) { return f.name == file.fit.repeated_fabric; }))
+  if (std::none_of(file.fabrics.begin(), file.fabrics.end(),
+                   [&](const Fabric& f) { return f.name == file.fit.repeated_fabric; }))
     file.fit.repeated_fabric.clear();
   const double slower = 0.5;
   FitPlan& fit = file.fit;

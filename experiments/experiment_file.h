@@ -36,13 +36,13 @@ struct TrialPlan {
   std::string name;
   trial::Experiment kind = trial::Experiment::static_hang;
   double apart_m = 0.29, amplitude_m = 0, frequency_hz = 0;
-  int frames = 0;               // 0: the protocol's
+  int frames = 0;  // 0: the protocol's
 };
 
 struct TrialProtocol {
-  double size_m = 0.3;          // of the square sheet
-  int columns = 25;             // of the mesh that is recorded
-  int frames = 50;              // of a moving trial; a still one has one
+  double size_m = 0.3;  // of the square sheet
+  int columns = 25;     // of the mesh that is recorded
+  int frames = 50;      // of a moving trial; a still one has one
   double frame_rate_hz = 30;
   double noise_grey = 1.5, noise_m = 2e-4;  // standard deviations of a pixel and of a corner's coordinate
   unsigned seed = 1;
@@ -55,8 +55,8 @@ enum class ErrorKind { folds, residuals };
 struct FitPlan {
   std::vector<std::string> optimisers = {"annealing"};  // "least_squares", or as fit/optimisers/search.h names them
   ErrorKind error = ErrorKind::folds;
-  int evaluations = 600;        // of a search, a trial
-  int iterations = 25;          // of least squares, at most
+  int evaluations = 600;  // of a search, a trial
+  int iterations = 25;    // of least squares, at most
   int columns = 17, coarse_columns = 9;
   int frames = 50;              // of each moving trial; later ones are held out
   double frame_rate_hz = 30;    // frames compared

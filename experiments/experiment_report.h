@@ -18,10 +18,13 @@ struct ResultTable {
 std::vector<ResultTable> tables_of(const ExperimentOutcome& out);
 
 // Tables of parameters, start to variability (tables 1 and 3), of one fabric and optimiser.
-ResultTable parameter_table(const std::string& title, const FabricOutcome& f, const Identification& found, const PaperTable& paper);
+ResultTable parameter_table(const std::string& title, const FabricOutcome& f, const Identification& found,
+                            const PaperTable& paper);
 // Searches of one trial from starts close together (table 2).
-ResultTable repeats_table(const std::string& title, const FabricOutcome& f, const Repeats& repeats, const PaperTable& paper);
-ResultTable cross_table(const std::string& title, const std::vector<FabricOutcome>& fabrics, const Eigen::MatrixXd& matrix);
+ResultTable repeats_table(const std::string& title, const FabricOutcome& f, const Repeats& repeats,
+                          const PaperTable& paper);
+ResultTable cross_table(const std::string& title, const std::vector<FabricOutcome>& fabrics,
+                        const Eigen::MatrixXd& matrix);
 
 // Recordings that their own fabric's parameters explain best.
 int own_wins(const Eigen::MatrixXd& matrix);

@@ -17,19 +17,23 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 VectorXd coordinates_of(const std::vector<fit::Parameter>& parameters, const cloth::Material& m) {
-  const double values[] = {m.stretch, m.shear, m.bend, m.stretch_damping, m.shear_damping, m.bend_damping, m.drag_normal, m.drag_tangent, m.drag_fade};
+  const double values[] = {m.stretch,      m.shear,       m.bend,         m.stretch_damping, m.shear_damping,
+                           m.bend_damping, m.drag_normal, m.drag_tangent, m.drag_fade};
   VectorXd x(static_cast<Index>(parameters.size()));
-  for (size_t k = 0; k < parameters.size(); ++k) x(static_cast<Index>(k)) = fit::to_coordinate(parameters[k], std::max(values[k], 1e-12));
+  for (size_t k = 0; k < parameters.size(); ++k)
+    x(static_cast<Index>(k)) = fit::to_coordinate(parameters[k], std::max(values[k], 1e-12));
   return x;
 }
 
 void require_images(const trial::Campaign& campaign) {
   for (const trial::Trial& t : campaign.trials)
-    if (!t.frames) refuse((t.folder / "trial.json").string(), "found no frames, expected images: error = \"folds\" compares pictures; \"residuals\" does not");
+    if (!t.frames)
+      refuse((t.folder / "trial.json").string(),
+             "found no frames, expected images: error = \"folds\" compares pictures; \"residuals\" does not");
 }
 
-// Where the simulated sheet starts from the shape that the recorded one was in, initial conditions match, as the paper's
-// do; a recorded fabric's branch is decided from its first frame.
+// Where the simulated sheet starts from the shape that the recorded one was in, initial conditions match, as the
+// paper's do; a recorded fabric's branch is decided from its first frame.
 void hang_as_recorded(fit::Objective& scenes) {
   std::vector<Eigen::Matrix3Xd> hung;
   for (const fit::Scene& s : scenes.scenes()) hung.push_back(cloth::hung_shape(scenes.sheet(), s.trial.experiment, 1));
@@ -76,26 +80,29 @@ double end_s(const trial::Trial& t) {
   return t.markers ? t.markers->time_s.back() : t.corners.time_s.back();
 }
 
-double begin_s(const trial::Trial& t) { return t.frames && !t.markers ? t.frames->time_s.front() : t.corners.time_s.front(); }
+double begin_s(const trial::Trial& t) {
+  return t.frames && !t.markers ? t.frames->time_s.front() : t.corners.time_s.front();
+}
 
-MatrixXd errors_in(const FabricCase& c, const Comparison& on, const std::vector<fit::Parameter>& parameters, const MatrixXd& sets,
-                   const std::vector<size_t>& trials, double from_s) {
+MatrixXd errors_in(const FabricCase& c, const Comparison& on, const std::vector<fit::Parameter>& parameters,
+                   const MatrixXd& sets, const std::vector<size_t>& trials, double from_s) {
   if (c.error == ErrorKind::folds) return on.folds->energy(parameters, sets, trials);
   MatrixXd all(sets.cols(), static_cast<Index>(trials.size()));
   const std::vector<fit::Residuals> residuals = on.scenes->evaluate(parameters, sets, trials);
   for (Index set = 0; set < sets.cols(); ++set)
     for (size_t t = 0; t < trials.size(); ++t) {
       const VectorXd& mm = residuals[static_cast<size_t>(set)].mm[trials[t]];
-      all(set, static_cast<Index>(t)) = mm.size() == 0 ? std::numeric_limits<double>::infinity()
-                                                       : fit::rms_mm(on.scenes->scenes()[trials[t]].trial, mm, on.scenes->time_s(trials[t]), from_s);
+      all(set, static_cast<Index>(t)) =
+          mm.size() == 0 ? std::numeric_limits<double>::infinity()
+                         : fit::rms_mm(on.scenes->scenes()[trials[t]].trial, mm, on.scenes->time_s(trials[t]), from_s);
     }
   return all;
 }
 
 }  // namespace
 
-std::unique_ptr<FabricCase> prepare_case(const Fabric& fabric, const trial::Campaign& campaign, Kind kind, const FitPlan& plan,
-                                         const report::ProgressCallback& progress) {
+std::unique_ptr<FabricCase> prepare_case(const Fabric& fabric, const trial::Campaign& campaign, Kind kind,
+                                         const FitPlan& plan, const report::ProgressCallback& progress) {
   if (plan.error == ErrorKind::folds) require_images(campaign);
   auto c = std::make_unique<FabricCase>();
   c->fabric = fabric;
@@ -117,13 +124,16 @@ std::unique_ptr<FabricCase> prepare_case(const Fabric& fabric, const trial::Camp
     if (kind == Kind::generalisation && end_s(t) > observe.to_s) c->cut_s = observe.to_s;
     if (!whole) search.trials.push_back(c->observed.size());
     c->observed.push_back(fit::observe_trial(t, observe));
-    progress(0.5 * static_cast<double>(c->observed.size()) / static_cast<double>(campaign.trials.size()), "reading " + t.name);
+    progress(0.5 * static_cast<double>(c->observed.size()) / static_cast<double>(campaign.trials.size()),
+             "reading " + t.name);
   }
   fit::ObjectiveOptions mesh;
   mesh.columns = plan.coarse_columns;
   search.progress = fit::part_of(progress, 0.5, 1, "start");
   c->start = fit::usual_coordinates(c->parameters);
-  if (plan.from_grid) c->start = fit::coarse_search(fit::Objective(c->observed, mesh, c->parameters, c->start), c->parameters, search).best.front();
+  if (plan.from_grid)
+    c->start = fit::coarse_search(fit::Objective(c->observed, mesh, c->parameters, c->start), c->parameters, search)
+                   .best.front();
   mesh.columns = plan.columns;
   c->fitted.scenes = std::make_unique<fit::Objective>(c->observed, mesh, c->parameters, c->start);
   if (!fabric.recorded()) hang_as_recorded(*c->fitted.scenes);
@@ -151,15 +161,18 @@ MatrixXd later_errors(const FabricCase& c, const MatrixXd& sets, const std::vect
   return errors_in(c, c.later, c.parameters, sets, trials, c.cut_s);
 }
 
-double error_beside(const FabricCase& recorded, const FabricCase& simulated, const VectorXd& set, const std::vector<size_t>& trials) {
+double error_beside(const FabricCase& recorded, const FabricCase& simulated, const VectorXd& set,
+                    const std::vector<size_t>& trials) {
   std::vector<fit::Parameter> with_density = simulated.parameters;
-  with_density.push_back({"density", "kg/m²", 0.16, 0.01, 2, true, 1, [](fit::Prediction& p, double value) { p.experiment.material.density = value; }});
+  with_density.push_back({"density", "kg/m²", 0.16, 0.01, 2, true, 1,
+                          [](fit::Prediction& p, double value) { p.experiment.material.density = value; }});
   VectorXd whole(set.size() + 1);
   whole << set, std::log(simulated.density);
   return errors_in(recorded, recorded.fitted, with_density, whole, trials, -1e300).sum();
 }
 
-fit::BatchCosts costs_of_first(const FabricCase& c, const std::vector<size_t>& trials, Index searched, const VectorXd& held) {
+fit::BatchCosts costs_of_first(const FabricCase& c, const std::vector<size_t>& trials, Index searched,
+                               const VectorXd& held) {
   return [&c, trials, searched, held](const MatrixXd& points) {
     MatrixXd sets = held.replicate(1, points.cols());
     sets.topRows(searched) = points;

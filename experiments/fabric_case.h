@@ -13,7 +13,7 @@ namespace selvedge::experiments {
 // Trials as simulated on one mesh and compared with what was seen of them.
 struct Comparison {
   std::unique_ptr<fit::Objective> scenes;
-  std::vector<fit::FoldTrack> tracks;               // where the error is of folds
+  std::vector<fit::FoldTrack> tracks;  // where the error is of folds
   std::unique_ptr<fit::FoldObjective> folds;
 };
 
@@ -21,22 +21,23 @@ struct FabricCase {
   Fabric fabric;
   trial::Campaign campaign;
   ErrorKind error = ErrorKind::folds;
-  double density = 0;                               // kg/m²
-  std::vector<fit::Parameter> parameters;           // the nine of the base model
-  std::optional<Eigen::VectorXd> truth;             // coordinates, where the fabric is simulated
-  Eigen::VectorXd start;                            // of the coarse grid, or usual values
-  std::vector<fit::ObservedTrial> observed;         // the frames that are fitted
+  double density = 0;                        // kg/m²
+  std::vector<fit::Parameter> parameters;    // the nine of the base model
+  std::optional<Eigen::VectorXd> truth;      // coordinates, where the fabric is simulated
+  Eigen::VectorXd start;                     // of the coarse grid, or usual values
+  std::vector<fit::ObservedTrial> observed;  // the frames that are fitted
   int coarse_columns = 9;
   Comparison fitted;
-  Comparison later;                                 // frames after those; without scenes where no trial has any
-  double cut_s = 1e300;                             // between the two
+  Comparison later;      // frames after those; without scenes where no trial has any
+  double cut_s = 1e300;  // between the two
 };
 
 // Of a recorded campaign or of one that record_fabric made. What `kind` only predicts is neither cut after the frames
 // that are fitted nor looked at for the start. Throws BadInput where it holds nothing to fit, or no images
 // where the error is of folds.
-std::unique_ptr<FabricCase> prepare_case(const Fabric& fabric, const trial::Campaign& campaign, Kind kind, const FitPlan& plan,
-                                         const report::ProgressCallback& progress = [](double, const std::string&) {});
+std::unique_ptr<FabricCase> prepare_case(
+    const Fabric& fabric, const trial::Campaign& campaign, Kind kind, const FitPlan& plan,
+    const report::ProgressCallback& progress = [](double, const std::string&) {});
 
 // Trials of one kind, as indices into the campaign.
 std::vector<size_t> trials_of(const FabricCase& c, trial::Experiment kind);
@@ -50,9 +51,11 @@ Eigen::MatrixXd errors(const FabricCase& c, const Eigen::MatrixXd& sets, const s
 Eigen::MatrixXd later_errors(const FabricCase& c, const Eigen::MatrixXd& sets, const std::vector<size_t>& trials);
 
 // Sum over the trials of the error that another fabric's parameters and density have beside this one's recording.
-double error_beside(const FabricCase& recorded, const FabricCase& simulated, const Eigen::VectorXd& set, const std::vector<size_t>& trials);
+double error_beside(const FabricCase& recorded, const FabricCase& simulated, const Eigen::VectorXd& set,
+                    const std::vector<size_t>& trials);
 
 // Sum of the errors over the trials as a function of the first rows of a set, the others held.
-fit::BatchCosts costs_of_first(const FabricCase& c, const std::vector<size_t>& trials, Eigen::Index searched, const Eigen::VectorXd& held);
+fit::BatchCosts costs_of_first(const FabricCase& c, const std::vector<size_t>& trials, Eigen::Index searched,
+                               const Eigen::VectorXd& held);
 
 }  // namespace selvedge::experiments

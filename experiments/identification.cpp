@@ -19,7 +19,8 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr double kUsual = 1.1;  // how far off the usual values at the start may be: one standard deviation is a factor of 3
+constexpr double kUsual =
+    1.1;  // how far off the usual values at the start may be: one standard deviation is a factor of 3
 
 double seconds_since(std::chrono::steady_clock::time_point begin) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
@@ -33,9 +34,11 @@ std::string file_name(const FabricCase& c, const std::string& what) {
 }
 
 // One line: what would make it another fit. The error at the start stands for the data and the mesh.
-std::string identity_of(const FabricCase& c, const std::vector<size_t>& trials, Index searched, const VectorXd& start, const IdentificationOptions& options) {
-  std::string text = fmt::format("{} of {} {} evaluations {} iterations {} seed {} parameters {} trials", options.optimiser, c.fabric.name,
-                                 c.error == ErrorKind::folds ? "folds" : "residuals", options.evaluations, options.iterations, options.seed, searched);
+std::string identity_of(const FabricCase& c, const std::vector<size_t>& trials, Index searched, const VectorXd& start,
+                        const IdentificationOptions& options) {
+  std::string text = fmt::format("{} of {} {} evaluations {} iterations {} seed {} parameters {} trials",
+                                 options.optimiser, c.fabric.name, c.error == ErrorKind::folds ? "folds" : "residuals",
+                                 options.evaluations, options.iterations, options.seed, searched);
   for (const size_t t : trials) text += " " + c.campaign.trials[t].name;
   text += " start";
   for (const double x : start) {
@@ -47,8 +50,8 @@ std::string identity_of(const FabricCase& c, const std::vector<size_t>& trials, 
   return text;
 }
 
-OneFit search_trials(const FabricCase& c, const std::vector<size_t>& trials, Index searched, const VectorXd& start, const std::string& name,
-                     const IdentificationOptions& options, const KeptFits& kept) {
+OneFit search_trials(const FabricCase& c, const std::vector<size_t>& trials, Index searched, const VectorXd& start,
+                     const std::string& name, const IdentificationOptions& options, const KeptFits& kept) {
   const std::string identity = identity_of(c, trials, searched, start, options);
   return kept.get(name, identity, [&] {
     const auto begin = std::chrono::steady_clock::now();
@@ -62,7 +65,8 @@ OneFit search_trials(const FabricCase& c, const std::vector<size_t>& trials, Ind
     limits.seed = options.seed;
     limits.progress = options.progress;
     OneFit out;
-    const fit::SearchResult found = kept.search(name, identity, options.optimiser, std::move(problem), limits, out.from_journal);
+    const fit::SearchResult found =
+        kept.search(name, identity, options.optimiser, std::move(problem), limits, out.from_journal);
     out.set = start;
     out.set.head(searched) = found.point;
     out.evaluations = found.evaluations;
@@ -73,7 +77,8 @@ OneFit search_trials(const FabricCase& c, const std::vector<size_t>& trials, Ind
 }
 
 // The same scenes, with equilibria that are shared and sought to 10 um: half of the time would go into them.
-fit::Objective scenes_for_squares(const FabricCase& c, const std::vector<fit::Parameter>& parameters, const VectorXd& start) {
+fit::Objective scenes_for_squares(const FabricCase& c, const std::vector<fit::Parameter>& parameters,
+                                  const VectorXd& start) {
   fit::ObjectiveOptions mesh = c.fitted.scenes->options();
   mesh.branch_of = c.fitted.scenes.get();
   mesh.shared_rests = true;
@@ -82,13 +87,14 @@ fit::Objective scenes_for_squares(const FabricCase& c, const std::vector<fit::Pa
   return fit::Objective(c.observed, mesh, parameters, start);
 }
 
-OneFit fit_together(const FabricCase& c, const std::vector<size_t>& trials, Index searched, const std::string& name, const IdentificationOptions& options,
-                    const KeptFits& kept) {
+OneFit fit_together(const FabricCase& c, const std::vector<size_t>& trials, Index searched, const std::string& name,
+                    const IdentificationOptions& options, const KeptFits& kept) {
   return kept.get(name, identity_of(c, trials, searched, c.start, options), [&] {
     const auto begin = std::chrono::steady_clock::now();
     std::vector<Index> rows(static_cast<size_t>(searched));
     std::iota(rows.begin(), rows.end(), Index{0});
-    const std::vector<fit::Parameter> some = fit::only(c.parameters, rows, c.start);  // what is not searched stays at the start
+    const std::vector<fit::Parameter> some =
+        fit::only(c.parameters, rows, c.start);  // what is not searched stays at the start
     fit::Objective scenes = scenes_for_squares(c, some, c.start.head(searched));
     fit::LeastSquaresOptions squares;
     squares.trials = trials;
@@ -104,7 +110,8 @@ OneFit fit_together(const FabricCase& c, const std::vector<size_t>& trials, Inde
     OneFit out;
     out.set = c.start;
     out.set.head(searched) = found.best.coordinates;
-    const VectorXd variance = found.best.covariance.diagonal().cwiseMax(found.best.covariance_between_trials.diagonal()).cwiseMax(0.0);
+    const VectorXd variance =
+        found.best.covariance.diagonal().cwiseMax(found.best.covariance_between_trials.diagonal()).cwiseMax(0.0);
     const VectorXd apart = found.rival ? VectorXd(*found.rival - found.best.coordinates) : VectorXd::Zero(searched);
     out.sd = (variance + apart.cwiseAbs2()).cwiseSqrt();
     out.evaluations = near.evaluations + found.best.evaluations;
@@ -121,7 +128,8 @@ double Identification::wall_s() const {
   return sum;
 }
 
-Identification identify(const FabricCase& c, const std::vector<size_t>& trials, Index searched, const IdentificationOptions& options, const KeptFits& kept) {
+Identification identify(const FabricCase& c, const std::vector<size_t>& trials, Index searched,
+                        const IdentificationOptions& options, const KeptFits& kept) {
   Identification out;
   out.optimiser = options.optimiser;
   if (options.optimiser == "least_squares") {
@@ -131,9 +139,12 @@ Identification identify(const FabricCase& c, const std::vector<size_t>& trials, 
     for (size_t k = 0; k < trials.size(); ++k) {
       IdentificationOptions one = options;
       one.progress = fit::part_of(options.progress, static_cast<double>(k) / static_cast<double>(trials.size()),
-                                  static_cast<double>(k + 1) / static_cast<double>(trials.size()), c.campaign.trials[trials[k]].name);
+                                  static_cast<double>(k + 1) / static_cast<double>(trials.size()),
+                                  c.campaign.trials[trials[k]].name);
       out.labels.push_back(fmt::format("exp {}", k + 1));
-      out.fits.push_back(search_trials(c, {trials[k]}, searched, c.start, file_name(c, options.optimiser + "-" + c.campaign.trials[trials[k]].name), one, kept));
+      out.fits.push_back(search_trials(c, {trials[k]}, searched, c.start,
+                                       file_name(c, options.optimiser + "-" + c.campaign.trials[trials[k]].name), one,
+                                       kept));
     }
   }
   MatrixXd sets(c.start.size(), static_cast<Index>(out.fits.size()) + 1);
@@ -143,11 +154,13 @@ Identification identify(const FabricCase& c, const std::vector<size_t>& trials, 
   for (size_t k = 1; k < out.fits.size(); ++k)
     if (out.error.row(static_cast<Index>(k) + 1).sum() < out.chosen_error()) out.chosen = k;
   const std::vector<fit::Parameter> some(c.parameters.begin(), c.parameters.begin() + searched);
-  out.variability = fit::variability_percent(costs_of_first(c, trials, searched, out.set()), some, out.set().head(searched));
+  out.variability =
+      fit::variability_percent(costs_of_first(c, trials, searched, out.set()), some, out.set().head(searched));
   return out;
 }
 
-Repeats repeat(const FabricCase& c, size_t trial, Index searched, int times, const IdentificationOptions& options, const KeptFits& kept) {
+Repeats repeat(const FabricCase& c, size_t trial, Index searched, int times, const IdentificationOptions& options,
+               const KeptFits& kept) {
   std::mt19937_64 random(options.seed);
   std::uniform_real_distribution<double> within(-0.05, 0.05);
   Repeats out;
@@ -156,8 +169,10 @@ Repeats repeat(const FabricCase& c, size_t trial, Index searched, int times, con
     for (Index k = 0; k < searched; ++k) start(k) += std::log1p(within(random));
     IdentificationOptions one = options;
     one.seed = options.seed + static_cast<unsigned>(i);
-    one.progress = fit::part_of(options.progress, static_cast<double>(i) / times, static_cast<double>(i + 1) / times, fmt::format("optimisation {}", i + 1));
-    out.fits.push_back(search_trials(c, {trial}, searched, start, file_name(c, fmt::format("repeat-{}", i + 1)), one, kept));
+    one.progress = fit::part_of(options.progress, static_cast<double>(i) / times, static_cast<double>(i + 1) / times,
+                                fmt::format("optimisation {}", i + 1));
+    out.fits.push_back(
+        search_trials(c, {trial}, searched, start, file_name(c, fmt::format("repeat-{}", i + 1)), one, kept));
     out.error.push_back(errors(c, out.fits.back().set, {trial})(0, 0));
   }
   return out;

@@ -21,19 +21,31 @@ json kept_fit_json(const std::string& identity, const OneFit& fit) {
   std::vector<double> sd;
   for (const double x : fit.sd) sd.push_back(finite(x));
   json trace = json::array();
-  for (const fit::SearchStep& s : fit.trace) trace.push_back({s.evaluations, finite(s.best_cost), finite(s.temperature)});
-  return {{"format", "kept-fit/1"}, {"identity", identity}, {"set", std::vector<double>(fit.set.begin(), fit.set.end())}, {"sd", sd},
-          {"wall_s", fit.wall_s},   {"evaluations", fit.evaluations}, {"from_journal", fit.from_journal}, {"trace", trace}};
+  for (const fit::SearchStep& s : fit.trace)
+    trace.push_back({s.evaluations, finite(s.best_cost), finite(s.temperature)});
+  return {{"format", "kept-fit/1"},
+          {"identity", identity},
+          {"set", std::vector<double>(fit.set.begin(), fit.set.end())},
+          {"sd", sd},
+          {"wall_s", fit.wall_s},
+          {"evaluations", fit.evaluations},
+          {"from_journal", fit.from_journal},
+          {"trace", trace}};
 }
 
-Eigen::VectorXd vector_of(const std::vector<double>& values) { return Eigen::Map<const Eigen::VectorXd>(values.data(), static_cast<Eigen::Index>(values.size())); }
+Eigen::VectorXd vector_of(const std::vector<double>& values) {
+  return Eigen::Map<const Eigen::VectorXd>(values.data(), static_cast<Eigen::Index>(values.size()));
+}
 
-std::vector<double> numbers_of(const files::JsonReader& in, const std::string& key) { return in.numbers(key, in.value(key).size()); }
+std::vector<double> numbers_of(const files::JsonReader& in, const std::string& key) {
+  return in.numbers(key, in.value(key).size());
+}
 
 OneFit read_kept_fit(const std::filesystem::path& path, const std::string& identity) {
   const files::JsonReader in(path);
   if (in.text("identity") != identity)
-    refuse(path.string(), "found another fit, {}, expected {}; choose another folder or remove it", in_quotes(in.text("identity")), in_quotes(identity));
+    refuse(path.string(), "found another fit, {}, expected {}; choose another folder or remove it",
+           in_quotes(in.text("identity")), in_quotes(identity));
   OneFit fit;
   fit.set = vector_of(numbers_of(in, "set"));
   fit.sd = vector_of(numbers_of(in, "sd"));
@@ -49,7 +61,8 @@ OneFit read_kept_fit(const std::filesystem::path& path, const std::string& ident
 
 }  // namespace
 
-OneFit KeptFits::get(const std::string& name, const std::string& identity, const std::function<OneFit()>& compute) const {
+OneFit KeptFits::get(const std::string& name, const std::string& identity,
+                     const std::function<OneFit()>& compute) const {
   if (folder_.empty()) return compute();
   const std::filesystem::path path = folder_ / (name + ".json");
   if (std::filesystem::exists(path)) return read_kept_fit(path, identity);
@@ -59,8 +72,9 @@ OneFit KeptFits::get(const std::string& name, const std::string& identity, const
   return fit;
 }
 
-fit::SearchResult KeptFits::search(const std::string& name, const std::string& identity, const std::string& optimiser, fit::SearchProblem problem,
-                                   const fit::SearchLimits& limits, int& from_journal) const {
+fit::SearchResult KeptFits::search(const std::string& name, const std::string& identity, const std::string& optimiser,
+                                   fit::SearchProblem problem, const fit::SearchLimits& limits,
+                                   int& from_journal) const {
   std::unique_ptr<fit::Journal> journal;
   if (!folder_.empty()) {
     journal = std::make_unique<fit::Journal>(folder_ / (name + ".evaluations.txt"), identity);

@@ -1,8 +1,8 @@
 // Fits of an experiment on disk, so that an experiment killed at any time continues: a finished fit is read again, a
 // search that was under way goes on after its last evaluation.
 //
-// FOLDER/NAME.json holds a finished fit, FOLDER/NAME.evaluations.txt the journal of a search (fit/optimisers/journal.h).
-// Both open with what was fitted; those of other inputs are refused.
+// FOLDER/NAME.json holds a finished fit, FOLDER/NAME.evaluations.txt the journal of a search
+// (fit/optimisers/journal.h). Both open with what was fitted; those of other inputs are refused.
 #pragma once
 
 #include <filesystem>
@@ -16,11 +16,11 @@
 namespace selvedge::experiments {
 
 struct OneFit {
-  Eigen::VectorXd set;           // all coordinates
-  Eigen::VectorXd sd;            // standard deviation of each, with what rival valleys leave open; of least squares alone
-  double wall_s = 0;             // of the run that finished it
+  Eigen::VectorXd set;  // all coordinates
+  Eigen::VectorXd sd;   // standard deviation of each, with what rival valleys leave open; of least squares alone
+  double wall_s = 0;    // of the run that finished it
   int evaluations = 0;
-  int from_journal = 0;          // of these, known from an earlier run
+  int from_journal = 0;                // of these, known from an earlier run
   std::vector<fit::SearchStep> trace;  // of a search
 };
 
@@ -29,12 +29,13 @@ class KeptFits {
   // An empty folder: nothing is kept.
   explicit KeptFits(std::filesystem::path folder) : folder_(std::move(folder)) {}
 
-  // The fit of that name if it is there, or what `compute` gives. identity: one line, everything that makes it another fit.
+  // The fit of that name if it is there, or what `compute` gives. identity: one line, everything that makes it another
+  // fit.
   OneFit get(const std::string& name, const std::string& identity, const std::function<OneFit()>& compute) const;
 
   // Runs a search with its journal.
-  fit::SearchResult search(const std::string& name, const std::string& identity, const std::string& optimiser, fit::SearchProblem problem,
-                           const fit::SearchLimits& limits, int& from_journal) const;
+  fit::SearchResult search(const std::string& name, const std::string& identity, const std::string& optimiser,
+                           fit::SearchProblem problem, const fit::SearchLimits& limits, int& from_journal) const;
 
  private:
   std::filesystem::path folder_;

@@ -17,7 +17,9 @@ std::string shown(double value) { return std::isfinite(value) ? fmt::format("{:.
 
 std::string percent(double value) { return value > 100 ? ">100" : fmt::format("{:.3g}", value); }
 
-std::string value_at(const FabricCase& c, Index k, const VectorXd& set) { return shown(fit::to_value(c.parameters[static_cast<size_t>(k)], set(k))); }
+std::string value_at(const FabricCase& c, Index k, const VectorXd& set) {
+  return shown(fit::to_value(c.parameters[static_cast<size_t>(k)], set(k)));
+}
 
 // The paper's cells of a row, set to the right of ours.
 class PaperColumns {
@@ -57,7 +59,9 @@ ResultTable prediction_table(const ExperimentOutcome& out) {
   ResultTable table;
   const bool later = out.file.kind == Kind::generalisation;
   const bool folds = out.file.fit.error == ErrorKind::folds;
-  table.title = fmt::format("{}, {}", later ? fmt::format("Frames after the {} that were fitted", out.file.fit.frames) : "Robot trials, which were not fitted",
+  table.title = fmt::format("{}, {}",
+                            later ? fmt::format("Frames after the {} that were fitted", out.file.fit.frames)
+                                  : "Robot trials, which were not fitted",
                             folds ? "E a frame" : "mm");
   table.header = {"fabric", "trial", "start"};
   for (const std::string& name : out.file.fit.optimisers) {
@@ -67,7 +71,8 @@ ResultTable prediction_table(const ExperimentOutcome& out) {
   table.header.push_back("true parameters");
   for (const FabricOutcome& f : out.fabrics)
     for (size_t p = 0; p < f.predicted.size(); ++p) {
-      std::vector<std::string> row = {f.fabric->fabric.name, f.fabric->campaign.trials[f.predicted[p]].name, shown(f.prediction(0, static_cast<Index>(p)))};
+      std::vector<std::string> row = {f.fabric->fabric.name, f.fabric->campaign.trials[f.predicted[p]].name,
+                                      shown(f.prediction(0, static_cast<Index>(p)))};
       for (size_t k = 0; k < f.identified.size(); ++k) {
         const Identification& found = f.identified[k];
         row.push_back(shown(f.prediction(static_cast<Index>(k) + 1, static_cast<Index>(p))));
@@ -80,22 +85,27 @@ ResultTable prediction_table(const ExperimentOutcome& out) {
 }
 
 ResultTable skirt_table(const ExperimentOutcome& out) {
-  ResultTable table{"The skirt in each fabric", {"fabric", "triangles", "frames", "that intersect", "largest strain, %", "deepest in body, mm", "hem, mean width, m",
-                                                 "wall time per simulated second, s"}, {}};
+  ResultTable table{"The skirt in each fabric",
+                    {"fabric", "triangles", "frames", "that intersect", "largest strain, %", "deepest in body, mm",
+                     "hem, mean width, m", "wall time per simulated second, s"},
+                    {}};
   for (const SkirtOutcome& s : out.skirts) {
     if (!s.finite) {
       table.rows.push_back({s.fabric, std::to_string(s.triangles), "blew up", "", "", "", "", ""});
       continue;
     }
-    table.rows.push_back({s.fabric, std::to_string(s.triangles), std::to_string(s.frames), std::to_string(s.frames_that_intersect), fmt::format("{:.1f}", 100 * s.largest_strain),
-                          fmt::format("{:.2f}", 1e3 * s.deepest_in_body_m), fmt::format("{:.3f}", s.hem_width_m), fmt::format("{:.1f}", s.wall_s / s.simulated_s)});
+    table.rows.push_back({s.fabric, std::to_string(s.triangles), std::to_string(s.frames),
+                          std::to_string(s.frames_that_intersect), fmt::format("{:.1f}", 100 * s.largest_strain),
+                          fmt::format("{:.2f}", 1e3 * s.deepest_in_body_m), fmt::format("{:.3f}", s.hem_width_m),
+                          fmt::format("{:.1f}", s.wall_s / s.simulated_s)});
   }
   return table;
 }
 
 }  // namespace
 
-ResultTable parameter_table(const std::string& title, const FabricOutcome& f, const Identification& found, const PaperTable& paper) {
+ResultTable parameter_table(const std::string& title, const FabricOutcome& f, const Identification& found,
+                            const PaperTable& paper) {
   const FabricCase& c = *f.fabric;
   const PaperColumns papers(paper.columns, rows_of(paper, c.fabric.name));
   ResultTable table{title, {"", "start"}, {}};
@@ -124,7 +134,8 @@ ResultTable parameter_table(const std::string& title, const FabricOutcome& f, co
   return table;
 }
 
-ResultTable repeats_table(const std::string& title, const FabricOutcome& f, const Repeats& repeats, const PaperTable& paper) {
+ResultTable repeats_table(const std::string& title, const FabricOutcome& f, const Repeats& repeats,
+                          const PaperTable& paper) {
   const FabricCase& c = *f.fabric;
   const PaperColumns papers(paper.repeated_columns, paper.repeated.empty() ? nullptr : &paper.repeated);
   ResultTable table{title, {""}, {}};
@@ -171,17 +182,23 @@ std::vector<ResultTable> tables_of(const ExperimentOutcome& out) {
   if (out.file.kind == Kind::skirt) return {skirt_table(out)};
   for (const FabricOutcome& f : out.fabrics)
     for (const Identification& found : f.identified)
-      tables.push_back(parameter_table(fmt::format("{}, {}: {} ({} chosen, {:.1f} s)", f.fabric->fabric.name, found.optimiser, out.file.title,
-                                                   found.labels[found.chosen], found.wall_s()), f, found, out.file.paper));
+      tables.push_back(
+          parameter_table(fmt::format("{}, {}: {} ({} chosen, {:.1f} s)", f.fabric->fabric.name, found.optimiser,
+                                      out.file.title, found.labels[found.chosen], found.wall_s()),
+                          f, found, out.file.paper));
   if (!out.repeats.fits.empty()) {
     const FabricOutcome& f = out.fabrics[out.repeated];
-    tables.push_back(repeats_table(fmt::format("{}, {} searched again from starts within 5 %", f.fabric->fabric.name, f.fabric->campaign.trials[f.fitted.front()].name), f,
-                                   out.repeats, out.file.paper));
+    tables.push_back(repeats_table(fmt::format("{}, {} searched again from starts within 5 %", f.fabric->fabric.name,
+                                               f.fabric->campaign.trials[f.fitted.front()].name),
+                                   f, out.repeats, out.file.paper));
   }
   if (out.fabrics.size() > 1)
     for (size_t k = 0; k < out.cross.size(); ++k)
-      tables.push_back(cross_table(fmt::format("Every fabric's parameters beside every fabric's recording, {}, {}", out.file.fit.optimisers[k],
-                                               out.file.fit.error == ErrorKind::folds ? "E summed over the trials" : "mm summed over the trials"), out.fabrics, out.cross[k]));
+      tables.push_back(cross_table(
+          fmt::format(
+              "Every fabric's parameters beside every fabric's recording, {}, {}", out.file.fit.optimisers[k],
+              out.file.fit.error == ErrorKind::folds ? "E summed over the trials" : "mm summed over the trials"),
+          out.fabrics, out.cross[k]));
   if (!out.fabrics.front().predicted.empty()) tables.push_back(prediction_table(out));
   return tables;
 }
@@ -194,11 +211,14 @@ std::vector<std::string> remarks_of(const ExperimentOutcome& out) {
       for (size_t k = 0; k < found.variability.size(); ++k)
         if (found.variability[k] > 100) names += (names.empty() ? "" : ", ") + f.fabric->parameters[k].name;
       if (!names.empty())
-        remarks.push_back(fmt::format("{}, {}: these trials leave {} undetermined (a change by 100 % moves the error by less than 1 %)", f.fabric->fabric.name, found.optimiser, names));
+        remarks.push_back(fmt::format(
+            "{}, {}: these trials leave {} undetermined (a change by 100 % moves the error by less than 1 %)",
+            f.fabric->fabric.name, found.optimiser, names));
     }
   if (out.fabrics.size() > 1)
     for (size_t k = 0; k < out.cross.size(); ++k)
-      remarks.push_back(fmt::format("{}: own parameters are the best for {} of {} recordings", out.file.fit.optimisers[k], own_wins(out.cross[k]), out.fabrics.size()));
+      remarks.push_back(fmt::format("{}: own parameters are the best for {} of {} recordings",
+                                    out.file.fit.optimisers[k], own_wins(out.cross[k]), out.fabrics.size()));
   if (!out.file.paper.source.empty()) remarks.push_back("Paper: " + out.file.paper.source);
   if (!out.file.paper.remark.empty()) remarks.push_back(out.file.paper.remark);
   if (out.quick) remarks.push_back("A quick run: its figures show that the experiment runs, and no more");

@@ -24,9 +24,10 @@ std::string inputs_of(const ExperimentFile& file, bool quick) {
   for (const Fabric& f : file.fabrics) {
     const cloth::Material& m = f.material;
     text += f.name + ": ";
-    text += f.recorded() ? std::filesystem::weakly_canonical(f.campaign).string()
-                         : fmt::format("{} {} {} {} {} {} {} {} {} {}", m.density, m.stretch, m.shear, m.bend, m.stretch_damping, m.shear_damping,
-                                       m.bend_damping, m.drag_normal, m.drag_tangent, m.drag_fade);
+    text += f.recorded()
+                ? std::filesystem::weakly_canonical(f.campaign).string()
+                : fmt::format("{} {} {} {} {} {} {} {} {} {}", m.density, m.stretch, m.shear, m.bend, m.stretch_damping,
+                              m.shear_damping, m.bend_damping, m.drag_normal, m.drag_tangent, m.drag_fade);
     text += '\n';
   }
   return text + "\n" + files::read_whole(file.path);
@@ -36,7 +37,8 @@ std::string inputs_of(const ExperimentFile& file, bool quick) {
 void open_folder(const std::filesystem::path& folder, const std::string& inputs) {
   const std::filesystem::path path = folder / "inputs.txt";
   if (std::filesystem::exists(path) && files::read_whole(path) != inputs)
-    refuse("--out " + folder.string(), "found results of other inputs (see its inputs.txt), expected a new folder or one of this experiment");
+    refuse("--out " + folder.string(),
+           "found results of other inputs (see its inputs.txt), expected a new folder or one of this experiment");
   std::filesystem::create_directories(folder);
   files::write_whole(path, inputs);
 }
@@ -56,27 +58,32 @@ std::vector<trial::Campaign> read_recorded(const ExperimentFile& file) {
       if (!is_fitted(file.kind, t.experiment) && !is_predicted(file.kind, t.experiment)) continue;
       fitted += is_fitted(file.kind, t.experiment);
       if (file.fit.error == ErrorKind::folds && !t.frames)
-        refuse((t.folder / "trial.json").string(), "found no frames, expected images: error = \"folds\" compares pictures; \"residuals\" does not");
+        refuse((t.folder / "trial.json").string(),
+               "found no frames, expected images: error = \"folds\" compares pictures; \"residuals\" does not");
       used.trials.push_back(std::move(t));
     }
     if (fitted == 0)
-      refuse(f.campaign.string(), "found no {} trial, expected at least one to fit", file.kind == Kind::static_hang ? "static" : "waving");
-    if (file.kind == Kind::robot && fitted == used.trials.size()) refuse(f.campaign.string(), "found no robot trial, expected at least one to predict");
+      refuse(f.campaign.string(), "found no {} trial, expected at least one to fit",
+             file.kind == Kind::static_hang ? "static" : "waving");
+    if (file.kind == Kind::robot && fitted == used.trials.size())
+      refuse(f.campaign.string(), "found no robot trial, expected at least one to predict");
   }
   return campaigns;
 }
 
-std::vector<FabricOutcome> prepare(const ExperimentFile& file, std::vector<trial::Campaign> campaigns, const std::filesystem::path& folder,
-                                   const report::ProgressCallback& progress) {
+std::vector<FabricOutcome> prepare(const ExperimentFile& file, std::vector<trial::Campaign> campaigns,
+                                   const std::filesystem::path& folder, const report::ProgressCallback& progress) {
   std::vector<FabricOutcome> all;
   const double count = static_cast<double>(file.fabrics.size());
   for (size_t i = 0; i < file.fabrics.size(); ++i) {
     const Fabric& f = file.fabrics[i];
     const double from = kPrepared * static_cast<double>(i) / count, each = kPrepared / count;
     if (!f.recorded())
-      campaigns[i] = record_fabric(f, file.protocol, folder / "trials" / f.name, fit::part_of(progress, from, from + 0.4 * each, f.name));
+      campaigns[i] = record_fabric(f, file.protocol, folder / "trials" / f.name,
+                                   fit::part_of(progress, from, from + 0.4 * each, f.name));
     FabricOutcome out;
-    out.fabric = prepare_case(f, campaigns[i], file.kind, file.fit, fit::part_of(progress, from + 0.4 * each, from + each, f.name));
+    out.fabric = prepare_case(f, campaigns[i], file.kind, file.fit,
+                              fit::part_of(progress, from + 0.4 * each, from + each, f.name));
     for (size_t t = 0; t < campaigns[i].trials.size(); ++t) {
       const bool fits = is_fitted(file.kind, campaigns[i].trials[t].experiment);
       (fits ? out.fitted : out.predicted).push_back(t);
@@ -85,7 +92,8 @@ std::vector<FabricOutcome> prepare(const ExperimentFile& file, std::vector<trial
       for (const size_t t : out.fitted)
         if (goes_on(*out.fabric, t)) out.predicted.push_back(t);
     if (file.kind == Kind::generalisation && out.predicted.empty())
-      refuse(campaigns[i].folder.string(), "found no trial longer than the {} frames that are fitted, expected one to predict", file.fit.frames);
+      refuse(campaigns[i].folder.string(),
+             "found no trial longer than the {} frames that are fitted, expected one to predict", file.fit.frames);
     // Static trials show no drag.
     out.searched = file.kind == Kind::static_hang ? 6 : static_cast<Index>(out.fabric->parameters.size());
     all.push_back(std::move(out));
@@ -93,7 +101,8 @@ std::vector<FabricOutcome> prepare(const ExperimentFile& file, std::vector<trial
   return all;
 }
 
-IdentificationOptions options_of(const FitPlan& plan, const std::string& optimiser, const report::ProgressCallback& progress) {
+IdentificationOptions options_of(const FitPlan& plan, const std::string& optimiser,
+                                 const report::ProgressCallback& progress) {
   IdentificationOptions options;
   options.optimiser = optimiser;
   options.evaluations = plan.evaluations;
@@ -116,7 +125,8 @@ MatrixXd predict(const FabricOutcome& f, Kind kind) {
 void run_fits(ExperimentOutcome& out, const KeptFits& kept, const report::ProgressCallback& progress) {
   const FitPlan& plan = out.file.fit;
   const double repeats_share = plan.repeats > 0 ? 0.2 : 0;
-  const double span = 1 - kPrepared - repeats_share, each = span / static_cast<double>(out.fabrics.size() * plan.optimisers.size());
+  const double span = 1 - kPrepared - repeats_share,
+               each = span / static_cast<double>(out.fabrics.size() * plan.optimisers.size());
   double from = kPrepared;
   for (FabricOutcome& f : out.fabrics) {
     for (const std::string& optimiser : plan.optimisers) {
@@ -132,7 +142,8 @@ void run_fits(ExperimentOutcome& out, const KeptFits& kept, const report::Progre
   // Least squares have no chance in them, so that searches alone are repeated.
   const std::string search = plan.optimisers.front() == "least_squares" ? "annealing" : plan.optimisers.front();
   const FabricOutcome& f = out.fabrics[out.repeated];
-  out.repeats = repeat(*f.fabric, f.fitted.front(), f.searched, plan.repeats, options_of(plan, search, fit::part_of(progress, from, 1, f.fabric->fabric.name)), kept);
+  out.repeats = repeat(*f.fabric, f.fitted.front(), f.searched, plan.repeats,
+                       options_of(plan, search, fit::part_of(progress, from, 1, f.fabric->fabric.name)), kept);
 }
 
 }  // namespace
@@ -143,12 +154,14 @@ MatrixXd cross_errors(const std::vector<FabricOutcome>& fabrics, size_t optimise
   for (Index i = 0; i < count; ++i)
     for (Index j = 0; j < count; ++j) {
       const FabricOutcome &recorded = fabrics[static_cast<size_t>(i)], &simulated = fabrics[static_cast<size_t>(j)];
-      matrix(i, j) = error_beside(*recorded.fabric, *simulated.fabric, simulated.identified[optimiser].set(), recorded.fitted);
+      matrix(i, j) =
+          error_beside(*recorded.fabric, *simulated.fabric, simulated.identified[optimiser].set(), recorded.fitted);
     }
   return matrix;
 }
 
-ExperimentOutcome run_experiment(const ExperimentFile& asked, bool quick, const std::filesystem::path& folder, const report::ProgressCallback& progress) {
+ExperimentOutcome run_experiment(const ExperimentFile& asked, bool quick, const std::filesystem::path& folder,
+                                 const report::ProgressCallback& progress) {
   const auto begin = std::chrono::steady_clock::now();
   ExperimentOutcome out;
   out.file = quick ? quick_version(asked) : asked;

@@ -42,7 +42,8 @@ trial::Trial blank_trial(const Fabric& fabric, const TrialPlan& plan, const Tria
   trial::Trial t;
   t.name = plan.name;
   t.experiment = plan.kind;
-  t.fabric = {fabric.name, protocol.size_m, protocol.size_m, fabric.material.density * protocol.size_m * protocol.size_m, true};
+  t.fabric = {fabric.name, protocol.size_m, protocol.size_m,
+              fabric.material.density * protocol.size_m * protocol.size_m, true};
   t.starts_at_rest = true;
   // Camera and projector as far away as the sheet is large, so that it fills the picture.
   const double scale = protocol.size_m / 0.3;
@@ -57,7 +58,8 @@ trial::Trial blank_trial(const Fabric& fabric, const TrialPlan& plan, const Tria
   return t;
 }
 
-void record_trial(const Fabric& fabric, const TrialPlan& plan, const TrialProtocol& protocol, const std::filesystem::path& folder, std::mt19937_64& random) {
+void record_trial(const Fabric& fabric, const TrialPlan& plan, const TrialProtocol& protocol,
+                  const std::filesystem::path& folder, std::mt19937_64& random) {
   trial::Trial t = blank_trial(fabric, plan, protocol);
   const int frames = plan.kind == trial::Experiment::static_hang ? 1 : plan.frames > 0 ? plan.frames : protocol.frames;
   const int samples = static_cast<int>(frames * kTracker_hz / protocol.frame_rate_hz) + 12;
@@ -67,7 +69,8 @@ void record_trial(const Fabric& fabric, const TrialPlan& plan, const TrialProtoc
     left.col(i) = Eigen::Vector3d(-plan.apart_m / 2, 0, 0);
     right.col(i) = right_corner(plan, i / kTracker_hz);
   }
-  const cloth::Sheet sheet = cloth::make_sheet(geometry::make_grid_mesh(protocol.size_m, protocol.size_m, protocol.columns, protocol.columns));
+  const cloth::Sheet sheet =
+      cloth::make_sheet(geometry::make_grid_mesh(protocol.size_m, protocol.size_m, protocol.columns, protocol.columns));
   cloth::Experiment e;
   e.material = fabric.material;
   e.path = cloth::make_path(cloth::Hold::corners, t.corners.time_s, left, right);
@@ -79,12 +82,16 @@ void record_trial(const Fabric& fabric, const TrialPlan& plan, const TrialProtoc
   }
   e.sample_s = t.frames->time_s;
   const cloth::Trajectory run = cloth::simulate(sheet, {e}).front();
-  if (!run.finite) throw std::runtime_error(fabric.name + ", " + plan.name + ": the simulated recording blew up; a stiffer or heavier fabric, or less motion, may help");
+  if (!run.finite)
+    throw std::runtime_error(
+        fabric.name + ", " + plan.name +
+        ": the simulated recording blew up; a stiffer or heavier fabric, or less motion, may help");
 
   render::StripeRenderer renderer(*t.camera, *t.projector);
   renderer.set_pattern({true, t.pattern->period_px, t.pattern->duty, t.pattern->first_bright_row_px});
   std::vector<trial::GreyImage> images;
-  for (const Eigen::Matrix3Xd& shape : run.samples) images.push_back(with_noise(renderer.render(shape, sheet.mesh.triangles), protocol.noise_grey, random));
+  for (const Eigen::Matrix3Xd& shape : run.samples)
+    images.push_back(with_noise(renderer.render(shape, sheet.mesh.triangles), protocol.noise_grey, random));
   std::normal_distribution<double> normal(0, protocol.noise_m);
   const auto seen = [&](Eigen::Matrix3Xd path) {
     for (Eigen::Index i = 0; i < path.size(); ++i) path(i) += normal(random);
@@ -98,7 +105,8 @@ void record_trial(const Fabric& fabric, const TrialPlan& plan, const TrialProtoc
 
 }  // namespace
 
-trial::Campaign record_fabric(const Fabric& fabric, const TrialProtocol& protocol, const std::filesystem::path& folder, const report::ProgressCallback& progress) {
+trial::Campaign record_fabric(const Fabric& fabric, const TrialProtocol& protocol, const std::filesystem::path& folder,
+                              const report::ProgressCallback& progress) {
   std::filesystem::remove_all(folder);
   std::mt19937_64 random(protocol.seed);
   trial::Campaign campaign;
@@ -106,7 +114,8 @@ trial::Campaign record_fabric(const Fabric& fabric, const TrialProtocol& protoco
   for (const TrialPlan& plan : protocol.trials) {
     record_trial(fabric, plan, protocol, folder, random);
     campaign.trials.emplace_back().name = plan.name;
-    progress(static_cast<double>(campaign.trials.size()) / static_cast<double>(protocol.trials.size()), "recorded " + plan.name);
+    progress(static_cast<double>(campaign.trials.size()) / static_cast<double>(protocol.trials.size()),
+             "recorded " + plan.name);
   }
   trial::write_campaign_json(campaign, folder);
   return trial::read_campaign(folder);

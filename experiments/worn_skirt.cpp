@@ -28,7 +28,8 @@ double hem_width(const garment::Garment& garment, const garment::Worn& worn) {
   return worn.frames.empty() ? 0 : sum / static_cast<double>(worn.frames.size());
 }
 
-SkirtOutcome wear_one(const SkirtScene& scene, const SkirtPlan& plan, const Fabric& fabric, const report::ProgressCallback& progress) {
+SkirtOutcome wear_one(const SkirtScene& scene, const SkirtPlan& plan, const Fabric& fabric,
+                      const report::ProgressCallback& progress) {
   garment::Pattern pattern = scene.pattern;
   pattern.fabric = fabric.material;
   const garment::Garment garment = garment::sew(pattern);
@@ -65,10 +66,17 @@ std::filesystem::path picture_path(const std::filesystem::path& folder, const st
 void keep(const SkirtOutcome& s, const std::filesystem::path& folder) {
   std::filesystem::create_directories(folder);
   for (size_t k = 0; k < s.pictures.size(); ++k) files::write_whole(picture_path(folder, s.fabric, k), s.pictures[k]);
-  files::write_json(folder / (s.fabric + ".json"),
-                    {{"format", "kept-skirt/1"}, {"triangles", s.triangles}, {"frames", s.frames}, {"frames_that_intersect", s.frames_that_intersect},
-                     {"largest_strain", s.finite ? s.largest_strain : 0}, {"deepest_in_body_m", s.finite ? s.deepest_in_body_m : 0},
-                     {"hem_width_m", s.hem_width_m}, {"simulated_s", s.simulated_s}, {"wall_s", s.wall_s}, {"finite", s.finite}, {"picture_s", s.picture_s}});
+  files::write_json(folder / (s.fabric + ".json"), {{"format", "kept-skirt/1"},
+                                                    {"triangles", s.triangles},
+                                                    {"frames", s.frames},
+                                                    {"frames_that_intersect", s.frames_that_intersect},
+                                                    {"largest_strain", s.finite ? s.largest_strain : 0},
+                                                    {"deepest_in_body_m", s.finite ? s.deepest_in_body_m : 0},
+                                                    {"hem_width_m", s.hem_width_m},
+                                                    {"simulated_s", s.simulated_s},
+                                                    {"wall_s", s.wall_s},
+                                                    {"finite", s.finite},
+                                                    {"picture_s", s.picture_s}});
 }
 
 SkirtOutcome kept_skirt(const std::string& fabric, const std::filesystem::path& folder) {
@@ -85,26 +93,31 @@ SkirtOutcome kept_skirt(const std::string& fabric, const std::filesystem::path& 
   s.wall_s = in.number("wall_s");
   s.finite = in.truth_or("finite", true);
   s.picture_s = in.numbers("picture_s", in.value("picture_s").size());
-  for (size_t k = 0; k < s.picture_s.size(); ++k) s.pictures.push_back(files::read_whole(picture_path(folder, fabric, k)));
+  for (size_t k = 0; k < s.picture_s.size(); ++k)
+    s.pictures.push_back(files::read_whole(picture_path(folder, fabric, k)));
   return s;
 }
 
 }  // namespace
 
 SkirtScene read_skirt_scene(const SkirtPlan& plan) {
-  SkirtScene scene{garment::read_pattern(plan.pattern, plan.spacing_m), garment::read_wearer(plan.pattern, plan.motion)};
+  SkirtScene scene{garment::read_pattern(plan.pattern, plan.spacing_m),
+                   garment::read_wearer(plan.pattern, plan.motion)};
   garment::body_of(scene.wearer, scene.pattern.where + ": limbs");  // names checked before the long work
-  garment::sew(scene.pattern);              // as are seams
+  garment::sew(scene.pattern);                                      // as are seams
   return scene;
 }
 
-std::vector<SkirtOutcome> wear_skirts(const SkirtScene& scene, const SkirtPlan& plan, const std::vector<Fabric>& fabrics,
-                                      const std::filesystem::path& folder, const report::ProgressCallback& progress) {
+std::vector<SkirtOutcome> wear_skirts(const SkirtScene& scene, const SkirtPlan& plan,
+                                      const std::vector<Fabric>& fabrics, const std::filesystem::path& folder,
+                                      const report::ProgressCallback& progress) {
   std::vector<SkirtOutcome> all;
   const double count = static_cast<double>(fabrics.size());
   for (const Fabric& f : fabrics) {
     const double from = static_cast<double>(all.size()) / count;
-    const auto part = [&](double done, const std::string& what) { progress(from + done / count, f.name + ": " + what); };
+    const auto part = [&](double done, const std::string& what) {
+      progress(from + done / count, f.name + ": " + what);
+    };
     if (std::filesystem::exists(folder / (f.name + ".json"))) {
       all.push_back(kept_skirt(f.name, folder));
     } else {

@@ -23,15 +23,16 @@ struct SkirtOutcome {
   size_t triangles = 0, frames = 0;
   int frames_that_intersect = 0;
   double largest_strain = 0, deepest_in_body_m = 0;
-  double hem_width_m = 0;                     // twice the hem's mean distance from its middle, mean over the motion
+  double hem_width_m = 0;  // twice the hem's mean distance from its middle, mean over the motion
   double simulated_s = 0, wall_s = 0;
   bool finite = true;
-  std::vector<std::string> pictures;          // PNG, evenly over the motion
+  std::vector<std::string> pictures;  // PNG, evenly over the motion
   std::vector<double> picture_s;
 };
 
 // One after the other; each fabric's figures and pictures are kept in `folder` and not simulated again.
-std::vector<SkirtOutcome> wear_skirts(const SkirtScene& scene, const SkirtPlan& plan, const std::vector<Fabric>& fabrics,
-                                      const std::filesystem::path& folder, const report::ProgressCallback& progress);
+std::vector<SkirtOutcome> wear_skirts(const SkirtScene& scene, const SkirtPlan& plan,
+                                      const std::vector<Fabric>& fabrics, const std::filesystem::path& folder,
+                                      const report::ProgressCallback& progress);
 
 }  // namespace selvedge::experiments

@@ -29,7 +29,7 @@ class AppendFile {
  private:
   std::filesystem::path path_;
   int descriptor_ = -1;
-  long long length_ = 0;  // bytes known to be whole lines
+  long long length_ = 0;     // bytes known to be whole lines
   bool is_entered_ = false;  // its folder was synced since it was made
 };
 

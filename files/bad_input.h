@@ -20,8 +20,7 @@ class BadInput : public std::runtime_error {
 // Throws BadInput "WHERE: TEXT", the text formatted with fmt.
 // where: file with line or key, or device name.
 template <class... Arguments>
-[[noreturn]] void refuse(const std::string& where, fmt::format_string<Arguments...> text,
-                         Arguments&&... arguments) {
+[[noreturn]] void refuse(const std::string& where, fmt::format_string<Arguments...> text, Arguments&&... arguments) {
   throw BadInput(where + ": " + fmt::format(text, std::forward<Arguments>(arguments)...));
 }
 

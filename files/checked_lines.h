@@ -18,20 +18,20 @@ uint32_t crc32_of(std::string_view bytes);
 std::string with_checksum(std::string_view line);
 
 struct CheckedLines {
-  std::string text;   // the header and every line that is as it was written
-  size_t rows = 0;    // of those, without the header
+  std::string text;  // the header and every line that is as it was written
+  size_t rows = 0;   // of those, without the header
   bool header_damaged = false;
   bool torn = false;  // the file ends inside a line: damage, or an append that was cut off
   struct Range {
     size_t first = 0, last = 0;  // as an editor counts them; the header is line 1
   };
-  std::vector<Range> damaged;    // lines that are not as they were written, the torn one and the header not among them
+  std::vector<Range> damaged;  // lines that are not as they were written, the torn one and the header not among them
 
   bool sound() const { return !header_damaged && !torn && damaged.empty(); }
 };
 
-// header: the file's first line as it was written, with its line break; `text` begins with it even where the file does not.
-// Throws BadInput where there is no such file, or nothing that can be read as one.
+// header: the file's first line as it was written, with its line break; `text` begins with it even where the file does
+// not. Throws BadInput where there is no such file, or nothing that can be read as one.
 CheckedLines read_checked_lines(const std::filesystem::path& path, std::string_view header);
 
 }  // namespace selvedge::files

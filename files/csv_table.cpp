@@ -34,8 +34,8 @@ std::vector<std::string_view> split(std::string_view line) {
 }
 
 // For each field of the header, the index into `wanted`, or not_wanted.
-std::vector<size_t> match_header(const std::vector<std::string_view>& header,
-                                 const std::vector<CsvColumn>& wanted, const std::string& where) {
+std::vector<size_t> match_header(const std::vector<std::string_view>& header, const std::vector<CsvColumn>& wanted,
+                                 const std::string& where) {
   std::vector<size_t> target(header.size(), not_wanted);
   std::vector<std::string> missing;
   for (size_t w = 0; w < wanted.size(); ++w) {
@@ -88,8 +88,7 @@ void parse_row(std::string_view line, const std::vector<size_t>& target, const s
     const size_t comma = line.find(',', start);
     const size_t length = (comma == std::string_view::npos ? line.size() : comma) - start;
     if (field < target.size() && target[field] != not_wanted)
-      values[target[field]] =
-          parse_number(trimmed(line.substr(start, length)), wanted[target[field]], table, row);
+      values[target[field]] = parse_number(trimmed(line.substr(start, length)), wanted[target[field]], table, row);
     ++field;
     if (comma == std::string_view::npos) break;
     start = comma + 1;
@@ -102,13 +101,13 @@ void parse_row(std::string_view line, const std::vector<size_t>& target, const s
 
 std::string CsvTable::where(size_t row) const { return fmt::format("{}:{}", path.string(), row + 2); }
 
-CsvTable read_csv(const std::filesystem::path& path, const std::vector<CsvColumn>& wanted,
-                  bool last_line_may_be_cut) {
+CsvTable read_csv(const std::filesystem::path& path, const std::vector<CsvColumn>& wanted, bool last_line_may_be_cut) {
   const std::string bytes = read_whole(path);
   std::string_view text = bytes;
   if (last_line_may_be_cut && !text.empty()) {
     text = text.substr(0, text.rfind('\n') + 1);  // rfind's npos + 1 is 0
-    if (text.empty()) refuse(path.string() + ":1", "found {} and no line break, expected a whole header line", in_quotes(bytes));
+    if (text.empty())
+      refuse(path.string() + ":1", "found {} and no line break, expected a whole header line", in_quotes(bytes));
   }
   return parse_csv(path, text, wanted);
 }
@@ -130,7 +129,8 @@ CsvTable parse_csv(const std::filesystem::path& path, std::string_view text, con
     const size_t end = text.find('\n');
     parse_row(text.substr(0, end), target, wanted, table);
     if (end == std::string_view::npos)
-      refuse(table.where(table.rows() - 1), "found the end of the file inside the line, expected a line break "
+      refuse(table.where(table.rows() - 1),
+             "found the end of the file inside the line, expected a line break "
              "(the file is cut off)");
     text.remove_prefix(end + 1);
   }

@@ -28,7 +28,8 @@ void sync_folder(const fs::path& folder) {
 
 void make_folders(const fs::path& folder) {
   std::vector<fs::path> missing;
-  for (fs::path at = (fs::absolute(folder) / "").lexically_normal().parent_path(); !fs::exists(at); at = at.parent_path())
+  for (fs::path at = (fs::absolute(folder) / "").lexically_normal().parent_path(); !fs::exists(at);
+       at = at.parent_path())
     missing.push_back(at);
   fs::create_directories(folder);
   for (const fs::path& made : missing) sync_folder(folder_of(made));

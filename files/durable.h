@@ -2,8 +2,9 @@
 //   written: the kernel has it; it survives the end of this process, however abrupt.
 //   durable: the disk has it, its entries in folders too; it survives a loss of power.
 //
-// A file is durable once its bytes are synced (fsync) and the folders that lead to it are. A sync that failed says nothing
-// of what is on the disk, and a later one that succeeds does not mend it (the kernel may have dropped the bytes).
+// A file is durable once its bytes are synced (fsync) and the folders that lead to it are. A sync that failed says
+// nothing of what is on the disk, and a later one that succeeds does not mend it (the kernel may have dropped the
+// bytes).
 #pragma once
 
 #include <filesystem>

@@ -79,9 +79,7 @@ double JsonReader::positive(const std::string& key) const {
   return found;
 }
 
-double JsonReader::number_or(const std::string& key, double missing) const {
-  return has(key) ? number(key) : missing;
-}
+double JsonReader::number_or(const std::string& key, double missing) const { return has(key) ? number(key) : missing; }
 
 double JsonReader::not_negative_or(const std::string& key, double missing) const {
   const double found = number_or(key, missing);

@@ -16,9 +16,9 @@ class JsonReader {
   explicit JsonReader(const std::filesystem::path& path);
 
   bool has(const std::string& key) const { return object_.contains(key); }
-  JsonReader child(const std::string& key) const;  // must be an object
+  JsonReader child(const std::string& key) const;                  // must be an object
   std::vector<JsonReader> children(const std::string& key) const;  // must be a list of objects
-  const nlohmann::json& value(const std::string& key) const;  // must be there
+  const nlohmann::json& value(const std::string& key) const;       // must be there
 
   // Throws BadInput naming a key that is none of these.
   void allow_only(const std::vector<std::string>& keys) const;
@@ -27,8 +27,8 @@ class JsonReader {
   const nlohmann::json& object() const { return object_; }
 
   // Each throws BadInput where the key is missing or of another kind.
-  double number(const std::string& key) const;                   // finite
-  double positive(const std::string& key) const;                 // above 0
+  double number(const std::string& key) const;    // finite
+  double positive(const std::string& key) const;  // above 0
   double number_or(const std::string& key, double missing) const;
   double not_negative_or(const std::string& key, double missing) const;
   int positive_whole(const std::string& key) const;

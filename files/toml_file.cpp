@@ -36,8 +36,7 @@ nlohmann::json to_json(const toml::node& node) {
 std::string found(const nlohmann::json& value) { return value.is_null() ? "a date" : value.dump(); }
 
 void check_range(const std::string& where, double value, double least, double most, const std::string& unit) {
-  if (!(value >= least && value <= most))
-    refuse(where, "found {}, expected {} to {} {}", value, least, most, unit);
+  if (!(value >= least && value <= most)) refuse(where, "found {}, expected {} to {} {}", value, least, most, unit);
 }
 
 }  // namespace
@@ -137,8 +136,7 @@ void Section::finish() const {
     if (!read_.contains(key)) refuse(where_ + " " + key, "unknown key, expected one of {}", fmt::join(read_, ", "));
 }
 
-TomlFile TomlFile::parse(const std::string& text, const std::string& name,
-                         const std::vector<std::string>& sections) {
+TomlFile TomlFile::parse(const std::string& text, const std::string& name, const std::vector<std::string>& sections) {
   TomlFile result;
   result.name_ = name;
   try {

@@ -81,8 +81,6 @@ nlohmann::json read_json(const fs::path& path) {
   }
 }
 
-void write_json(const fs::path& path, const nlohmann::json& value) {
-  write_whole(path, value.dump(2) + "\n");
-}
+void write_json(const fs::path& path, const nlohmann::json& value) { write_whole(path, value.dump(2) + "\n"); }
 
 }  // namespace selvedge::files

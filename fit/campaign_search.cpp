@@ -25,7 +25,8 @@ std::vector<Index> searched_rows(const std::vector<Parameter>& all, const std::v
   std::string known;
   for (size_t k = 0; k < all.size(); ++k) {
     known += (k > 0 ? ", " : "") + all[k].name;
-    if (names.empty() || std::find(names.begin(), names.end(), all[k].name) != names.end()) rows.push_back(static_cast<Index>(k));
+    if (names.empty() || std::find(names.begin(), names.end(), all[k].name) != names.end())
+      rows.push_back(static_cast<Index>(k));
   }
   for (const std::string& name : names)
     if (std::none_of(all.begin(), all.end(), [&](const Parameter& p) { return p.name == name; }))
@@ -40,7 +41,8 @@ MatrixXd filled_in(const MatrixXd& points, const VectorXd& start, const std::vec
   return sets;
 }
 
-BatchCosts residual_costs(const Objective& objective, const std::vector<Parameter>& parameters, const LeastSquaresOptions& options) {
+BatchCosts residual_costs(const Objective& objective, const std::vector<Parameter>& parameters,
+                          const LeastSquaresOptions& options) {
   return [&objective, parameters, options](const MatrixXd& sets) {
     std::vector<double> costs;
     for (const Residuals& r : objective.evaluate(parameters, sets, options.trials))
@@ -71,10 +73,12 @@ std::shared_ptr<FoldCosts> fold_costs(const Objective& scenes, const trial::Camp
 }
 
 // One line: what would make the evaluations of another search other ones. The cost at the start stands for the data.
-std::string identity_of(const CampaignSearch& search, const trial::Campaign& campaign, const Objective& objective, const VectorXd& start,
-                        const std::vector<Parameter>& parameters, const std::vector<Index>& rows, double start_cost) {
+std::string identity_of(const CampaignSearch& search, const trial::Campaign& campaign, const Objective& objective,
+                        const VectorXd& start, const std::vector<Parameter>& parameters, const std::vector<Index>& rows,
+                        double start_cost) {
   std::string text = fmt::format("{} of {} columns {} seed {} evaluations {} parameters", search.optimiser,
-                                 search.error == SearchError::folds ? "folds" : "residuals", objective.options().columns, search.seed, search.evaluations);
+                                 search.error == SearchError::folds ? "folds" : "residuals",
+                                 objective.options().columns, search.seed, search.evaluations);
   for (const Index row : rows) text += " " + parameters[static_cast<size_t>(row)].name;
   text += " trials";
   for (const trial::Trial& t : campaign.trials) text += " " + t.name;
@@ -88,8 +92,10 @@ std::string identity_of(const CampaignSearch& search, const trial::Campaign& cam
   return text;
 }
 
-SearchResult run_search(const CampaignSearch& search, const trial::Campaign& campaign, const std::filesystem::path& folder, const Objective& objective,
-                        const std::vector<Parameter>& parameters, const VectorXd& start, const LeastSquaresOptions& options) {
+SearchResult run_search(const CampaignSearch& search, const trial::Campaign& campaign,
+                        const std::filesystem::path& folder, const Objective& objective,
+                        const std::vector<Parameter>& parameters, const VectorXd& start,
+                        const LeastSquaresOptions& options) {
   const std::vector<Index> rows = searched_rows(parameters, search.parameters);
   std::vector<Parameter> searched;
   for (const Index row : rows) searched.push_back(parameters[static_cast<size_t>(row)]);
@@ -111,13 +117,15 @@ SearchResult run_search(const CampaignSearch& search, const trial::Campaign& cam
   SearchProblem problem;
   std::tie(problem.lower, problem.upper) = bounds_of(searched);
   problem.start = VectorXd(start(rows)).cwiseMax(problem.lower).cwiseMin(problem.upper);
-  problem.costs = spread(ranks, [&](const MatrixXd& points) { return costs(filled_in(points, start, rows)); },
-                         [&](BatchCosts shared) { return journal->recorded(std::move(shared)); });
+  problem.costs = spread(
+      ranks, [&](const MatrixXd& points) { return costs(filled_in(points, start, rows)); },
+      [&](BatchCosts shared) { return journal->recorded(std::move(shared)); });
 
   SearchLimits limits;
   limits.evaluations = search.evaluations;
   limits.seed = search.seed;
-  const std::string resumed = journal && journal->found() > 0 ? fmt::format(", {} from the journal", journal->found()) : "";
+  const std::string resumed =
+      journal && journal->found() > 0 ? fmt::format(", {} from the journal", journal->found()) : "";
   limits.progress = [&](double done, const std::string& what) { options.progress(done, what + resumed); };
   SearchResult found = optimiser_named(search.optimiser).run(problem, limits);
   found.point = filled_in(found.point, start, rows);
@@ -126,15 +134,18 @@ SearchResult run_search(const CampaignSearch& search, const trial::Campaign& cam
 
 }  // namespace
 
-FitOptions with_search(FitOptions options, const CampaignSearch& search, const trial::Campaign& campaign, const std::filesystem::path& folder) {
+FitOptions with_search(FitOptions options, const CampaignSearch& search, const trial::Campaign& campaign,
+                       const std::filesystem::path& folder) {
   optimiser_named(search.optimiser);
   searched_rows(base_parameters(options.drag), search.parameters);
   if (search.evaluations < 1) refuse("evaluations", "found {}, expected at least 1", search.evaluations);
   if (search.error == SearchError::folds)
     for (const trial::Trial& t : campaign.trials)
-      if (!t.frames) refuse((t.folder / "trial.json").string(), "found no frames, expected images: the fold metric compares pictures");
-  options.search = [search, &campaign, folder](const Objective& objective, const std::vector<Parameter>& parameters, const VectorXd& start,
-                                               const LeastSquaresOptions& cost) {
+      if (!t.frames)
+        refuse((t.folder / "trial.json").string(),
+               "found no frames, expected images: the fold metric compares pictures");
+  options.search = [search, &campaign, folder](const Objective& objective, const std::vector<Parameter>& parameters,
+                                               const VectorXd& start, const LeastSquaresOptions& cost) {
     return run_search(search, campaign, folder, objective, parameters, start, cost);
   };
   return options;

@@ -17,15 +17,16 @@ namespace selvedge::fit {
 enum class SearchError { residuals, folds };
 
 struct CampaignSearch {
-  std::string optimiser = "annealing";   // as fit/optimisers/search.h names them
+  std::string optimiser = "annealing";  // as fit/optimisers/search.h names them
   SearchError error = SearchError::residuals;
-  std::vector<std::string> parameters;   // searched; the others stay at the start. Empty: all
+  std::vector<std::string> parameters;  // searched; the others stay at the start. Empty: all
   int evaluations = 600;
   unsigned seed = 1;
 };
 
 // `options` with the search in them. The campaign must outlive them. Throws BadInput where optimiser or a parameter is
 // not known, or where the journal in `folder` (evaluations.txt) is another fit's.
-FitOptions with_search(FitOptions options, const CampaignSearch& search, const trial::Campaign& campaign, const std::filesystem::path& folder);
+FitOptions with_search(FitOptions options, const CampaignSearch& search, const trial::Campaign& campaign,
+                       const std::filesystem::path& folder);
 
 }  // namespace selvedge::fit

@@ -28,7 +28,8 @@ const std::map<std::string, std::vector<double>>& values_tried() {
 
 Eigen::MatrixXd all_combinations(const std::vector<Parameter>& parameters) {
   std::vector<Eigen::VectorXd> sets(1, Eigen::VectorXd(static_cast<Eigen::Index>(parameters.size())));
-  for (size_t k = 0; k < parameters.size(); ++k) sets[0](static_cast<Eigen::Index>(k)) = to_coordinate(parameters[k], parameters[k].start);
+  for (size_t k = 0; k < parameters.size(); ++k)
+    sets[0](static_cast<Eigen::Index>(k)) = to_coordinate(parameters[k], parameters[k].start);
   std::map<std::string, Eigen::Index> index;
   for (size_t k = 0; k < parameters.size(); ++k) index[parameters[k].name] = static_cast<Eigen::Index>(k);
   for (const auto& [name, values] : values_tried()) {
@@ -49,8 +50,8 @@ Eigen::MatrixXd all_combinations(const std::vector<Parameter>& parameters) {
 }
 
 // Infinity where a simulation blew up.
-std::vector<double> costs_of(const Objective& objective, const std::vector<Parameter>& parameters, const Eigen::MatrixXd& sets, const LeastSquaresOptions& options,
-                             const std::string& name) {
+std::vector<double> costs_of(const Objective& objective, const std::vector<Parameter>& parameters,
+                             const Eigen::MatrixXd& sets, const LeastSquaresOptions& options, const std::string& name) {
   if (options.journal)
     if (const auto* kept = options.journal->find(name)) return *kept;
   std::vector<double> costs;
@@ -71,7 +72,8 @@ CoarseResult coarse_search(const Objective& objective, const std::vector<Paramet
   const std::string name = options.journal ? options.journal->next("grid") : "";
   for (Eigen::Index first = 0; first < sets.cols(); first += kAtOnce) {
     const Eigen::Index count = std::min(kAtOnce, sets.cols() - first);
-    const std::vector<double> some = costs_of(objective, parameters, sets.middleCols(first, count), options, name + " from " + std::to_string(first));
+    const std::vector<double> some = costs_of(objective, parameters, sets.middleCols(first, count), options,
+                                              name + " from " + std::to_string(first));
     for (Eigen::Index i = 0; i < count; ++i) {
       const double cost = some[static_cast<size_t>(i)];
       if (!std::isfinite(cost)) continue;

@@ -49,7 +49,8 @@ std::optional<double> velocity_error(const ObservedTrial& trial, const VectorXd&
   for (size_t k = 0; k < m.uv.size(); ++k)
     for (size_t j = 0; j + 1 < m.time_s.size(); ++j) {
       const auto at = static_cast<Index>(3 * (k * m.time_s.size() + j));
-      const Eigen::Vector3d v = (residual.segment<3>(at + 3) - residual.segment<3>(at)) / (m.time_s[j + 1] - m.time_s[j]);
+      const Eigen::Vector3d v =
+          (residual.segment<3>(at + 3) - residual.segment<3>(at)) / (m.time_s[j + 1] - m.time_s[j]);
       if (!v.allFinite()) continue;
       sum += v.squaredNorm();
       ++count;
@@ -70,7 +71,8 @@ std::optional<double> plate_error(const ObservedTrial& trial) {
     for (size_t k = 0; k < m.uv.size(); ++k) {
       const Eigen::Vector3d seen = m.position.col(static_cast<Index>(k * m.time_s.size() + j));
       if (!seen.allFinite()) continue;
-      const Eigen::Vector3d plate = bar.col(0) + m.uv[k].x() / trial.width_m * (bar.col(1) - bar.col(0)) + m.uv[k].y() * down;
+      const Eigen::Vector3d plate =
+          bar.col(0) + m.uv[k].x() / trial.width_m * (bar.col(1) - bar.col(0)) + m.uv[k].y() * down;
       sum += (seen - plate).squaredNorm();
       ++count;
     }
@@ -108,8 +110,10 @@ std::uint64_t checksum_of(const std::vector<ObservedTrial>& trials) {
 
 // One line: what would make it another fit.
 std::string identity_of(const FitOptions& o, int columns, const std::vector<ObservedTrial>& trials) {
-  std::string text = fmt::format("{} drag {} columns {} after {} iterations {} hold-out {} integrator {} trials", o.search ? "start of a search" : "least_squares", static_cast<int>(o.drag), columns,
-                                 o.coarse_columns, o.max_iterations, static_cast<int>(o.hold_out), static_cast<int>(o.integrator));
+  std::string text =
+      fmt::format("{} drag {} columns {} after {} iterations {} hold-out {} integrator {} trials",
+                  o.search ? "start of a search" : "least_squares", static_cast<int>(o.drag), columns, o.coarse_columns,
+                  o.max_iterations, static_cast<int>(o.hold_out), static_cast<int>(o.integrator));
   for (const ObservedTrial& t : trials) text += " " + t.name;
   return text + fmt::format(" observed {:016x}", checksum_of(trials));
 }
@@ -124,7 +128,8 @@ LeastSquaresOptions search_options(const FitOptions& options, double cut_s, cons
   return out;
 }
 
-void judge_parameters(FitOutcome& out, const std::vector<Parameter>& parameters, const VectorXd& start, const LeastSquaresResult& fit, const VectorXd& mesh) {
+void judge_parameters(FitOutcome& out, const std::vector<Parameter>& parameters, const VectorXd& start,
+                      const LeastSquaresResult& fit, const VectorXd& mesh) {
   for (size_t k = 0; k < parameters.size(); ++k) {
     const auto at = static_cast<Index>(k);
     const Parameter& p = parameters[k];
@@ -133,7 +138,8 @@ void judge_parameters(FitOutcome& out, const std::vector<Parameter>& parameters,
     f.value = to_value(p, fit.coordinates(at));
     f.start = to_value(p, start(at));
     const double half = 1.645 * std::hypot(std::sqrt(std::max(0.0, fit.covariance(at, at))), mesh(at));
-    f.mesh_percent = 100 * std::abs(p.logarithmic ? mesh(at) : mesh(at) * p.scale / std::max(std::abs(f.value), 1e-300));
+    f.mesh_percent =
+        100 * std::abs(p.logarithmic ? mesh(at) : mesh(at) * p.scale / std::max(std::abs(f.value), 1e-300));
     // A linear interval of a coordinate that nothing determines would run off the range: bounds end it.
     f.lower_interval = std::clamp(to_value(p, std::max(fit.coordinates(at) - half, -700.0)), p.lower, p.upper);
     f.upper_interval = std::clamp(to_value(p, std::min(fit.coordinates(at) + half, 700.0)), p.lower, p.upper);
@@ -147,7 +153,8 @@ void judge_parameters(FitOutcome& out, const std::vector<Parameter>& parameters,
     if (unseen) {
       f.lower_interval = p.lower;
       f.upper_interval = p.upper;
-      out.remarks.push_back(fmt::format("{} is undetermined: these trials do not show it, it stays where the search left it", p.name));
+      out.remarks.push_back(
+          fmt::format("{} is undetermined: these trials do not show it, it stays where the search left it", p.name));
     }
     f.determined = !f.at_bound && !unseen && f.upper_interval < 1.25 * f.value && f.lower_interval > f.value / 1.25;
     if (f.at_bound) out.remarks.push_back(fmt::format("{} ends at its bound {:.3g} {}", p.name, f.value, p.unit));
@@ -163,23 +170,27 @@ void name_weak_combinations(FitOutcome& out, const std::vector<Parameter>& param
     std::string text;
     for (size_t k = 0; k < parameters.size(); ++k) {
       const double weight = solver.eigenvectors()(static_cast<Index>(k), i);
-      if (std::abs(weight) > 0.3) text += fmt::format("{}{} ({:+.2f})", text.empty() ? "" : ", ", parameters[k].name, weight);
+      if (std::abs(weight) > 0.3)
+        text += fmt::format("{}{} ({:+.2f})", text.empty() ? "" : ", ", parameters[k].name, weight);
     }
-    out.remarks.push_back(fmt::format("these trials hardly determine {}: a change by a factor {:.1f} along it stays unseen", text,
-                                      std::exp(std::min(1.645 * std::sqrt(solver.eigenvalues()(i)), 6.9))));
+    out.remarks.push_back(
+        fmt::format("these trials hardly determine {}: a change by a factor {:.1f} along it stays unseen", text,
+                    std::exp(std::min(1.645 * std::sqrt(solver.eigenvalues()(i)), 6.9))));
   }
 }
 
 // Two folds of whole trials: each half is predicted by what the other half gives.
-void hold_out_trials(FitOutcome& out, const std::vector<Parameter>& parameters, const VectorXd& coordinates, const FitOptions& options,
-                     const std::shared_ptr<FitJournal>& journal) {
+void hold_out_trials(FitOutcome& out, const std::vector<Parameter>& parameters, const VectorXd& coordinates,
+                     const FitOptions& options, const std::shared_ptr<FitJournal>& journal) {
   const size_t count = out.objective->scenes().size();
   std::vector<size_t> fold[2];
   size_t moved = 0, rested = 0;
-  for (size_t i = 0; i < count; ++i) fold[(out.objective->scenes()[i].trial.still ? rested++ : moved++) % 2].push_back(i);
+  for (size_t i = 0; i < count; ++i)
+    fold[(out.objective->scenes()[i].trial.still ? rested++ : moved++) % 2].push_back(i);
   for (int side = 0; side < 2; ++side) {
     if (fold[side].empty() || fold[1 - side].empty()) continue;
-    LeastSquaresOptions o = search_options(options, 1e300, part_of(options.progress, 0.8 + 0.1 * side, 0.9 + 0.1 * side, "held-out fold"), journal);
+    LeastSquaresOptions o = search_options(
+        options, 1e300, part_of(options.progress, 0.8 + 0.1 * side, 0.9 + 0.1 * side, "held-out fold"), journal);
     o.trials = fold[side];
     o.max_iterations = 3;
     Objective copy = *out.objective;
@@ -235,16 +246,21 @@ FitOutcome fit_campaign(const trial::Campaign& campaign, const FitOptions& optio
   FitOutcome out;
   out.campaign = campaign.folder.filename().string();
   const std::vector<Parameter> parameters = base_parameters(options.drag);
-  const std::vector<ObservedTrial> trials = observe_campaign(campaign, options.rate_hz, options.image_rate_hz, part_of(options.progress, 0, 0.05, "campaign"));
+  const std::vector<ObservedTrial> trials = observe_campaign(campaign, options.rate_hz, options.image_rate_hz,
+                                                             part_of(options.progress, 0, 0.05, "campaign"));
   const int columns = final_columns(trials, options);
   out.model = fmt::format("Baraff-Witkin triangles, {}, {} columns", drag_text(options.drag), columns);
 
-  const bool by_trials = options.hold_out == HoldOut::trials || (options.hold_out == HoldOut::automatic && moving(trials).size() >= 4);
+  const bool by_trials =
+      options.hold_out == HoldOut::trials || (options.hold_out == HoldOut::automatic && moving(trials).size() >= 4);
   out.hold_out = by_trials ? "trials" : "frames";
-  out.cut_s = by_trials || moving(trials).empty() ? 1e300 : trials[moving(trials).front()].experiment.start_s + 2.0 / 3 * last_observed_s(trials);
+  out.cut_s = by_trials || moving(trials).empty()
+                  ? 1e300
+                  : trials[moving(trials).front()].experiment.start_s + 2.0 / 3 * last_observed_s(trials);
 
   std::shared_ptr<FitJournal> journal;
-  if (!options.journal.empty() && !options.ranks) journal = std::make_shared<FitJournal>(options.journal, identity_of(options, columns, trials));
+  if (!options.journal.empty() && !options.ranks)
+    journal = std::make_shared<FitJournal>(options.journal, identity_of(options, columns, trials));
 
   const auto objective_on = [&](int columns) {
     ObjectiveOptions o;
@@ -253,16 +269,19 @@ FitOutcome fit_campaign(const trial::Campaign& campaign, const FitOptions& optio
     o.ranks = options.ranks;
     return o;
   };
-  const Start found = find_start(trials, objective_on(options.coarse_columns), parameters,
-                                 search_options(options, out.cut_s, part_of(options.progress, 0.05, 0.3, "coarse mesh"), journal));
-  LeastSquaresOptions last = search_options(options, out.cut_s, part_of(options.progress, 0.5, 0.8, "final mesh"), journal);
+  const Start found =
+      find_start(trials, objective_on(options.coarse_columns), parameters,
+                 search_options(options, out.cut_s, part_of(options.progress, 0.05, 0.3, "coarse mesh"), journal));
+  LeastSquaresOptions last =
+      search_options(options, out.cut_s, part_of(options.progress, 0.5, 0.8, "final mesh"), journal);
   LeastSquaresResult fit;
   VectorXd mesh = VectorXd::Zero(found.coordinates.size());
   int before_last = found.evaluations;
   if (options.search) {
     out.objective = std::make_shared<Objective>(trials, objective_on(columns), parameters, found.coordinates);
-    const SearchResult searched = options.search(*out.objective, parameters, found.coordinates,
-                                                 search_options(options, out.cut_s, part_of(options.progress, 0.3, 0.75, "search"), nullptr));
+    const SearchResult searched =
+        options.search(*out.objective, parameters, found.coordinates,
+                       search_options(options, out.cut_s, part_of(options.progress, 0.3, 0.75, "search"), nullptr));
     out.trace = searched.trace;
     before_last += searched.evaluations;
     last.max_iterations = 0;  // derivatives alone
@@ -270,8 +289,9 @@ FitOutcome fit_campaign(const trial::Campaign& campaign, const FitOptions& optio
   } else {
     const int middle_columns = 3 * (columns - 1) / 4 + 1;
     Objective middle(trials, objective_on(middle_columns), parameters, found.coordinates);
-    const LeastSquaresResult halfway =
-        minimise_on_branches(middle, parameters, found.coordinates, search_options(options, out.cut_s, part_of(options.progress, 0.3, 0.5, "middle mesh"), journal));
+    const LeastSquaresResult halfway = minimise_on_branches(
+        middle, parameters, found.coordinates,
+        search_options(options, out.cut_s, part_of(options.progress, 0.3, 0.5, "middle mesh"), journal));
     out.objective = std::make_shared<Objective>(trials, objective_on(columns), parameters, halfway.coordinates);
     last.max_iterations = std::max(3, options.max_iterations / 2);
     fit = minimise_on_branches(*out.objective, parameters, halfway.coordinates, last);

@@ -22,20 +22,22 @@ namespace selvedge::fit {
 enum class HoldOut { automatic, frames, trials };
 
 // A search from `start` on the final mesh; `cost` says which trials and times count, and takes its progress.
-using CampaignSearchFunction = std::function<SearchResult(const Objective& objective, const std::vector<Parameter>& parameters,
-                                                          const Eigen::VectorXd& start, const LeastSquaresOptions& cost)>;
+using CampaignSearchFunction =
+    std::function<SearchResult(const Objective& objective, const std::vector<Parameter>& parameters,
+                               const Eigen::VectorXd& start, const LeastSquaresOptions& cost)>;
 
 struct FitOptions {
   Drag drag = Drag::nonlinear;
-  int columns = 0;              // of the final mesh; 0: 17, or 13 where more than 30 s of motion are fitted
+  int columns = 0;  // of the final mesh; 0: 17, or 13 where more than 30 s of motion are fitted
   int coarse_columns = 9;
-  double rate_hz = 30;          // observations are thinned to this
-  double image_rate_hz = 10;    // frames likewise
+  double rate_hz = 30;                    // observations are thinned to this
+  double image_rate_hz = 10;              // frames likewise
   HoldOut hold_out = HoldOut::automatic;  // trials where at least four move, else the last third of the frames
   int max_iterations = 10;
   CampaignSearchFunction search;  // where set, takes the place of step 3 (campaign_search.h)
-  std::filesystem::path journal;  // of what is found before a search, and by least squares (fit_journal.h); empty, or with ranks: none
-  std::shared_ptr<Ranks> ranks;   // that share out evaluations (fit/spread/ranks.h); empty: this process alone
+  std::filesystem::path
+      journal;  // of what is found before a search, and by least squares (fit_journal.h); empty, or with ranks: none
+  std::shared_ptr<Ranks> ranks;  // that share out evaluations (fit/spread/ranks.h); empty: this process alone
   cloth::Options::Integrator integrator = cloth::Options::Integrator::leapfrog;
   report::ProgressCallback progress = [](double, const std::string&) {};
 };
@@ -43,23 +45,23 @@ struct FitOptions {
 struct FittedParameter {
   Parameter parameter;
   double value = 0;
-  double start = 0;                // from the coarse grid
+  double start = 0;                               // from the coarse grid
   double lower_interval = 0, upper_interval = 0;  // 90 %, with what the mesh leaves open
   double mesh_percent = 0;         // of that: the limit of a fine mesh, extrapolated, lies this far from value
   double variability_percent = 0;  // change that raises the error by 1 % (Bhat et al. 2003, section 5)
   bool at_bound = false;
-  bool determined = false;         // 90 % interval within a factor of 1.25 of value, and not at a bound
+  bool determined = false;  // 90 % interval within a factor of 1.25 of value, and not at a bound
 };
 
 struct TrialError {
   std::string name;
-  double start_mm = 0, end_mm = 0;      // root mean square, fitted part
-  double moving_mm = 0;                 // end_mm from the held points' first move on; NaN where they rest
-  double held_out_mm = 0;               // NaN where nothing of this trial was held out
+  double start_mm = 0, end_mm = 0;               // root mean square, fitted part
+  double moving_mm = 0;                          // end_mm from the held points' first move on; NaN where they rest
+  double held_out_mm = 0;                        // NaN where nothing of this trial was held out
   std::optional<Interval> held_out_interval_mm;  // 90 %; absent where too little was held out for one
-  std::optional<double> rigid_plate_mm; // the same samples, a plate hanging from the bar
+  std::optional<double> rigid_plate_mm;          // the same samples, a plate hanging from the bar
   std::optional<double> velocity_start_mm_s, velocity_end_mm_s;  // markers alone
-  size_t frames = 0;                    // compared times
+  size_t frames = 0;                                             // compared times
 };
 
 struct FitOutcome {
@@ -67,15 +69,15 @@ struct FitOutcome {
   std::vector<FittedParameter> parameters;
   Eigen::VectorXd coordinates;
   std::vector<TrialError> trials;
-  std::vector<double> history;          // cost after each iteration of the last stage
+  std::vector<double> history;  // cost after each iteration of the last stage
   std::string optimiser = "least_squares";
-  std::vector<SearchStep> trace;        // of a search that took the place of least squares
+  std::vector<SearchStep> trace;  // of a search that took the place of least squares
   int evaluations = 0;
   double wall_s = 0;
-  double cut_s = 0;                     // frames after it were held out (hold_out frames)
+  double cut_s = 0;  // frames after it were held out (hold_out frames)
   Residuals residuals, residuals_start;
-  std::shared_ptr<Objective> objective; // on the final mesh
-  std::vector<std::string> remarks;     // what a reader should know: bounds, combinations not told apart
+  std::shared_ptr<Objective> objective;  // on the final mesh
+  std::vector<std::string> remarks;      // what a reader should know: bounds, combinations not told apart
 };
 
 FitOutcome fit_campaign(const trial::Campaign& campaign, const FitOptions& options = {});

@@ -17,7 +17,8 @@ const std::filesystem::path& free_of_others(const std::filesystem::path& path, c
 
 }  // namespace
 
-FitJournal::FitJournal(const std::filesystem::path& path, const std::string& identity) : file_(free_of_others(path, identity), identity) {
+FitJournal::FitJournal(const std::filesystem::path& path, const std::string& identity)
+    : file_(free_of_others(path, identity), identity) {
   for (size_t i = 0; i < file_.lines().size(); ++i) {
     const std::string& line = file_.lines()[i];
     const size_t colon = line.find(':');

@@ -1,7 +1,8 @@
-// What a fit by least squares has found so far, on disk as soon as it is known, so that a fit killed at any time goes on.
+// What a fit by least squares has found so far, on disk as soon as it is known, so that a fit killed at any time goes
+// on.
 //
-// A fit that is started again asks for the same things in the same order, so each is found again by its name: costs of a
-// coarse grid by batch, least squares by iteration. Text: a first line that says which fit, then a line each, the
+// A fit that is started again asks for the same things in the same order, so each is found again by its name: costs of
+// a coarse grid by batch, least squares by iteration. Text: a first line that says which fit, then a line each, the
 // name, a colon and numbers with commas between, each in the shortest form that reads back as the same bits.
 #pragma once
 

@@ -24,7 +24,9 @@ std::string png_of(const cv::Mat& image) {
 }
 
 cv::Mat grey(const render::Image& image) {
-  return cv::Mat(static_cast<int>(image.rows()), static_cast<int>(image.cols()), CV_8UC1, const_cast<unsigned char*>(image.data())).clone();
+  return cv::Mat(static_cast<int>(image.rows()), static_cast<int>(image.cols()), CV_8UC1,
+                 const_cast<unsigned char*>(image.data()))
+      .clone();
 }
 
 // Angles as hues (they wrap), black outside the silhouette.
@@ -33,7 +35,8 @@ cv::Mat hues(const AngleMap& map) {
   for (int i = 0; i < map.width * map.height; ++i)
     if (map.inside[static_cast<size_t>(i)]) {
       const double turn = map.angle_rad[static_cast<size_t>(i)] / M_PI;
-      hsv.at<cv::Vec3b>(i / map.width, i % map.width) = cv::Vec3b(static_cast<unsigned char>(180 * (turn - std::floor(turn))), 200, 230);
+      hsv.at<cv::Vec3b>(i / map.width, i % map.width) =
+          cv::Vec3b(static_cast<unsigned char>(180 * (turn - std::floor(turn))), 200, 230);
     }
   cv::Mat bgr;
   cv::cvtColor(hsv, bgr, cv::COLOR_HSV2BGR);
@@ -48,7 +51,8 @@ cv::Mat difference(const AngleMap& a, const AngleMap& b) {
     if (!a.inside[at] || !b.inside[at]) continue;
     double d = std::fmod(std::abs(static_cast<double>(a.angle_rad[at]) - static_cast<double>(b.angle_rad[at])), M_PI);
     d = std::min(d, M_PI - d);
-    out.at<unsigned char>(i / a.width, i % a.width) = static_cast<unsigned char>(std::min(255.0, 255 * d / (20 * M_PI / 180)));
+    out.at<unsigned char>(i / a.width, i % a.width) =
+        static_cast<unsigned char>(std::min(255.0, 255 * d / (20 * M_PI / 180)));
   }
   return out;
 }
@@ -80,9 +84,12 @@ void add_frames(report::HtmlReport& html, const FitOutcome& out, const trial::Tr
     const StripeObservation seen = observe(recorded, track.camera, track.projector, pattern);
     const AngleMap a = metric.angle_map(recorded, seen.inside), b = metric.angle_map(simulated, inside);
     const FoldError error = metric.compare(a, b);
-    html.picture_row({png_of(grey(recorded)), png_of(grey(simulated)), png_of(hues(a)), png_of(hues(b)), png_of(difference(a, b))},
-                     {fmt::format("{}, frame {}: recorded", trial.name, frame.number), "simulated", "angle map, recorded", "angle map, simulated",
-                      fmt::format("difference (white: 20°); fold error {:.1f}, silhouette {:.0f} px, E {:.1f}", error.fold, error.silhouette, error.total)});
+    html.picture_row(
+        {png_of(grey(recorded)), png_of(grey(simulated)), png_of(hues(a)), png_of(hues(b)), png_of(difference(a, b))},
+        {fmt::format("{}, frame {}: recorded", trial.name, frame.number), "simulated", "angle map, recorded",
+         "angle map, simulated",
+         fmt::format("difference (white: 20°); fold error {:.1f}, silhouette {:.0f} px, E {:.1f}", error.fold,
+                     error.silhouette, error.total)});
   }
 }
 
@@ -93,7 +100,8 @@ cv::Mat draw_dots(const Objective& objective, const Eigen::Matrix3Xd& sheet, con
   const Eigen::Vector3d low = sheet.rowwise().minCoeff(), high = sheet.rowwise().maxCoeff(), middle = (low + high) / 2;
   const double scale = 0.85 * size / std::max({high.x() - low.x(), high.y() - low.y(), high.z() - low.z()});
   const auto at = [&](const Eigen::Vector3d& p) {
-    return cv::Point(static_cast<int>(size / 2 + scale * (p(across) - middle(across))), static_cast<int>(size / 2 - scale * (p.z() - middle.z())));
+    return cv::Point(static_cast<int>(size / 2 + scale * (p(across) - middle(across))),
+                     static_cast<int>(size / 2 - scale * (p.z() - middle.z())));
   };
   for (const auto& t : objective.sheet().mesh.triangles)
     for (size_t k = 0; k < 3; ++k)
@@ -119,7 +127,8 @@ void add_dots(report::HtmlReport& html, const FitOutcome& out, size_t index) {
     const Eigen::Matrix3Xd x = position_at(scene.trial.experiment, run, m.time_s[static_cast<size_t>(j)]);
     for (const int across : {0, 1}) {
       pictures.push_back(png_of(draw_dots(*out.objective, x, dots, across)));
-      captions.push_back(fmt::format("{}, {:.2f} s, {} view", scene.trial.name, m.time_s[static_cast<size_t>(j)], across == 0 ? "x-z" : "y-z"));
+      captions.push_back(fmt::format("{}, {:.2f} s, {} view", scene.trial.name, m.time_s[static_cast<size_t>(j)],
+                                     across == 0 ? "x-z" : "y-z"));
     }
   }
   html.picture_row(pictures, captions);

@@ -22,10 +22,13 @@ std::string text(double value, const char* format = "{:.2f}") {
 
 std::string text(const std::optional<double>& value) { return value ? text(*value) : "–"; }
 
-std::string interval_text(const std::optional<Interval>& interval) { return interval ? fmt::format("{:.2f} … {:.2f}", interval->first, interval->second) : "–"; }
+std::string interval_text(const std::optional<Interval>& interval) {
+  return interval ? fmt::format("{:.2f} … {:.2f}", interval->first, interval->second) : "–";
+}
 
 // Root mean square at each compared time of a trial.
-report::Series error_over_time(const FitOutcome& out, size_t trial, const Residuals& residuals, const std::string& name) {
+report::Series error_over_time(const FitOutcome& out, size_t trial, const Residuals& residuals,
+                               const std::string& name) {
   const ObservedTrial& t = out.objective->scenes()[trial].trial;
   const Eigen::VectorXd time = out.objective->time_s(trial);
   std::vector<double> times;
@@ -45,10 +48,16 @@ void add_parameters(report::HtmlReport& html, const FitOutcome& out) {
   html.heading("Parameters");
   std::vector<std::vector<std::string>> rows;
   for (const FittedParameter& p : out.parameters)
-    rows.push_back({p.parameter.name, fmt::format("{:.4g}", p.value), p.parameter.unit, fmt::format("{:.3g} … {:.3g}", p.lower_interval, p.upper_interval),
-                    fmt::format("{:.1f}", p.variability_percent), fmt::format("{:.1f}", p.mesh_percent), fmt::format("{:.3g}", p.start),
-                    p.at_bound ? "at its bound" : p.determined ? "determined" : "hardly determined"});
-  html.table({"parameter", "value", "unit", "90 % interval", "change for 1 % of error, %", "left open by the mesh, %", "start", "verdict"}, rows);
+    rows.push_back({p.parameter.name, fmt::format("{:.4g}", p.value), p.parameter.unit,
+                    fmt::format("{:.3g} … {:.3g}", p.lower_interval, p.upper_interval),
+                    fmt::format("{:.1f}", p.variability_percent), fmt::format("{:.1f}", p.mesh_percent),
+                    fmt::format("{:.3g}", p.start),
+                    p.at_bound     ? "at its bound"
+                    : p.determined ? "determined"
+                                   : "hardly determined"});
+  html.table({"parameter", "value", "unit", "90 % interval", "change for 1 % of error, %", "left open by the mesh, %",
+              "start", "verdict"},
+             rows);
   for (const std::string& remark : out.remarks) html.paragraph(remark + ".");
 }
 
@@ -56,8 +65,12 @@ void add_errors(report::HtmlReport& html, const FitOutcome& out) {
   html.heading("Error of each trial");
   std::vector<std::vector<std::string>> rows;
   for (const TrialError& t : out.trials)
-    rows.push_back({t.name, std::to_string(t.frames), text(t.start_mm), text(t.end_mm), text(t.moving_mm), text(t.held_out_mm), interval_text(t.held_out_interval_mm), text(t.rigid_plate_mm), text(t.velocity_end_mm_s)});
-  html.table({"trial", "compared times", "start, mm", "fitted, mm", "of that in motion, mm", "held out, mm", "90 %", "rigid plate, mm", "velocity error, mm/s"}, rows);
+    rows.push_back({t.name, std::to_string(t.frames), text(t.start_mm), text(t.end_mm), text(t.moving_mm),
+                    text(t.held_out_mm), interval_text(t.held_out_interval_mm), text(t.rigid_plate_mm),
+                    text(t.velocity_end_mm_s)});
+  html.table({"trial", "compared times", "start, mm", "fitted, mm", "of that in motion, mm", "held out, mm", "90 %",
+              "rigid plate, mm", "velocity error, mm/s"},
+             rows);
   html.paragraph(out.hold_out == "trials"
                      ? "Held out: each half of the trials predicted with parameters fitted to the other half alone."
                      : "Held out: the last third of the frames, which the fit did not see.");
@@ -67,7 +80,9 @@ void add_errors(report::HtmlReport& html, const FitOutcome& out) {
     plot.x_label = "time, s";
     plot.y_label = "error, mm";
     plot.height_px = 220;
-    html.svg(report::line_plot({error_over_time(out, i, out.residuals_start, "start"), error_over_time(out, i, out.residuals, "fitted")}, plot),
+    html.svg(report::line_plot({error_over_time(out, i, out.residuals_start, "start"),
+                                error_over_time(out, i, out.residuals, "fitted")},
+                               plot),
              fmt::format("{}: root mean square error over time{}", out.trials[i].name,
                          out.cut_s < 1e299 ? fmt::format("; held out after {:.2f} s", out.cut_s) : ""));
   }
@@ -89,7 +104,8 @@ void add_search(report::HtmlReport& html, const FitOutcome& out) {
   plot.x_label = "evaluations";
   plot.y_label = "error, and temperature in its unit";
   plot.log_y = true;
-  html.svg(report::line_plot(series, plot), fmt::format("{}: {} evaluations", out.optimiser, out.trace.back().evaluations));
+  html.svg(report::line_plot(series, plot),
+           fmt::format("{}: {} evaluations", out.optimiser, out.trace.back().evaluations));
 }
 
 void add_progress(report::HtmlReport& html, const FitOutcome& out) {
@@ -108,7 +124,8 @@ void add_progress(report::HtmlReport& html, const FitOutcome& out) {
   plot.x_label = "iteration on the final mesh";
   plot.y_label = "cost";
   plot.log_y = true;
-  html.svg(report::line_plot({series}, plot), fmt::format("{} simulations of the campaign, {:.0f} s", out.evaluations, out.wall_s));
+  html.svg(report::line_plot({series}, plot),
+           fmt::format("{} simulations of the campaign, {:.0f} s", out.evaluations, out.wall_s));
 }
 
 }  // namespace
@@ -116,20 +133,34 @@ void add_progress(report::HtmlReport& html, const FitOutcome& out) {
 json to_json(const FitOutcome& out) {
   json parameters = json::object(), trials = json::object();
   for (const FittedParameter& p : out.parameters)
-    parameters[p.parameter.name] = {{"value", p.value}, {"unit", p.parameter.unit}, {"variability_percent", p.variability_percent},
-                                    {"interval", {p.lower_interval, p.upper_interval}}, {"at_bound", p.at_bound},
+    parameters[p.parameter.name] = {{"value", p.value},
+                                    {"unit", p.parameter.unit},
+                                    {"variability_percent", p.variability_percent},
+                                    {"interval", {p.lower_interval, p.upper_interval}},
+                                    {"at_bound", p.at_bound},
                                     {"mesh_percent", p.mesh_percent},
-                                    {"determined", p.determined}, {"start", p.start}};
+                                    {"determined", p.determined},
+                                    {"start", p.start}};
   for (const TrialError& t : out.trials) {
-    trials[t.name] = {{"error_start", files::finite_or_null(t.start_mm)}, {"error_end", files::finite_or_null(t.end_mm)}, {"frames", t.frames}};
+    trials[t.name] = {{"error_start", files::finite_or_null(t.start_mm)},
+                      {"error_end", files::finite_or_null(t.end_mm)},
+                      {"frames", t.frames}};
     if (std::isfinite(t.moving_mm)) trials[t.name]["error_moving"] = t.moving_mm;
     if (std::isfinite(t.held_out_mm)) trials[t.name]["error_held_out"] = t.held_out_mm;
-    if (t.held_out_interval_mm) trials[t.name]["error_held_out_interval"] = {t.held_out_interval_mm->first, t.held_out_interval_mm->second};
+    if (t.held_out_interval_mm)
+      trials[t.name]["error_held_out_interval"] = {t.held_out_interval_mm->first, t.held_out_interval_mm->second};
     if (t.rigid_plate_mm) trials[t.name]["error_rigid_plate"] = *t.rigid_plate_mm;
     if (t.velocity_end_mm_s) trials[t.name]["velocity_error_end_mm_s"] = *t.velocity_end_mm_s;
   }
-  json out_json = {{"format", "fit/1"}, {"model", out.model}, {"campaign", out.campaign}, {"parameters", parameters}, {"trials", trials},
-                   {"units", "mm root mean square"}, {"evaluations", out.evaluations}, {"wall_s", out.wall_s}, {"remarks", out.remarks},
+  json out_json = {{"format", "fit/1"},
+                   {"model", out.model},
+                   {"campaign", out.campaign},
+                   {"parameters", parameters},
+                   {"trials", trials},
+                   {"units", "mm root mean square"},
+                   {"evaluations", out.evaluations},
+                   {"wall_s", out.wall_s},
+                   {"remarks", out.remarks},
                    {"held_out", {{"by", out.hold_out}, {"error", files::finite_or_null(held_out_mm(out))}}}};
   out_json["optimiser"] = out.optimiser;
   if (const auto plate = rigid_plate_mm(out)) out_json["held_out"]["rigid_plate_error"] = *plate;
@@ -138,8 +169,9 @@ json to_json(const FitOutcome& out) {
 
 void write_fit(const FitOutcome& out, const trial::Campaign& campaign, const std::filesystem::path& folder) {
   report::HtmlReport html("Fit of " + out.campaign);
-  html.paragraph(fmt::format("Model: {}. Held-out error {} mm root mean square{}.", out.model, text(held_out_mm(out)),
-                             rigid_plate_mm(out) ? fmt::format("; a rigid plate on the same bar: {} mm", text(rigid_plate_mm(out))) : ""));
+  html.paragraph(fmt::format(
+      "Model: {}. Held-out error {} mm root mean square{}.", out.model, text(held_out_mm(out)),
+      rigid_plate_mm(out) ? fmt::format("; a rigid plate on the same bar: {} mm", text(rigid_plate_mm(out))) : ""));
   add_parameters(html, out);
   add_errors(html, out);
   add_pictures(html, out, campaign);

@@ -23,7 +23,7 @@ namespace {
 constexpr int kUsualRadius = 6;
 
 SELVEDGE_BODY void filter_row_body(const float* __restrict in, int width, const float* __restrict taps, int radius,
-                float* __restrict out, size_t stride) {
+                                   float* __restrict out, size_t stride) {
   float* o0 = out + g0 * stride;
   float* o1 = out + g1 * stride;
   float* o2 = out + g2 * stride;
@@ -51,8 +51,8 @@ SELVEDGE_BODY void filter_row_body(const float* __restrict in, int width, const 
   }
 }
 
-SELVEDGE_BODY void coefficients_body(const float* const* rows, size_t stride, int width, const float* __restrict taps, int radius,
-                  float* __restrict c2, float* __restrict c3) {
+SELVEDGE_BODY void coefficients_body(const float* const* rows, size_t stride, int width, const float* __restrict taps,
+                                     int radius, float* __restrict c2, float* __restrict c3) {
   const int n = radius + 1;
   for (int x = 0; x < width; ++x) {
     const float* mid = rows[radius] + x;
@@ -79,15 +79,14 @@ SELVEDGE_BODY void coefficients_body(const float* const* rows, size_t stride, in
     h2c *= 0.9780f;
     h2d *= 0.9780f;
     // Appendix I.
-    c2[x] = 0.5f * (g2a * g2a - g2c * g2c) + 0.46875f * (h2a * h2a - h2d * h2d) +
-            0.28125f * (h2b * h2b - h2c * h2c) + 0.1875f * (h2a * h2c - h2b * h2d);
-    c3[x] = -g2a * g2b - g2b * g2c - 0.9375f * (h2c * h2d + h2a * h2b) - 1.6875f * h2b * h2c -
-            0.1875f * h2a * h2d;
+    c2[x] = 0.5f * (g2a * g2a - g2c * g2c) + 0.46875f * (h2a * h2a - h2d * h2d) + 0.28125f * (h2b * h2b - h2c * h2c) +
+            0.1875f * (h2a * h2c - h2b * h2d);
+    c3[x] = -g2a * g2b - g2b * g2c - 0.9375f * (h2c * h2d + h2a * h2b) - 1.6875f * h2b * h2c - 0.1875f * h2a * h2d;
   }
 }
 
 SELVEDGE_BODY void smooth_row_body(const float* __restrict in, int width, const float* __restrict taps, int radius,
-                float* __restrict out) {
+                                   float* __restrict out) {
   for (int x = 0; x < width; ++x) {
     float sum = taps[0] * in[x + radius];
 #pragma GCC unroll 8
@@ -97,7 +96,7 @@ SELVEDGE_BODY void smooth_row_body(const float* __restrict in, int width, const 
 }
 
 SELVEDGE_BODY void smooth_columns_to_angle_body(const float* const* c2_rows, const float* const* c3_rows, int width,
-                             const float* __restrict taps, int radius, float* __restrict angle) {
+                                                const float* __restrict taps, int radius, float* __restrict angle) {
   constexpr float pi = std::numbers::pi_v<float>;
   for (int x = 0; x < width; ++x) {
     float c2 = taps[0] * c2_rows[radius][x], c3 = taps[0] * c3_rows[radius][x];
@@ -110,8 +109,9 @@ SELVEDGE_BODY void smooth_columns_to_angle_body(const float* const* c2_rows, con
     const float ax = std::fabs(c2), ay = std::fabs(c3);
     const float low = ax < ay ? ax : ay, high = ax < ay ? ay : ax;
     const float z = low / (high + 1e-30f), zz = z * z;
-    float a = z * (0.99997726f +
-                   zz * (-0.33262347f + zz * (0.19354346f + zz * (-0.11643287f + zz * (0.05265332f - zz * 0.01172120f)))));
+    float a =
+        z * (0.99997726f +
+             zz * (-0.33262347f + zz * (0.19354346f + zz * (-0.11643287f + zz * (0.05265332f - zz * 0.01172120f)))));
     a = ay > ax ? 0.5f * pi - a : a;
     a = c2 < 0 ? pi - a : a;
     a = c3 < 0 ? -a : a;
@@ -141,8 +141,8 @@ void smooth_row(const float* in, int width, const float* taps, int radius, float
 }
 
 SELVEDGE_CLONES
-void smooth_columns_to_angle(const float* const* c2_rows, const float* const* c3_rows, int width,
-                             const float* taps, int radius, float* angle) {
+void smooth_columns_to_angle(const float* const* c2_rows, const float* const* c3_rows, int width, const float* taps,
+                             int radius, float* angle) {
   if (radius == kUsualRadius) smooth_columns_to_angle_body(c2_rows, c3_rows, width, taps, kUsualRadius, angle);
   else smooth_columns_to_angle_body(c2_rows, c3_rows, width, taps, radius, angle);
 }

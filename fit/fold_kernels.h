@@ -23,8 +23,8 @@ void coefficients(const float* const* rows, size_t stride, int width, const floa
 void smooth_row(const float* in, int width, const float* taps, int radius, float* out);
 
 // The same across rows, for C2 and C3 at once, and then θ = ½ arg(C2, C3).
-void smooth_columns_to_angle(const float* const* c2_rows, const float* const* c3_rows, int width,
-                             const float* taps, int radius, float* angle);
+void smooth_columns_to_angle(const float* const* c2_rows, const float* const* c3_rows, int width, const float* taps,
+                             int radius, float* angle);
 
 // |∇θ| by central differences wrapped mod π; 0 unless the pixel and its four neighbours are inside.
 void gradient_row(const float* above, const float* here, const float* below, const unsigned char* inside_above,

@@ -83,8 +83,8 @@ AngleMap FoldMetric::angle_map(const Image& image, const std::vector<unsigned ch
 
   for (int y = std::max(1, box.top); y < std::min(map.height - 1, box.bottom); ++y) {
     const size_t at = size_t(y) * map.width + box.left, above = at - map.width, below = at + map.width;
-    kernels::gradient_row(&map.angle_rad[above], &map.angle_rad[at], &map.angle_rad[below], &inside[above],
-                          &inside[at], &inside[below], box.right - box.left, &map.gradient_rad_px[at]);
+    kernels::gradient_row(&map.angle_rad[above], &map.angle_rad[at], &map.angle_rad[below], &inside[above], &inside[at],
+                          &inside[below], box.right - box.left, &map.gradient_rad_px[at]);
   }
   return map;
 }

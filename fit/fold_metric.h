@@ -25,19 +25,19 @@ namespace selvedge::fit {
 using render::Image;
 
 struct FoldMetricOptions {
-  int kernel_radius_px = 6;              // taps = 2 · radius + 1
+  int kernel_radius_px = 6;               // taps = 2 · radius + 1
   double tap_spacing = 0.67 * 4.0 / 6.0;  // filter coordinate a pixel
-  double coefficient_blur_px = 2.0;      // one standard deviation of the Gaussian over C2, C3
-  double mask_threshold_rad_px = 0.01;   // τ
-  double silhouette_weight = 0.1;        // α
+  double coefficient_blur_px = 2.0;       // one standard deviation of the Gaussian over C2, C3
+  double mask_threshold_rad_px = 0.01;    // τ
+  double silhouette_weight = 0.1;         // α
 };
 
 // Row major, width × height.
 struct AngleMap {
   int width = 0, height = 0;
-  std::vector<float> angle_rad;              // θ; 0 outside the silhouette
-  std::vector<float> gradient_rad_px;        // |∇θ|, θ wrapped; 0 outside and at the silhouette's edge
-  std::vector<unsigned char> inside;         // A
+  std::vector<float> angle_rad;        // θ; 0 outside the silhouette
+  std::vector<float> gradient_rad_px;  // |∇θ|, θ wrapped; 0 outside and at the silhouette's edge
+  std::vector<unsigned char> inside;   // A
 };
 
 struct FoldError {
@@ -65,12 +65,14 @@ class FoldMetric {
   const FoldMetricOptions& options() const { return options_; }
 
  private:
-  struct Box { int left, top, right, bottom; };
+  struct Box {
+    int left, top, right, bottom;
+  };
   void orientation(const Image& image, Box box, AngleMap& map);
 
   FoldMetricOptions options_;
-  std::vector<float> taps_;        // five filters, each from the centre tap outwards (the rest by symmetry)
-  std::vector<float> blur_taps_;   // likewise
+  std::vector<float> taps_;       // five filters, each from the centre tap outwards (the rest by symmetry)
+  std::vector<float> blur_taps_;  // likewise
   std::vector<float> grey_, filtered_, coefficients_, blurred_;  // working rows
 };
 

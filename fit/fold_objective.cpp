@@ -33,7 +33,9 @@ class StripeProfile {
       const double x = low + pattern.period_px * i / kSteps;
       double lit = 0;
       for (int k = -1; k <= 1; ++k) {
-        const auto below = [&](double border) { return 0.5 * std::erfc((border + k * pattern.period_px - x) / (kBlur_px * std::sqrt(2.0))); };
+        const auto below = [&](double border) {
+          return 0.5 * std::erfc((border + k * pattern.period_px - x) / (kBlur_px * std::sqrt(2.0)));
+        };
         lit += below(low) - below(high);
       }
       grey_[static_cast<size_t>(i)] = static_cast<unsigned char>(std::lround(20 + 200 * std::clamp(lit, 0.0, 1.0)));
@@ -96,13 +98,14 @@ class FoldBench {
 // Of one parameter set and trial: the sheet at each compared frame; empty where the simulation blew up.
 using Sheets = std::vector<Eigen::Matrix3Xd>;
 
-std::vector<Sheets> simulate_sheets(const Objective& scenes, const FoldTrack& track, size_t trial, const std::vector<Parameter>& parameters,
-                                    const MatrixXd& coordinates) {
+std::vector<Sheets> simulate_sheets(const Objective& scenes, const FoldTrack& track, size_t trial,
+                                    const std::vector<Parameter>& parameters, const MatrixXd& coordinates) {
   const Scene& scene = scenes.scenes()[trial];
   std::vector<cloth::Experiment> lanes;
   for (Prediction& p : scenes.predictions(parameters, coordinates, trial, 0, coordinates.cols())) {
     // The recording may go on after the last frame compared.
-    while (!scene.trial.still && p.experiment.sample_s.size() > 3 && p.experiment.sample_s[p.experiment.sample_s.size() - 3] > track.time_s.back())
+    while (!scene.trial.still && p.experiment.sample_s.size() > 3 &&
+           p.experiment.sample_s[p.experiment.sample_s.size() - 3] > track.time_s.back())
       p.experiment.sample_s.pop_back();
     lanes.push_back(std::move(p.experiment));
   }
@@ -124,9 +127,13 @@ std::vector<Sheets> simulate_sheets(const Objective& scenes, const FoldTrack& tr
 
 FoldTrack track_folds(const trial::Trial& trial, const FoldTrackOptions& options, bool still) {
   const std::string where = (trial.folder / "trial.json").string();
-  if (!trial.frames || trial.frames->time_s.empty()) refuse(where, "found no frames, expected images: the fold metric compares pictures");
+  if (!trial.frames || trial.frames->time_s.empty())
+    refuse(where, "found no frames, expected images: the fold metric compares pictures");
   if (!trial.camera || !trial.projector || !trial.pattern)
-    refuse(where, "found no {}, expected camera, projector and projector.pattern", !trial.camera ? "camera" : !trial.projector ? "projector" : "projector.pattern");
+    refuse(where, "found no {}, expected camera, projector and projector.pattern",
+           !trial.camera      ? "camera"
+           : !trial.projector ? "projector"
+                              : "projector.pattern");
   FoldTrack track;
   track.camera = *trial.camera;
   track.projector = *trial.projector;
@@ -147,10 +154,12 @@ FoldTrack track_folds(const trial::Trial& trial, const FoldTrackOptions& options
   return track;
 }
 
-FoldObjective::FoldObjective(const Objective& scenes, const std::vector<FoldTrack>& tracks, FoldPicture picture, const FoldMetricOptions& metric)
+FoldObjective::FoldObjective(const Objective& scenes, const std::vector<FoldTrack>& tracks, FoldPicture picture,
+                             const FoldMetricOptions& metric)
     : scenes_(scenes), tracks_(tracks), picture_(picture), metric_(metric) {}
 
-MatrixXd FoldObjective::energy(const std::vector<Parameter>& parameters, const MatrixXd& coordinates, const std::vector<size_t>& wanted) const {
+MatrixXd FoldObjective::energy(const std::vector<Parameter>& parameters, const MatrixXd& coordinates,
+                               const std::vector<size_t>& wanted) const {
   std::vector<size_t> trials = wanted;
   if (trials.empty()) {
     trials.resize(tracks_.size());
@@ -161,8 +170,10 @@ MatrixXd FoldObjective::energy(const std::vector<Parameter>& parameters, const M
   std::vector<std::vector<Sheets>> sheets(trials.size(), std::vector<Sheets>(static_cast<size_t>(sets)));
   tbb::parallel_for(size_t{0}, trials.size() * static_cast<size_t>(groups), [&](size_t task) {
     const size_t t = task / static_cast<size_t>(groups);
-    const Index first = static_cast<Index>(task % static_cast<size_t>(groups)) * lanes_at_once, count = std::min(lanes_at_once, sets - first);
-    std::vector<Sheets> some = simulate_sheets(scenes_, tracks_[trials[t]], trials[t], parameters, coordinates.middleCols(first, count));
+    const Index first = static_cast<Index>(task % static_cast<size_t>(groups)) * lanes_at_once,
+                count = std::min(lanes_at_once, sets - first);
+    std::vector<Sheets> some =
+        simulate_sheets(scenes_, tracks_[trials[t]], trials[t], parameters, coordinates.middleCols(first, count));
     std::move(some.begin(), some.end(), sheets[t].begin() + first);
   });
 
@@ -181,14 +192,15 @@ MatrixXd FoldObjective::energy(const std::vector<Parameter>& parameters, const M
     });
     for (Index set = 0; set < sets; ++set) {
       const auto from = of_frame.begin() + static_cast<std::ptrdiff_t>(static_cast<size_t>(set) * frames);
-      energy(set, static_cast<Index>(t)) = std::accumulate(from, from + static_cast<std::ptrdiff_t>(frames), 0.0) / static_cast<double>(frames);
+      energy(set, static_cast<Index>(t)) =
+          std::accumulate(from, from + static_cast<std::ptrdiff_t>(frames), 0.0) / static_cast<double>(frames);
     }
   }
   return energy;
 }
 
-SearchProblem fold_problem(const FoldObjective& objective, const std::vector<Parameter>& parameters, const VectorXd& start,
-                           const std::vector<size_t>& trials) {
+SearchProblem fold_problem(const FoldObjective& objective, const std::vector<Parameter>& parameters,
+                           const VectorXd& start, const std::vector<size_t>& trials) {
   SearchProblem problem;
   std::tie(problem.lower, problem.upper) = bounds_of(parameters);
   problem.start = start.cwiseMax(problem.lower).cwiseMin(problem.upper);
@@ -199,12 +211,13 @@ SearchProblem fold_problem(const FoldObjective& objective, const std::vector<Par
   return problem;
 }
 
-std::vector<double> variability_percent(const BatchCosts& costs, const std::vector<Parameter>& parameters, const VectorXd& point, double largest,
-                                        int steps) {
+std::vector<double> variability_percent(const BatchCosts& costs, const std::vector<Parameter>& parameters,
+                                        const VectorXd& point, double largest, int steps) {
   const Index n = point.size(), each = 2 * steps;
   MatrixXd sets(n, 1 + n * each);
   VectorXd relative(each);
-  for (Index i = 0; i < each; ++i) relative(i) = largest * static_cast<double>(i < steps ? i - steps : i - steps + 1) / steps;
+  for (Index i = 0; i < each; ++i)
+    relative(i) = largest * static_cast<double>(i < steps ? i - steps : i - steps + 1) / steps;
   for (Index k = 0; k < sets.cols(); ++k) sets.col(k) = point;
   for (Index k = 0; k < n; ++k)
     for (Index i = 0; i < each; ++i) {
@@ -223,7 +236,8 @@ std::vector<double> variability_percent(const BatchCosts& costs, const std::vect
       value(i) = i < each ? all[static_cast<size_t>(1 + k * each + i)] : all[0];
     }
     const VectorXd c = powers.colPivHouseholderQr().solve(value);
-    out.push_back(value.allFinite() && c(2) > 0 ? 100 * std::sqrt(0.01 * all[0] / c(2)) : std::numeric_limits<double>::infinity());
+    out.push_back(value.allFinite() && c(2) > 0 ? 100 * std::sqrt(0.01 * all[0] / c(2))
+                                                : std::numeric_limits<double>::infinity());
   }
   return out;
 }

@@ -23,8 +23,8 @@ struct FoldTrack {
 };
 
 struct FoldTrackOptions {
-  double rate_hz = 30;       // frames are thinned to about this rate
-  size_t most_frames = 50;   // the first ones (2003: 50)
+  double rate_hz = 30;      // frames are thinned to about this rate
+  size_t most_frames = 50;  // the first ones (2003: 50)
   FoldMetricOptions metric;
 };
 
@@ -36,8 +36,8 @@ enum class FoldPicture { rendered, row_map };
 class FoldObjective {
  public:
   // scenes: meshes, experiments and branches; its trials and `tracks` correspond. Both must outlive this.
-  FoldObjective(const Objective& scenes, const std::vector<FoldTrack>& tracks, FoldPicture picture = FoldPicture::row_map,
-                const FoldMetricOptions& metric = {});
+  FoldObjective(const Objective& scenes, const std::vector<FoldTrack>& tracks,
+                FoldPicture picture = FoldPicture::row_map, const FoldMetricOptions& metric = {});
 
   // E per frame, sets × trials (all of them where `trials` is empty, otherwise those, in that order); infinity where
   // a simulation blew up. coordinates: parameters × sets.
@@ -52,13 +52,13 @@ class FoldObjective {
 };
 
 // The search over the parameters' bounds from `start` (coordinates) that minimises the sum of E over the trials.
-SearchProblem fold_problem(const FoldObjective& objective, const std::vector<Parameter>& parameters, const Eigen::VectorXd& start,
-                           const std::vector<size_t>& trials = {});
+SearchProblem fold_problem(const FoldObjective& objective, const std::vector<Parameter>& parameters,
+                           const Eigen::VectorXd& start, const std::vector<size_t>& trials = {});
 
 // The quadratic that Bhat et al. 2003, section 5, draw through perturbed parameters: each is moved to ± `largest`
 // (relative) in `steps` a side, and the change that raises E by 1 % is read off, in % of the value; infinity where the
 // quadratic does not open upwards.
-std::vector<double> variability_percent(const BatchCosts& costs, const std::vector<Parameter>& parameters, const Eigen::VectorXd& point,
-                                        double largest = 0.2, int steps = 3);
+std::vector<double> variability_percent(const BatchCosts& costs, const std::vector<Parameter>& parameters,
+                                        const Eigen::VectorXd& point, double largest = 0.2, int steps = 3);
 
 }  // namespace selvedge::fit

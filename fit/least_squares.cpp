@@ -63,7 +63,8 @@ class Stack {
 VectorXd clipped(const std::vector<Parameter>& parameters, VectorXd x) {
   for (size_t k = 0; k < parameters.size(); ++k) {
     auto& value = x(static_cast<Index>(k));
-    value = std::clamp(value, to_coordinate(parameters[k], parameters[k].lower), to_coordinate(parameters[k], parameters[k].upper));
+    value = std::clamp(value, to_coordinate(parameters[k], parameters[k].lower),
+                       to_coordinate(parameters[k], parameters[k].upper));
   }
   return x;
 }
@@ -87,12 +88,14 @@ MatrixXd gradient_squares(const MatrixXd& jacobian, const VectorXd& weighted, co
   std::map<int, VectorXd> gradient;
   for (size_t k = 0; k < stack.size(); ++k) {
     const auto row = static_cast<Index>(k);
-    auto [at, fresh] = gradient.try_emplace(whole_trials ? stack.trial(k) : stack.block(k), VectorXd::Zero(jacobian.cols()));
+    auto [at, fresh] =
+        gradient.try_emplace(whole_trials ? stack.trial(k) : stack.block(k), VectorXd::Zero(jacobian.cols()));
     at->second += weighted(row) * jacobian.row(row).transpose();
   }
   MatrixXd sum = MatrixXd::Zero(jacobian.cols(), jacobian.cols());
   for (const auto& [block, g] : gradient) sum += g * g.transpose();
-  const double blocks = static_cast<double>(gradient.size()), lost = whole_trials ? 1 : static_cast<double>(jacobian.cols());
+  const double blocks = static_cast<double>(gradient.size()),
+               lost = whole_trials ? 1 : static_cast<double>(jacobian.cols());
   return sum * blocks / std::max(1.0, blocks - lost);
 }
 
@@ -105,8 +108,10 @@ struct Point {
 
 class Minimiser {
  public:
-  Minimiser(Objective& objective, const std::vector<Parameter>& parameters, const VectorXd& start, const LeastSquaresOptions& options)
-      : objective_(objective), parameters_(parameters), options_(options), stack_(objective, options), prior_(1 / (options.prior_sd * options.prior_sd)) {
+  Minimiser(Objective& objective, const std::vector<Parameter>& parameters, const VectorXd& start,
+            const LeastSquaresOptions& options)
+      : objective_(objective), parameters_(parameters), options_(options), stack_(objective, options),
+        prior_(1 / (options.prior_sd * options.prior_sd)) {
     at_.x = clipped(parameters, start);
     prior_centre_ = options.prior_centre ? *options.prior_centre : at_.x;
     if (options.journal) name_ = options.journal->next("minimise");
@@ -122,7 +127,8 @@ class Minimiser {
         update();
         step();
       }
-      options_.progress((iteration + 1.0) / (options_.max_iterations + 1.0), fmt::format("cost {:.4g}, robust residual {:.2f} sd", result_.cost, result_.scale));
+      options_.progress((iteration + 1.0) / (options_.max_iterations + 1.0),
+                        fmt::format("cost {:.4g}, robust residual {:.2f} sd", result_.cost, result_.scale));
       keep(iteration + 1);
     }
     result_.coordinates = at_.x;
@@ -133,7 +139,8 @@ class Minimiser {
     const double of_prior = options_.prior_in_earnest ? prior_weight() * result_.scale * result_.scale * alike_ : 0;
     const MatrixXd prior = of_prior * MatrixXd::Identity(at_.x.size(), at_.x.size());
     result_.covariance = inverse * (gradient_squares(jacobian_, w.cwiseProduct(r_), stack_, false) + prior) * inverse;
-    result_.covariance_between_trials = inverse * (gradient_squares(jacobian_, w.cwiseProduct(r_), stack_, true) + prior) * inverse;
+    result_.covariance_between_trials =
+        inverse * (gradient_squares(jacobian_, w.cwiseProduct(r_), stack_, true) + prior) * inverse;
     options_.progress(1, fmt::format("cost {:.4g}", result_.cost));
     return std::move(result_);
   }
@@ -142,15 +149,16 @@ class Minimiser {
   double prior_weight() const { return result_.scale * result_.scale * alike_ * prior_; }
   double pull(const VectorXd& x) const { return 0.5 * prior_weight() * (x - prior_centre_).squaredNorm(); }
 
-  // By how much the variance of what is fitted exceeds that of residuals that know nothing of each other; the middle one.
-  // Told from what no step would take away: far from the end residuals go together that will not be there.
+  // By how much the variance of what is fitted exceeds that of residuals that know nothing of each other; the middle
+  // one. Told from what no step would take away: far from the end residuals go together that will not be there.
   double rows_alike() const {
     const VectorXd w = cauchy_weights(r_, options_.cauchy * result_.scale);
     MatrixXd information = jacobian_.transpose() * w.asDiagonal() * jacobian_;
     information.diagonal().array() += 1e-9 * information.trace();  // what does not show at all
     const MatrixXd inverse = information.inverse();
     const VectorXd left = r_ - jacobian_ * (inverse * (jacobian_.transpose() * w.cwiseProduct(r_)));
-    const VectorXd found = (inverse * gradient_squares(jacobian_, w.cwiseProduct(left), stack_, false) * inverse).diagonal();
+    const VectorXd found =
+        (inverse * gradient_squares(jacobian_, w.cwiseProduct(left), stack_, false) * inverse).diagonal();
     VectorXd ratio = found.cwiseQuotient(inverse.diagonal()) / (result_.scale * result_.scale);
     std::nth_element(ratio.begin(), ratio.begin() + ratio.size() / 2, ratio.end());
     return std::max(1.0, ratio(ratio.size() / 2));
@@ -165,7 +173,8 @@ class Minimiser {
     r_ = stack_.whitened(evaluated[0]);
     jacobian_ = MatrixXd::Zero(r_.size(), at_.x.size());
     for (Index k = 0; k < at_.x.size(); ++k)
-      if (evaluated[static_cast<size_t>(k) + 1].finite) jacobian_.col(k) = (stack_.whitened(evaluated[static_cast<size_t>(k) + 1]) - r_) / taken(k);
+      if (evaluated[static_cast<size_t>(k) + 1].finite)
+        jacobian_.col(k) = (stack_.whitened(evaluated[static_cast<size_t>(k) + 1]) - r_) / taken(k);
     objective_.set_start(evaluated[0].start);
     result_.scale = robust_scale(r_);
     result_.residuals = std::move(evaluated[0]);
@@ -179,7 +188,8 @@ class Minimiser {
     const double c = options_.cauchy * result_.scale, weight = prior_weight();
     const VectorXd w = cauchy_weights(r_, c);
     result_.cost = cauchy_cost(r_, c) + pull(at_.x);
-    result_.information = jacobian_.transpose() * w.asDiagonal() * jacobian_ + weight * MatrixXd::Identity(at_.x.size(), at_.x.size());
+    result_.information =
+        jacobian_.transpose() * w.asDiagonal() * jacobian_ + weight * MatrixXd::Identity(at_.x.size(), at_.x.size());
     gradient_ = jacobian_.transpose() * w.cwiseProduct(r_) + weight * (at_.x - prior_centre_);
   }
 
@@ -239,10 +249,12 @@ class Minimiser {
 
   void keep(int iteration) {
     if (!options_.journal) return;
-    std::vector<double> kept = {at_.lambda, static_cast<double>(at_.small), static_cast<double>(result_.evaluations), static_cast<double>(result_.history.size())};
+    std::vector<double> kept = {at_.lambda, static_cast<double>(at_.small), static_cast<double>(result_.evaluations),
+                                static_cast<double>(result_.history.size())};
     kept.insert(kept.end(), result_.history.begin(), result_.history.end());
     kept.insert(kept.end(), at_.x.begin(), at_.x.end());
-    for (const Scene& s : objective_.scenes()) kept.insert(kept.end(), s.start_shape.data(), s.start_shape.data() + s.start_shape.size());
+    for (const Scene& s : objective_.scenes())
+      kept.insert(kept.end(), s.start_shape.data(), s.start_shape.data() + s.start_shape.size());
     options_.journal->keep(name_ + " iteration " + std::to_string(iteration), kept);
   }
 
@@ -261,7 +273,8 @@ class Minimiser {
     result_.history.assign(history.begin(), history.end());
     at_.x = take(at_.x.size());
     std::vector<Eigen::Matrix3Xd> shapes;
-    for (const Scene& s : objective_.scenes()) shapes.push_back(take(s.start_shape.size()).reshaped(3, s.start_shape.cols()));
+    for (const Scene& s : objective_.scenes())
+      shapes.push_back(take(s.start_shape.size()).reshaped(3, s.start_shape.cols()));
     objective_.set_start(shapes);
   }
 
@@ -283,11 +296,13 @@ class Minimiser {
 
 }  // namespace
 
-double cost_of(const Objective& objective, const Residuals& residuals, const LeastSquaresOptions& options, double scale) {
+double cost_of(const Objective& objective, const Residuals& residuals, const LeastSquaresOptions& options,
+               double scale) {
   return cauchy_cost(Stack(objective, options).whitened(residuals), options.cauchy * scale);
 }
 
-LeastSquaresResult minimise(Objective& objective, const std::vector<Parameter>& parameters, const VectorXd& start, const LeastSquaresOptions& options) {
+LeastSquaresResult minimise(Objective& objective, const std::vector<Parameter>& parameters, const VectorXd& start,
+                            const LeastSquaresOptions& options) {
   return Minimiser(objective, parameters, start, options).run();
 }
 

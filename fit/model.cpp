@@ -10,13 +10,15 @@ namespace {
 
 Parameter material(const std::string& name, const std::string& unit, double start, double lower, double upper,
                    double cloth::Material::*member) {
-  return {name, unit, start, lower, upper, true, 1,
-          [member](Prediction& p, double value) { p.experiment.material.*member = value; }};
+  return {name,  unit, start, lower,
+          upper, true, 1,     [member](Prediction& p, double value) { p.experiment.material.*member = value; }};
 }
 
 }  // namespace
 
-const char* to_text(Drag drag) { return drag == Drag::nonlinear ? "nonlinear_drag" : drag == Drag::linear ? "linear_drag" : "no_drag"; }
+const char* to_text(Drag drag) {
+  return drag == Drag::nonlinear ? "nonlinear_drag" : drag == Drag::linear ? "linear_drag" : "no_drag";
+}
 
 Drag drag_named(const std::string& text) {
   for (const Drag drag : {Drag::nonlinear, Drag::linear, Drag::none})
@@ -56,7 +58,8 @@ std::vector<Parameter> base_parameters(Drag drag) {
   return all;
 }
 
-std::vector<Parameter> only(const std::vector<Parameter>& parameters, const std::vector<Eigen::Index>& rows, const Eigen::VectorXd& coordinates) {
+std::vector<Parameter> only(const std::vector<Parameter>& parameters, const std::vector<Eigen::Index>& rows,
+                            const Eigen::VectorXd& coordinates) {
   std::vector<Parameter> some;
   for (const Eigen::Index row : rows) some.push_back(parameters[static_cast<size_t>(row)]);
   for (size_t k = 0; k < parameters.size(); ++k) {
@@ -81,7 +84,8 @@ double to_coordinate(const Parameter& parameter, double value) {
 
 Eigen::VectorXd usual_coordinates(const std::vector<Parameter>& parameters) {
   Eigen::VectorXd x(static_cast<Eigen::Index>(parameters.size()));
-  for (size_t k = 0; k < parameters.size(); ++k) x(static_cast<Eigen::Index>(k)) = to_coordinate(parameters[k], parameters[k].start);
+  for (size_t k = 0; k < parameters.size(); ++k)
+    x(static_cast<Eigen::Index>(k)) = to_coordinate(parameters[k], parameters[k].start);
   return x;
 }
 

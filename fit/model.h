@@ -15,27 +15,27 @@ namespace selvedge::fit {
 
 // How the simulated fabric is seen.
 struct Seeing {
-  double delay_s = 0;             // observations stamped t show the fabric at t − delay
-  double drift = 0;               // s/s: the delay grows by this much a second of the recording
-  double row_delay_s = 0;         // a rolling shutter: the last row is seen this much after the first
+  double delay_s = 0;      // observations stamped t show the fabric at t − delay
+  double drift = 0;        // s/s: the delay grows by this much a second of the recording
+  double row_delay_s = 0;  // a rolling shutter: the last row is seen this much after the first
   Eigen::Vector3d projector_shift_m = Eigen::Vector3d::Zero();  // the projector moved by this since calibration
-  double radial_distortion = 0;   // added to the camera's k1
+  double radial_distortion = 0;                                 // added to the camera's k1
 };
 
 struct Prediction {
   cloth::Experiment experiment;
   Seeing seeing;
-  double beyond_mesh = 0;         // share of Objective's mesh correction that is added once more
+  double beyond_mesh = 0;  // share of Objective's mesh correction that is added once more
 };
 
 struct Parameter {
   std::string name, unit;
-  double start = 0;               // neutral value of an effect, or the usual value of a base parameter
-  double lower = 0, upper = 0;    // bounds
-  bool logarithmic = true;        // fitted as ln(value); else as value / scale
-  double scale = 1;               // a change of the value that matters, for those that are not logarithmic
+  double start = 0;             // neutral value of an effect, or the usual value of a base parameter
+  double lower = 0, upper = 0;  // bounds
+  bool logarithmic = true;      // fitted as ln(value); else as value / scale
+  double scale = 1;             // a change of the value that matters, for those that are not logarithmic
   std::function<void(Prediction&, double value)> apply;
-  bool at_rest = true;            // false: it acts on motion alone, where the fabric hangs does not depend on it
+  bool at_rest = true;  // false: it acts on motion alone, where the fabric hangs does not depend on it
 };
 
 // The base model: names and units of the exchange format. Mass is taken from the trial.
@@ -47,7 +47,8 @@ Drag drag_named(const std::string& text);
 std::vector<Parameter> base_parameters(Drag drag = Drag::nonlinear);
 
 // Those of the rows alone; the others stay at these coordinates.
-std::vector<Parameter> only(const std::vector<Parameter>& parameters, const std::vector<Eigen::Index>& rows, const Eigen::VectorXd& coordinates);
+std::vector<Parameter> only(const std::vector<Parameter>& parameters, const std::vector<Eigen::Index>& rows,
+                            const Eigen::VectorXd& coordinates);
 
 // From the fitted coordinate (ln or plain) to the value and back.
 double to_value(const Parameter& parameter, double coordinate);

@@ -23,8 +23,7 @@ Index residual_count(const ObservedTrial& trial) {
   Index count = 0;
   if (trial.markers) count += 3 * trial.markers->position.cols();
   if (trial.stripes)
-    for (const StripeFrame& f : trial.stripes->frames)
-      count += static_cast<Index>(f.depth.size() + f.outline.size());
+    for (const StripeFrame& f : trial.stripes->frames) count += static_cast<Index>(f.depth.size() + f.outline.size());
   return count;
 }
 
@@ -50,7 +49,8 @@ auto catmull_rom(const Between& b, size_t count, const Pick& pick) {
   const double x = b.share, x2 = x * x, x3 = x2 * x;
   using Value = decltype(pick(0));
   const Value p0 = clamped(i - 1), p1 = clamped(i), p2 = clamped(i + 1), p3 = clamped(i + 2);
-  return Value(0.5 * ((-x + 2 * x2 - x3) * p0 + (2 - 5 * x2 + 3 * x3) * p1 + (x + 4 * x2 - 3 * x3) * p2 + (x3 - x2) * p3));
+  return Value(0.5 *
+               ((-x + 2 * x2 - x3) * p0 + (2 - 5 * x2 + 3 * x3) * p1 + (x + 4 * x2 - 3 * x3) * p2 + (x3 - x2) * p3));
 }
 
 // The time at which the fabric was as an observation stamped t shows it.
@@ -61,7 +61,8 @@ double shown_at(const Prediction& p, double t) {
 // A shape on one mesh, interpolated to the vertices of another.
 Eigen::Matrix3Xd on_mesh(const geometry::TriangleMesh& to, const cloth::Sheet& from, const Eigen::Matrix3Xd& shape) {
   Eigen::Matrix3Xd out(3, static_cast<Index>(to.rest_uv.size()));
-  for (size_t i = 0; i < to.rest_uv.size(); ++i) out.col(static_cast<Index>(i)) = position_of(cloth::surface_point(from, to.rest_uv[i]), shape);
+  for (size_t i = 0; i < to.rest_uv.size(); ++i)
+    out.col(static_cast<Index>(i)) = position_of(cloth::surface_point(from, to.rest_uv[i]), shape);
   return out;
 }
 
@@ -99,7 +100,8 @@ Objective::Objective(std::vector<ObservedTrial> trials, const ObjectiveOptions& 
     std::shared_ptr<cloth::GuideTrack> track;
     if (trial.markers) {
       for (const Eigen::Vector2d& uv : trial.markers->uv) points.push_back(cloth::surface_point(sheet_, uv));
-      track = std::make_shared<cloth::GuideTrack>(cloth::GuideTrack{points, trial.markers->time_s, trial.markers->position});
+      track = std::make_shared<cloth::GuideTrack>(
+          cloth::GuideTrack{points, trial.markers->time_s, trial.markers->position});
     }
     marker_points_.push_back(std::move(points));
     guide_tracks_.push_back(std::move(track));
@@ -114,7 +116,8 @@ Objective::Objective(std::vector<ObservedTrial> trials, const ObjectiveOptions& 
 }
 
 void Objective::take_branches_of(const Objective& other, const std::vector<size_t>& trials) {
-  for (const size_t i : trials.empty() ? all_of(scenes_.size()) : trials) scenes_[i].start_shape = on_mesh(sheet_.mesh, other.sheet(), other.scenes()[i].start_shape);
+  for (const size_t i : trials.empty() ? all_of(scenes_.size()) : trials)
+    scenes_[i].start_shape = on_mesh(sheet_.mesh, other.sheet(), other.scenes()[i].start_shape);
 }
 
 std::vector<size_t> Objective::simulated_of(const std::vector<size_t>& wanted) const {
@@ -123,7 +126,8 @@ std::vector<size_t> Objective::simulated_of(const std::vector<size_t>& wanted) c
   return trials;
 }
 
-bool Objective::rematch(const std::vector<Parameter>& parameters, const Eigen::VectorXd& coordinates, const std::vector<size_t>& wanted) {
+bool Objective::rematch(const std::vector<Parameter>& parameters, const Eigen::VectorXd& coordinates,
+                        const std::vector<size_t>& wanted) {
   const std::vector<size_t> trials = simulated_of(wanted);
   std::vector<char> changed(trials.size());
   tbb::parallel_for(size_t{0}, trials.size(), [&](size_t i) {
@@ -159,7 +163,8 @@ double Objective::distance_at_first_sight_mm(size_t trial, Prediction prediction
   return median_absolute(residual_of(trial, first, prediction, still));
 }
 
-void Objective::choose_branch(Scene& scene, const std::vector<Parameter>& parameters, const Eigen::VectorXd& usual) const {
+void Objective::choose_branch(Scene& scene, const std::vector<Parameter>& parameters,
+                              const Eigen::VectorXd& usual) const {
   const size_t trial = static_cast<size_t>(&scene - scenes_.data());
   const bool has_one = scene.start_shape.cols() > 0;
   std::vector<Eigen::Matrix3Xd> shapes;
@@ -206,8 +211,9 @@ void Objective::choose_branch(Scene& scene, const std::vector<Parameter>& parame
   }
 }
 
-std::vector<Prediction> Objective::predictions(const std::vector<Parameter>& parameters, const Eigen::MatrixXd& coordinates,
-                                               size_t trial, Index first, Index count) const {
+std::vector<Prediction> Objective::predictions(const std::vector<Parameter>& parameters,
+                                               const Eigen::MatrixXd& coordinates, size_t trial, Index first,
+                                               Index count) const {
   std::vector<Prediction> out;
   for (Index set = first; set < first + count; ++set) {
     Prediction p;
@@ -216,8 +222,8 @@ std::vector<Prediction> Objective::predictions(const std::vector<Parameter>& par
     for (size_t k = 0; k < parameters.size(); ++k)
       parameters[k].apply(p, to_value(parameters[k], coordinates(static_cast<Index>(k), set)));
     if (pulls_per_s_[trial] > 0 && guide_tracks_[trial])
-      p.experiment.guide = std::make_shared<cloth::Guide>(
-          cloth::Guide{guide_tracks_[trial], pulls_per_s_[trial], p.seeing.delay_s, p.seeing.drift, p.experiment.start_s, let_go_});
+      p.experiment.guide = std::make_shared<cloth::Guide>(cloth::Guide{
+          guide_tracks_[trial], pulls_per_s_[trial], p.seeing.delay_s, p.seeing.drift, p.experiment.start_s, let_go_});
     out.push_back(std::move(p));
   }
   return out;
@@ -244,7 +250,8 @@ Eigen::VectorXd Objective::residual_of(size_t index, const ObservedTrial& trial,
   if (trial.stripes)
     for (const StripeFrame& frame : trial.stripes->frames) {
       const auto residuals_at = [&](double t, double* out) {
-        stripe_residuals(*trial.stripes, frame, sheet_.mesh, position_at(e, trajectory, shown_at(prediction, t)), prediction.seeing, out);
+        stripe_residuals(*trial.stripes, frame, sheet_.mesh, position_at(e, trajectory, shown_at(prediction, t)),
+                         prediction.seeing, out);
       };
       const double rolling_s = prediction.seeing.row_delay_s;
       residuals_at(frame.time_s - 0.5 * rolling_s, r.data() + at);
@@ -255,7 +262,8 @@ Eigen::VectorXd Objective::residual_of(size_t index, const ObservedTrial& trial,
         residuals_at(frame.time_s + 0.5 * rolling_s, last.data());
         for (Index k = 0; k < points; ++k) {
           const auto i = static_cast<size_t>(k);
-          const double row = i < frame.depth.size() ? frame.depth[i].pixel.y() : frame.outline[i - frame.depth.size()].pixel.y();
+          const double row =
+              i < frame.depth.size() ? frame.depth[i].pixel.y() : frame.outline[i - frame.depth.size()].pixel.y();
           const double share = row / trial.stripes->camera.height_px;
           r(at + k) = (1 - share) * r(at + k) + share * last(k);
         }
@@ -273,7 +281,8 @@ std::vector<Objective::Group> Objective::groups_of(const std::vector<size_t>& tr
   return groups;
 }
 
-std::map<std::pair<size_t, Index>, Eigen::Matrix3Xd> Objective::shared_rests(const std::vector<Parameter>& parameters, const Eigen::MatrixXd& coordinates,
+std::map<std::pair<size_t, Index>, Eigen::Matrix3Xd> Objective::shared_rests(const std::vector<Parameter>& parameters,
+                                                                             const Eigen::MatrixXd& coordinates,
                                                                              const std::vector<Group>& groups) const {
   // What acts on motion alone stands at its usual value, so that an equilibrium's bits do not depend on who shares it.
   Eigen::MatrixXd at_rest = coordinates;
@@ -281,14 +290,16 @@ std::map<std::pair<size_t, Index>, Eigen::Matrix3Xd> Objective::shared_rests(con
     // In a draught drag acts on what hangs still, too.
     if (!predictions(parameters, coordinates, 0, set, 1).front().experiment.air_velocity_m_s.isZero()) continue;
     for (size_t k = 0; k < parameters.size(); ++k)
-      if (!parameters[k].at_rest) at_rest(static_cast<Index>(k), set) = to_coordinate(parameters[k], parameters[k].start);
+      if (!parameters[k].at_rest)
+        at_rest(static_cast<Index>(k), set) = to_coordinate(parameters[k], parameters[k].start);
   }
   std::map<size_t, std::vector<Index>> different;  // sets, by trial
   std::map<std::pair<size_t, Index>, Index> like;
   for (const Group& g : groups)
     for (Index set = g.first; set < g.first + g.count && !scenes_[g.trial].trial.still; ++set) {
       std::vector<Index>& known = different[g.trial];
-      const auto same = std::find_if(known.begin(), known.end(), [&](Index other) { return at_rest.col(other) == at_rest.col(set); });
+      const auto same =
+          std::find_if(known.begin(), known.end(), [&](Index other) { return at_rest.col(other) == at_rest.col(set); });
       like[{g.trial, set}] = same == known.end() ? set : *same;
       if (same == known.end()) known.push_back(set);
     }
@@ -296,7 +307,9 @@ std::map<std::pair<size_t, Index>, Eigen::Matrix3Xd> Objective::shared_rests(con
   std::vector<std::pair<size_t, std::vector<Index>>> tasks;
   for (const auto& [trial, sets] : different)
     for (size_t first = 0; first < sets.size(); first += lanes_at_once)
-      tasks.push_back({trial, {sets.begin() + static_cast<std::ptrdiff_t>(first), sets.begin() + static_cast<std::ptrdiff_t>(std::min(first + lanes_at_once, sets.size()))}});
+      tasks.push_back({trial,
+                       {sets.begin() + static_cast<std::ptrdiff_t>(first),
+                        sets.begin() + static_cast<std::ptrdiff_t>(std::min(first + lanes_at_once, sets.size()))}});
   std::vector<std::vector<cloth::Rest>> rests(tasks.size());
   tbb::parallel_for(size_t{0}, tasks.size(), [&](size_t i) {
     const auto& [trial, sets] = tasks[i];
@@ -306,14 +319,16 @@ std::map<std::pair<size_t, Index>, Eigen::Matrix3Xd> Objective::shared_rests(con
   });
   std::map<std::pair<size_t, Index>, Eigen::Matrix3Xd> found, out;
   for (size_t i = 0; i < tasks.size(); ++i)
-    for (size_t k = 0; k < tasks[i].second.size(); ++k) found[{tasks[i].first, tasks[i].second[k]}] = rests[i][k].position;
+    for (size_t k = 0; k < tasks[i].second.size(); ++k)
+      found[{tasks[i].first, tasks[i].second[k]}] = rests[i][k].position;
   for (const auto& [key, set] : like) out[key] = found.at({key.first, set});
   return out;
 }
 
-void Objective::evaluate_groups(const std::vector<Parameter>& parameters, const Eigen::MatrixXd& coordinates, const std::vector<Group>& groups,
-                                std::vector<Residuals>& out) const {
-  const auto rests = options_.shared_rests ? shared_rests(parameters, coordinates, groups) : std::map<std::pair<size_t, Index>, Eigen::Matrix3Xd>{};
+void Objective::evaluate_groups(const std::vector<Parameter>& parameters, const Eigen::MatrixXd& coordinates,
+                                const std::vector<Group>& groups, std::vector<Residuals>& out) const {
+  const auto rests = options_.shared_rests ? shared_rests(parameters, coordinates, groups)
+                                           : std::map<std::pair<size_t, Index>, Eigen::Matrix3Xd>{};
   tbb::parallel_for(size_t{0}, groups.size(), [&](size_t task) {
     const auto [trial, first, count] = groups[task];
     const std::vector<Prediction> predicted = predictions(parameters, coordinates, trial, first, count);
@@ -338,18 +353,20 @@ void Objective::evaluate_groups(const std::vector<Parameter>& parameters, const 
       if (!run.finite) continue;
       r.start[trial] = run.start;
       r.mm[trial] = residual_of(trial, scenes_[trial].trial, predicted[static_cast<size_t>(i)], run);
-      if (!mesh_correction_.empty()) r.mm[trial] += (1 + predicted[static_cast<size_t>(i)].beyond_mesh) * mesh_correction_[trial];
+      if (!mesh_correction_.empty())
+        r.mm[trial] += (1 + predicted[static_cast<size_t>(i)].beyond_mesh) * mesh_correction_[trial];
     }
   });
 }
 
-void Objective::evaluate_on_ranks(const std::vector<Parameter>& parameters, const Eigen::MatrixXd& coordinates, const std::vector<Group>& groups,
-                                  std::vector<Residuals>& out) const {
+void Objective::evaluate_on_ranks(const std::vector<Parameter>& parameters, const Eigen::MatrixXd& coordinates,
+                                  const std::vector<Group>& groups, std::vector<Residuals>& out) const {
   // A share: which groups, and at which coordinates; a rank whose own are others must not answer.
   const auto compute = [&](const std::string& share) {
     TakenBytes in(share);
     require(in, Batch::residuals);
-    if (in.numbers() != coordinates.reshaped()) throw std::runtime_error("ranks: this rank has come to other parameters than the first");
+    if (in.numbers() != coordinates.reshaped())
+      throw std::runtime_error("ranks: this rank has come to other parameters than the first");
     std::vector<Group> mine;
     std::string bytes;
     while (!in.at_end()) mine.push_back(groups.at(in.number()));
@@ -465,10 +482,12 @@ Eigen::VectorXd Objective::time_s(size_t trial) const {
 
 void Objective::set_start(const std::vector<Eigen::Matrix3Xd>& start) {
   for (size_t i = 0; i < scenes_.size(); ++i)
-    if (i < start.size() && start[i].cols() == sheet_.data.vertex_count && start[i].allFinite()) scenes_[i].start_shape = start[i];
+    if (i < start.size() && start[i].cols() == sheet_.data.vertex_count && start[i].allFinite())
+      scenes_[i].start_shape = start[i];
 }
 
-double rms_mm(const ObservedTrial& trial, const Eigen::VectorXd& residual, const Eigen::VectorXd& time_s, double from_s, double to_s) {
+double rms_mm(const ObservedTrial& trial, const Eigen::VectorXd& residual, const Eigen::VectorXd& time_s, double from_s,
+              double to_s) {
   double sum = 0;
   Index count = 0;
   for (Index i = 0; i < residual.size(); ++i)
@@ -480,7 +499,8 @@ double rms_mm(const ObservedTrial& trial, const Eigen::VectorXd& residual, const
   return std::sqrt((trial.markers ? 3.0 : 1.0) * sum / static_cast<double>(count));
 }
 
-std::optional<Interval> rms_interval_mm(const ObservedTrial& trial, const Eigen::VectorXd& residual, const Eigen::VectorXd& time_s, double from_s, double to_s) {
+std::optional<Interval> rms_interval_mm(const ObservedTrial& trial, const Eigen::VectorXd& residual,
+                                        const Eigen::VectorXd& time_s, double from_s, double to_s) {
   constexpr double kBlock_s = 1;
   constexpr size_t kLeastBlocks = 4;
   struct Block {
@@ -501,7 +521,8 @@ std::optional<Interval> rms_interval_mm(const ObservedTrial& trial, const Eigen:
   const double mean = sum / count, n = static_cast<double>(blocks.size());
   double departed = 0;
   for (const auto& [at, b] : blocks) departed += std::pow(b.sum - mean * b.count, 2);
-  const double half = boost::math::quantile(boost::math::students_t(n - 1), 0.95) * std::sqrt(n / (n - 1) * departed) / count;
+  const double half =
+      boost::math::quantile(boost::math::students_t(n - 1), 0.95) * std::sqrt(n / (n - 1) * departed) / count;
   const double rows = trial.markers ? 3 : 1;
   return Interval{std::sqrt(rows * std::max(0.0, mean - half)), std::sqrt(rows * (mean + half))};
 }

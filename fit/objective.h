@@ -28,28 +28,30 @@ struct Scene {
 };
 
 struct Residuals {
-  std::vector<Eigen::VectorXd> mm;         // one a trial; NaN where the marker was not seen, empty where a trial was not wanted or is left out as a whole
-  std::vector<Eigen::Matrix3Xd> start;     // equilibrium of each trial
-  bool finite = true;                      // false: a simulation blew up
+  std::vector<Eigen::VectorXd> mm;      // one a trial; NaN where the marker was not seen, empty where a trial was not
+                                        // wanted or is left out as a whole
+  std::vector<Eigen::Matrix3Xd> start;  // equilibrium of each trial
+  bool finite = true;                   // false: a simulation blew up
 };
 
 struct ObjectiveOptions {
-  int columns = 17;                        // of the mesh along the width
-  double model_sd_mm = 0.5;                // what the mesh alone may be off by, added to sensor noise
+  int columns = 17;          // of the mesh along the width
+  double model_sd_mm = 0.5;  // what the mesh alone may be off by, added to sensor noise
   cloth::Options simulation;
-  std::shared_ptr<Ranks> ranks;            // that share out evaluate() (fit/spread/ranks.h); empty: this process alone
-  bool shared_rests = false;               // sets that differ in parameters of motion alone start from one equilibrium, sought once
-  double skipped_s = 0;                    // from each trial's start, where residuals are NaN; where it is not 0, still trials are left out as a whole
-  double pull_per_s = 0;                   // towards the markers that were seen (cloth/guide.h); 0: simulations run free
-  const Objective* branch_of = nullptr;    // equilibria start from this one's, on another mesh, and are not sought
+  std::shared_ptr<Ranks> ranks;  // that share out evaluate() (fit/spread/ranks.h); empty: this process alone
+  bool shared_rests = false;  // sets that differ in parameters of motion alone start from one equilibrium, sought once
+  double skipped_s =
+      0;  // from each trial's start, where residuals are NaN; where it is not 0, still trials are left out as a whole
+  double pull_per_s = 0;                 // towards the markers that were seen (cloth/guide.h); 0: simulations run free
+  const Objective* branch_of = nullptr;  // equilibria start from this one's, on another mesh, and are not sought
 };
 
 class Objective {
  public:
   // Finds each trial's branch of equilibrium: of the shapes tried, the one nearest to the first observation.
   // usual: parameters at which that is decided.
-  Objective(std::vector<ObservedTrial> trials, const ObjectiveOptions& options, const std::vector<Parameter>& parameters,
-            const Eigen::VectorXd& usual);
+  Objective(std::vector<ObservedTrial> trials, const ObjectiveOptions& options,
+            const std::vector<Parameter>& parameters, const Eigen::VectorXd& usual);
 
   const cloth::Sheet& sheet() const { return sheet_; }
   const std::vector<Scene>& scenes() const { return scenes_; }
@@ -69,9 +71,11 @@ class Objective {
   // Seeks each trial's branch of equilibrium again, at these coordinates: among shapes bent through what was seen and
   // the one in use. True where a trial (of those wanted, empty: all) left its branch for one that lies nearer to the
   // first observation. An optimiser stays on a branch that once was near, also when the parameters have moved away.
-  bool rematch(const std::vector<Parameter>& parameters, const Eigen::VectorXd& coordinates, const std::vector<size_t>& trials = {});
+  bool rematch(const std::vector<Parameter>& parameters, const Eigen::VectorXd& coordinates,
+               const std::vector<size_t>& trials = {});
 
-  // Goes on from the equilibria of another objective over the same trials (of those wanted, empty: all), on another mesh.
+  // Goes on from the equilibria of another objective over the same trials (of those wanted, empty: all), on another
+  // mesh.
   void take_branches_of(const Objective& other, const std::vector<size_t>& trials = {});
 
   // Start equilibria for the next evaluations.
@@ -106,13 +110,14 @@ class Objective {
   std::vector<size_t> simulated_of(const std::vector<size_t>& wanted) const;
   std::vector<Group> groups_of(const std::vector<size_t>& trials, Eigen::Index sets) const;
   // Fills in the residuals of the groups' sets; an empty start shape of a set: its simulation blew up.
-  void evaluate_groups(const std::vector<Parameter>& parameters, const Eigen::MatrixXd& coordinates, const std::vector<Group>& groups,
-                       std::vector<Residuals>& out) const;
+  void evaluate_groups(const std::vector<Parameter>& parameters, const Eigen::MatrixXd& coordinates,
+                       const std::vector<Group>& groups, std::vector<Residuals>& out) const;
   // Equilibria of the groups' sets, by trial and set; sets alike but for parameters of motion share one.
-  std::map<std::pair<size_t, Eigen::Index>, Eigen::Matrix3Xd> shared_rests(const std::vector<Parameter>& parameters, const Eigen::MatrixXd& coordinates,
-                                                                          const std::vector<Group>& groups) const;
-  void evaluate_on_ranks(const std::vector<Parameter>& parameters, const Eigen::MatrixXd& coordinates, const std::vector<Group>& groups,
-                         std::vector<Residuals>& out) const;
+  std::map<std::pair<size_t, Eigen::Index>, Eigen::Matrix3Xd> shared_rests(const std::vector<Parameter>& parameters,
+                                                                           const Eigen::MatrixXd& coordinates,
+                                                                           const std::vector<Group>& groups) const;
+  void evaluate_on_ranks(const std::vector<Parameter>& parameters, const Eigen::MatrixXd& coordinates,
+                         const std::vector<Group>& groups, std::vector<Residuals>& out) const;
   // Sets the scene's start_shape; keeps the present one where there is one and none lies clearly nearer.
   void choose_branch(Scene& scene, const std::vector<Parameter>& parameters, const Eigen::VectorXd& usual) const;
   double distance_at_first_sight_mm(size_t trial, Prediction prediction, const Eigen::Matrix3Xd& rest) const;
@@ -126,7 +131,7 @@ class Objective {
   std::vector<std::vector<cloth::SurfacePoint>> marker_points_;  // a trial, a marker
   std::vector<Eigen::VectorXd> mesh_correction_;
   std::vector<std::shared_ptr<const cloth::GuideTrack>> guide_tracks_;  // a trial; null without markers
-  std::vector<double> pulls_per_s_;                              // a trial
+  std::vector<double> pulls_per_s_;                                     // a trial
   cloth::LetGo let_go_;
 };
 
@@ -140,7 +145,7 @@ double rms_mm(const ObservedTrial& trial, const Eigen::VectorXd& residual, const
 
 // 90 % interval of that, with blocks of 1 s as independent draws; nothing where fewer than four blocks were seen.
 using Interval = std::pair<double, double>;
-std::optional<Interval> rms_interval_mm(const ObservedTrial& trial, const Eigen::VectorXd& residual, const Eigen::VectorXd& time_s,
-                                        double from_s = -1e300, double to_s = 1e300);
+std::optional<Interval> rms_interval_mm(const ObservedTrial& trial, const Eigen::VectorXd& residual,
+                                        const Eigen::VectorXd& time_s, double from_s = -1e300, double to_s = 1e300);
 
 }  // namespace selvedge::fit

@@ -57,7 +57,8 @@ MarkerTrack track_markers(const trial::Trial& trial, const ObserveOptions& optio
   for (size_t i = 0; i < m.marker.size(); ++i)
     if (row_of.emplace(m.marker[i], static_cast<Eigen::Index>(row_of.size())).second) track.uv.push_back(m.uv[i]);
   // Still fabric: every sample counts, as a mean at the first time.
-  track.time_s = still ? std::vector<double>{std::max(options.from_s, m.time_s.front())} : thinned_times(m.time_s, options);
+  track.time_s =
+      still ? std::vector<double>{std::max(options.from_s, m.time_s.front())} : thinned_times(m.time_s, options);
   const auto times = static_cast<Eigen::Index>(track.time_s.size()), count = static_cast<Eigen::Index>(track.uv.size());
   track.position = Eigen::Matrix3Xd::Zero(3, times * count);
   Eigen::VectorXi seen = Eigen::VectorXi::Zero(times * count);
@@ -87,14 +88,17 @@ std::vector<double> sample_times(double start, double end, double rate_hz) {
 
 ObservedTrial observe_trial(const trial::Trial& trial, const ObserveOptions& options) {
   for (const auto* corner : {&trial.corners.left, &trial.corners.right})
-    if (corner->array().isNaN().all()) refuse((trial.folder / "corners.csv").string(), "found no sample of one of the corners, expected both to be seen");
+    if (corner->array().isNaN().all())
+      refuse((trial.folder / "corners.csv").string(),
+             "found no sample of one of the corners, expected both to be seen");
   ObservedTrial out;
   out.name = trial.name;
   out.kind = trial.experiment;
   out.width_m = trial.fabric.width_m;
   out.height_m = trial.fabric.height_m;
   const double noise = trial.mocap_noise_m.value_or(3e-4);
-  out.still = trial.starts_at_rest && std::max(travel(trial.corners.left), travel(trial.corners.right)) < std::max(0.004, 12 * noise);
+  out.still = trial.starts_at_rest &&
+              std::max(travel(trial.corners.left), travel(trial.corners.right)) < std::max(0.004, 12 * noise);
 
   cloth::Experiment& e = out.experiment;
   e.material.density = trial.fabric.mass_kg / (trial.fabric.width_m * trial.fabric.height_m);
@@ -108,14 +112,17 @@ ObservedTrial observe_trial(const trial::Trial& trial, const ObserveOptions& opt
   double last = e.start_s;
   if (trial.markers) {
     out.markers = track_markers(trial, options, out.still);
-    if (out.markers->time_s.empty()) refuse((trial.folder / "markers.csv").string(), "found no sample between {} s and {} s", options.from_s, options.to_s);
+    if (out.markers->time_s.empty())
+      refuse((trial.folder / "markers.csv").string(), "found no sample between {} s and {} s", options.from_s,
+             options.to_s);
     last = std::max(last, out.markers->time_s.back());
   }
   if (!trial.markers && trial.frames) {
     out.stripes = track_stripes(trial, options, out.still);
     last = std::max(last, last_time_s(*out.stripes));
   }
-  if (!out.markers && !out.stripes) refuse(trial.folder.string(), "found neither markers.csv nor frames.csv, expected one of them");
+  if (!out.markers && !out.stripes)
+    refuse(trial.folder.string(), "found neither markers.csv nor frames.csv, expected one of them");
   e.sample_s = out.still ? std::vector<double>{e.start_s} : sample_times(e.start_s, last, options.sample_rate_hz);
   return out;
 }

@@ -17,9 +17,7 @@ double robust_scale(const VectorXd& r) {
   return std::max(1.4826 * seen[seen.size() / 2], 1e-3);
 }
 
-double cauchy_cost(const VectorXd& r, double c) {
-  return 0.5 * c * c * (1 + (r.array() / c).square()).log().sum();
-}
+double cauchy_cost(const VectorXd& r, double c) { return 0.5 * c * c * (1 + (r.array() / c).square()).log().sum(); }
 
 VectorXd cauchy_weights(const VectorXd& r, double c) { return (1 / (1 + (r.array() / c).square())).matrix(); }
 

@@ -14,7 +14,7 @@ using cloth::State;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
-constexpr double kSoftest = 0.2, kStiffest = 20;       // K, N/m
+constexpr double kSoftest = 0.2, kStiffest = 20;  // K, N/m
 constexpr double kLeastTau = 0.02, kLargestTau = 1;
 
 size_t first_compared(const SpringRecording& recording, SpringCost cost) {
@@ -44,7 +44,8 @@ ObservedLengths observed_lengths(const SpringRecording& recording, SpringCost co
 
 }  // namespace
 
-SpringRecording record_springs(const cloth::ProvotScene& scene, const IsotropicFabric& reference, int frames, int steps_a_frame) {
+SpringRecording record_springs(const cloth::ProvotScene& scene, const IsotropicFabric& reference, int frames,
+                               int steps_a_frame) {
   SpringRecording recording{scene, {}};
   const ProvotSheet sheet(scene);
   const cloth::ProvotFabric fabric = cloth::fabric_of(reference);
@@ -58,7 +59,8 @@ SpringRecording record_springs(const cloth::ProvotScene& scene, const IsotropicF
   return recording;
 }
 
-double spring_cost(const SpringRecording& recording, const ProvotSheet& sheet, const IsotropicFabric& fabric, SpringCost cost) {
+double spring_cost(const SpringRecording& recording, const ProvotSheet& sheet, const IsotropicFabric& fabric,
+                   SpringCost cost) {
   const cloth::ProvotFabric kinds = cloth::fabric_of(fabric);
   const double step2 = recording.scene.step_s * recording.scene.step_s;
   double sum = 0;
@@ -66,7 +68,8 @@ double spring_cost(const SpringRecording& recording, const ProvotSheet& sheet, c
     State predicted = recording.frames[k].before;
     sheet.advance(kinds, predicted);
     const State& seen = recording.frames[k].at;
-    sum += (predicted.position - seen.position).squaredNorm() + step2 * (predicted.velocity - seen.velocity).squaredNorm();
+    sum +=
+        (predicted.position - seen.position).squaredNorm() + step2 * (predicted.velocity - seen.velocity).squaredNorm();
   }
   return sum;
 }
@@ -89,8 +92,8 @@ VectorXd to_coordinates(const IsotropicFabric& f, SpringCoordinates coordinates)
     x << f.structural_m, f.shear_m, f.flexion_m, f.stiffness_n_m, f.critical_elongation;
   } else {
     const double longest = 1 + f.critical_elongation;
-    x << std::log(f.structural_m * longest), std::log(f.shear_m * longest), std::log(f.flexion_m * longest), std::log(f.stiffness_n_m),
-        std::log(longest);
+    x << std::log(f.structural_m * longest), std::log(f.shear_m * longest), std::log(f.flexion_m * longest),
+        std::log(f.stiffness_n_m), std::log(longest);
   }
   return x;
 }

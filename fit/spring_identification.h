@@ -33,9 +33,11 @@ struct SpringRecording {
 
 // A sheet let go from the level start and held by two corners: `frames` frames, one every `steps_a_frame` steps. The
 // paper gives no masses; the scene's must be such that many springs come to τ, as it says they do.
-SpringRecording record_springs(const cloth::ProvotScene& scene, const cloth::IsotropicFabric& reference, int frames, int steps_a_frame);
+SpringRecording record_springs(const cloth::ProvotScene& scene, const cloth::IsotropicFabric& reference, int frames,
+                               int steps_a_frame);
 
-double spring_cost(const SpringRecording& recording, const cloth::ProvotSheet& sheet, const cloth::IsotropicFabric& fabric, SpringCost cost);
+double spring_cost(const SpringRecording& recording, const cloth::ProvotSheet& sheet,
+                   const cloth::IsotropicFabric& fabric, SpringCost cost);
 
 // The share of springs in the last frame that are longer than 0.99 l (1 + τ).
 double share_at_critical(const SpringRecording& recording, const cloth::IsotropicFabric& reference);

@@ -58,7 +58,8 @@ ObservedTrial beginning_of(ObservedTrial t, double span_s) {
     m.time_s.erase(std::upper_bound(m.time_s.begin(), m.time_s.end(), until_s), m.time_s.end());
     const auto kept = static_cast<Eigen::Index>(m.time_s.size());
     Eigen::Matrix3Xd position(3, kept * static_cast<Eigen::Index>(m.uv.size()));
-    for (Eigen::Index k = 0; k < static_cast<Eigen::Index>(m.uv.size()); ++k) position.middleCols(k * kept, kept) = m.position.middleCols(k * all, kept);
+    for (Eigen::Index k = 0; k < static_cast<Eigen::Index>(m.uv.size()); ++k)
+      position.middleCols(k * kept, kept) = m.position.middleCols(k * all, kept);
     m.position = std::move(position);
   }
   if (t.stripes) {
@@ -69,8 +70,8 @@ ObservedTrial beginning_of(ObservedTrial t, double span_s) {
   return t;
 }
 
-// Still trials and the beginnings of the first three that move. Enough to start from: still trials are cheap, and three that
-// move show every parameter once.
+// Still trials and the beginnings of the first three that move. Enough to start from: still trials are cheap, and three
+// that move show every parameter once.
 std::vector<ObservedTrial> beginnings_of(const std::vector<ObservedTrial>& trials, double span_s) {
   std::vector<ObservedTrial> out;
   for (const size_t i : first_few(trials)) out.push_back(beginning_of(trials[i], span_s));
@@ -97,8 +98,9 @@ std::vector<ObservedTrial> observe_campaign(const trial::Campaign& campaign, dou
     trials.push_back(observe_trial(trial, observe));
     const trial::Fabric &a = trial.fabric, &b = campaign.trials[0].fabric;
     if (a.width_m != b.width_m || a.height_m != b.height_m)
-      refuse((trial.folder / "trial.json").string(), "found a fabric of {} x {} m, expected that of the campaign's other trials, {} x {} m",
-             a.width_m, a.height_m, b.width_m, b.height_m);
+      refuse((trial.folder / "trial.json").string(),
+             "found a fabric of {} x {} m, expected that of the campaign's other trials, {} x {} m", a.width_m,
+             a.height_m, b.width_m, b.height_m);
     progress(static_cast<double>(trials.size()) / static_cast<double>(campaign.trials.size()), "reading " + trial.name);
   }
   return trials;
@@ -111,12 +113,13 @@ double last_observed_s(const std::vector<ObservedTrial>& trials) {
   return end;
 }
 
-report::ProgressCallback part_of(const report::ProgressCallback& whole, double from, double to, const std::string& name) {
+report::ProgressCallback part_of(const report::ProgressCallback& whole, double from, double to,
+                                 const std::string& name) {
   return [=](double done, const std::string& what) { whole(from + (to - from) * done, name + ": " + what); };
 }
 
-LeastSquaresResult minimise_on_branches(Objective& objective, const std::vector<Parameter>& parameters, const Eigen::VectorXd& start,
-                                        const LeastSquaresOptions& options) {
+LeastSquaresResult minimise_on_branches(Objective& objective, const std::vector<Parameter>& parameters,
+                                        const Eigen::VectorXd& start, const LeastSquaresOptions& options) {
   LeastSquaresResult result = minimise(objective, parameters, start, options);
   constexpr int kRounds = 2;
   for (int round = 0; round < kRounds && objective.rematch(parameters, result.coordinates, options.trials); ++round) {
@@ -146,7 +149,8 @@ Start fit_beginnings(const Objective& objective, const std::vector<Parameter>& p
     some.max_iterations = std::min(6, options.max_iterations);
     if (options.prior_centre) some.prior_centre = Eigen::VectorXd((*options.prior_centre)(rows));
     const double from = static_cast<double>(i) / static_cast<double>(shares.size());
-    some.progress = part_of(options.progress, from, from + 1.0 / static_cast<double>(shares.size()), fmt::format("first {:.0f} %", 100 * shares[i]));
+    some.progress = part_of(options.progress, from, from + 1.0 / static_cast<double>(shares.size()),
+                            fmt::format("first {:.0f} %", 100 * shares[i]));
     const LeastSquaresResult fitted = minimise(part, some_parameters, out.coordinates(rows), some);
     out.coordinates(rows) = fitted.coordinates;
     out.evaluations += fitted.evaluations;
@@ -154,9 +158,11 @@ Start fit_beginnings(const Objective& objective, const std::vector<Parameter>& p
   return out;
 }
 
-Rivals minimise_and_return(Objective& objective, const std::vector<Parameter>& parameters, const Eigen::VectorXd& start, const LeastSquaresOptions& options) {
-  constexpr double kClear = 0.05, kUnclear = 0.3;  // moved by this much: what a short piece of motion shows, and the rest
-  constexpr double kAlike = 1.5;                   // costs up to this ratio: a valley that the trials do not rule out
+Rivals minimise_and_return(Objective& objective, const std::vector<Parameter>& parameters, const Eigen::VectorXd& start,
+                           const LeastSquaresOptions& options) {
+  constexpr double kClear = 0.05,
+                   kUnclear = 0.3;  // moved by this much: what a short piece of motion shows, and the rest
+  constexpr double kAlike = 1.5;    // costs up to this ratio: a valley that the trials do not rule out
   LeastSquaresOptions part = options;
   part.progress = part_of(options.progress, 0, 0.6, "down");
   LeastSquaresResult first = minimise(objective, parameters, start, part);
@@ -167,7 +173,8 @@ Rivals minimise_and_return(Objective& objective, const std::vector<Parameter>& p
   LeastSquaresResult second = minimise(objective, parameters, first.coordinates + moved, part);
   const int evaluations = first.evaluations + second.evaluations;
   // One scale for both; the pull to either start is left out.
-  const double a = cost_of(objective, first.residuals, options, 1), b = cost_of(objective, second.residuals, options, 1);
+  const double a = cost_of(objective, first.residuals, options, 1),
+               b = cost_of(objective, second.residuals, options, 1);
   if (b < a) std::swap(first, second);
   Rivals out{std::move(first), std::nullopt};
   out.best.evaluations = evaluations;
@@ -175,13 +182,13 @@ Rivals minimise_and_return(Objective& objective, const std::vector<Parameter>& p
   return out;
 }
 
-Start find_start(const std::vector<ObservedTrial>& trials, const ObjectiveOptions& on, const std::vector<Parameter>& parameters,
-                 const LeastSquaresOptions& options) {
+Start find_start(const std::vector<ObservedTrial>& trials, const ObjectiveOptions& on,
+                 const std::vector<Parameter>& parameters, const LeastSquaresOptions& options) {
   constexpr size_t kCandidates = 3;
   constexpr double kBeginning = 0.4, kLeast_s = 1.2;  // of the longest trial
   const double span_s = longest_span_s(trials, options.fit_until_s);
-  const Objective grid(beginnings_of(trials, std::clamp(kBeginning * span_s, std::min(kLeast_s, span_s), span_s)), on, parameters,
-                       usual_coordinates(parameters));
+  const Objective grid(beginnings_of(trials, std::clamp(kBeginning * span_s, std::min(kLeast_s, span_s), span_s)), on,
+                       parameters, usual_coordinates(parameters));
   LeastSquaresOptions search = options;
   search.max_iterations = 5;
   search.progress = part_of(options.progress, 0, 0.4, "grid");
@@ -190,7 +197,8 @@ Start find_start(const std::vector<ObservedTrial>& trials, const ObjectiveOption
   double least = std::numeric_limits<double>::infinity();
   for (size_t i = 0; i < found.best.size(); ++i) {
     const double from = 0.4 + 0.6 * static_cast<double>(i) / kCandidates;
-    search.progress = part_of(options.progress, from, from + 0.6 / kCandidates, fmt::format("start {} of {}", i + 1, found.best.size()));
+    search.progress = part_of(options.progress, from, from + 0.6 / kCandidates,
+                              fmt::format("start {} of {}", i + 1, found.best.size()));
     Objective own = grid;
     own.rematch(parameters, found.best[i]);
     const LeastSquaresResult fitted = minimise_on_branches(own, parameters, found.best[i], search);

@@ -47,7 +47,9 @@ size_t nearest(const StripeObservation& o, std::pair<size_t, size_t> range, bool
 }
 
 // Curve `b` follows curve `a` towards growing projector row, as seen on `votes` scan lines.
-struct Link { int a, b, votes; };
+struct Link {
+  int a, b, votes;
+};
 
 std::vector<Link> curve_links(const StripeObservation& o) {
   std::map<std::pair<int, int>, int> votes;
@@ -110,7 +112,8 @@ std::vector<bool> contradicted(const Pieces& pieces, const std::vector<Link>& li
 using Votes = std::map<std::pair<int, int>, double>;  // (piece, periods) → weight
 
 void vote_at_corner(const StripeObservation& o, const StripePattern& pattern, const Pieces& pieces,
-                    const std::vector<bool>& doubtful, const Eigen::Vector2d& corner_px, double corner_row, Votes& votes) {
+                    const std::vector<bool>& doubtful, const Eigen::Vector2d& corner_px, double corner_row,
+                    Votes& votes) {
   struct Fit {
     Eigen::Matrix3d normal = Eigen::Matrix3d::Identity() * 1e-6;
     Eigen::Vector3d right = Eigen::Vector3d::Zero();
@@ -189,9 +192,13 @@ int label_edges(StripeObservation& o, const geometry::Projection& camera, const 
   Votes votes;
   for (const Eigen::Vector3d& corner : {left_corner, right_corner}) {
     const Eigen::Vector2d lit = geometry::project(projector, corner);
-    vote_at_corner(o, pattern, pieces, doubtful, geometry::project(camera, corner), pattern.horizontal ? lit.y() : lit.x(), votes);
+    vote_at_corner(o, pattern, pieces, doubtful, geometry::project(camera, corner),
+                   pattern.horizontal ? lit.y() : lit.x(), votes);
   }
-  struct Verdict { int periods = 0; double best = 0, second = 0; };
+  struct Verdict {
+    int periods = 0;
+    double best = 0, second = 0;
+  };
   std::map<int, Verdict> verdicts;
   for (const auto& [key, weight] : votes) {
     Verdict& v = verdicts[key.first];
@@ -201,7 +208,8 @@ int label_edges(StripeObservation& o, const geometry::Projection& camera, const 
   int labelled = 0;
   for (StripeEdge& edge : o.edges) {
     const auto verdict = verdicts.find(pieces.piece[edge.curve]);
-    edge.labelled = verdict != verdicts.end() && verdict->second.second < 0.5 * verdict->second.best && !doubtful[edge.curve];
+    edge.labelled =
+        verdict != verdicts.end() && verdict->second.second < 0.5 * verdict->second.best && !doubtful[edge.curve];
     if (!edge.labelled) continue;
     edge.half_index = pieces.half_index[edge.curve] + 2 * verdict->second.periods;
     edge.projector_px = render::border_px(pattern, edge.half_index);

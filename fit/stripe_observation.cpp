@@ -39,12 +39,16 @@ std::vector<Extremum> extrema(const std::vector<double>& line, int first, int la
     if (direction < 0 && line[i] <= line[low]) low = i;
   }
   // What came last counts only where the run turned back from it a little.
-  if (direction > 0 && high < last && line[high] - line[last] > 0.05 * least_contrast) found.push_back({high, line[high], true});
-  if (direction < 0 && low < last && line[last] - line[low] > 0.05 * least_contrast) found.push_back({low, line[low], false});
+  if (direction > 0 && high < last && line[high] - line[last] > 0.05 * least_contrast)
+    found.push_back({high, line[high], true});
+  if (direction < 0 && low < last && line[last] - line[low] > 0.05 * least_contrast)
+    found.push_back({low, line[low], false});
   return found;
 }
 
-struct Crossing { double at, slope; };
+struct Crossing {
+  double at, slope;
+};
 
 // Where the line crosses a level between two samples of opposite sides; Catmull-Rom cubic, bisection.
 std::optional<Crossing> crossing(const std::vector<double>& line, int from, int to, double level) {
@@ -96,7 +100,8 @@ bool columns_run_across(const Image& image, const std::vector<unsigned char>& in
   for (int y = 1; y + 1 < image.rows(); y += 3)
     for (int x = 1; x + 1 < image.cols(); x += 3) {
       const size_t i = size_t(y) * image.cols() + x;
-      if (!inside[i] || !inside[i - 1] || !inside[i + 1] || !inside[i - image.cols()] || !inside[i + image.cols()]) continue;
+      if (!inside[i] || !inside[i - 1] || !inside[i + 1] || !inside[i - image.cols()] || !inside[i + image.cols()])
+        continue;
       along_x += std::abs(image(y, x + 1) - image(y, x - 1));
       along_y += std::abs(image(y + 1, x) - image(y - 1, x));
     }
@@ -136,16 +141,15 @@ void set_scales(std::vector<StripeEdge>& edges, size_t from, bool columns, const
 
 }  // namespace
 
-StripeObservation observe(const Image& image, const geometry::Projection& camera,
-                          const geometry::Projection& projector, const StripePattern& pattern,
-                          const ObservationOptions& options) {
+StripeObservation observe(const Image& image, const geometry::Projection& camera, const geometry::Projection& projector,
+                          const StripePattern& pattern, const ObservationOptions& options) {
   StripeObservation result;
   const Background background = measure_background(image);
   result.background_grey = background.grey;
   result.noise_grey = options.noise_grey > 0 ? options.noise_grey : std::max(0.3, background.noise_grey);
   result.inside = silhouette_mask(image, background);
-  result.silhouette = outline_points(image, result.inside, background, options.silhouette_step_px,
-                                     options.fixed_outline_sd_px);
+  result.silhouette =
+      outline_points(image, result.inside, background, options.silhouette_step_px, options.fixed_outline_sd_px);
   result.scans_columns = columns_run_across(image, result.inside);
   result.scan_sign = scan_sign(camera, projector, pattern.horizontal, result.scans_columns);
 
@@ -187,11 +191,12 @@ StripeObservation observe(const Image& image, const geometry::Projection& camera
   return result;
 }
 
-std::optional<Eigen::Vector3d> triangulate(const geometry::Projection& camera,
-                                           const geometry::Projection& projector, const StripePattern& pattern,
-                                           const Eigen::Vector2d& pixel, double projector_px) {
+std::optional<Eigen::Vector3d> triangulate(const geometry::Projection& camera, const geometry::Projection& projector,
+                                           const StripePattern& pattern, const Eigen::Vector2d& pixel,
+                                           double projector_px) {
   // Points that the projector sends to row r: (p₁ − r p₂) · [x; 1] = 0.
-  const Eigen::Vector4d plane = (projector.matrix.row(pattern.horizontal ? 1 : 0) - projector_px * projector.matrix.row(2)).transpose();
+  const Eigen::Vector4d plane =
+      (projector.matrix.row(pattern.horizontal ? 1 : 0) - projector_px * projector.matrix.row(2)).transpose();
   const Eigen::Vector3d eye = geometry::centre(camera), ray = geometry::ray(camera, pixel);
   const double along = plane.head<3>().dot(ray);
   if (std::abs(along) < 1e-3 * plane.head<3>().norm()) return std::nullopt;

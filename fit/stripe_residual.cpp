@@ -45,7 +45,8 @@ std::vector<DepthPoint> depth_points(const StripeObservation& seen, const Optics
     if (!edge.labelled) continue;
     const auto at = triangulate(o.camera, o.projector, o.pattern, edge.pixel, edge.projector_px);
     // What a shift by the edge's deviation does to the triangulated point is its deviation.
-    const auto shifted = triangulate(o.camera, o.projector, o.pattern, edge.pixel + Eigen::Vector2d(0, 0.1), edge.projector_px);
+    const auto shifted =
+        triangulate(o.camera, o.projector, o.pattern, edge.pixel + Eigen::Vector2d(0, 0.1), edge.projector_px);
     if (!at || !shifted) continue;
     DepthPoint p;
     p.pixel = edge.pixel;
@@ -53,7 +54,8 @@ std::vector<DepthPoint> depth_points(const StripeObservation& seen, const Optics
     p.depth_m = geometry::depth(o.camera, *at);
     const Eigen::Vector3d centre = geometry::centre(o.camera);
     p.ray_m_per_depth_m = (*at - centre).norm() / p.depth_m;
-    p.sd_mm = std::max(1e3 * std::abs(geometry::depth(o.camera, *shifted) - p.depth_m) * p.ray_m_per_depth_m * edge.sd_px / 0.1, 0.05);
+    p.sd_mm = std::max(
+        1e3 * std::abs(geometry::depth(o.camera, *shifted) - p.depth_m) * p.ray_m_per_depth_m * edge.sd_px / 0.1, 0.05);
     points.push_back(p);
   }
   return points;
@@ -134,12 +136,15 @@ std::shared_ptr<const StripeTrack> track_stripes(const trial::Trial& trial, cons
   const std::string where = (trial.folder / "trial.json").string();
   if (!trial.camera || !trial.projector || !trial.pattern)
     refuse(where, "the trial has frames, but no {}; expected camera, projector and projector.pattern",
-           !trial.camera ? "camera" : !trial.projector ? "projector" : "projector.pattern");
+           !trial.camera      ? "camera"
+           : !trial.projector ? "projector"
+                              : "projector.pattern");
   auto track = std::make_shared<StripeTrack>();
   track->camera = *trial.camera;
   track->projector = *trial.projector;
   track->pattern = *trial.pattern;
-  Optics o{*trial.camera, *trial.projector, pattern_of(*trial.pattern), geometry::decompose(*trial.camera).intrinsics(0, 0)};
+  Optics o{*trial.camera, *trial.projector, pattern_of(*trial.pattern),
+           geometry::decompose(*trial.camera).intrinsics(0, 0)};
   double next = -1e300;
   size_t labelled = 0;
   for (size_t i = 0; i < trial.frames->time_s.size(); ++i) {
@@ -150,7 +155,10 @@ std::shared_ptr<const StripeTrack> track_stripes(const trial::Trial& trial, cons
     labelled += track->frames.back().depth.size();
     if (still && track->frames.size() >= 3) break;
   }
-  if (labelled == 0) refuse((trial.folder / "frames").string(), "no projected stripe could be followed from the held corners in any frame; expected stripes as trial.json describes them");
+  if (labelled == 0)
+    refuse((trial.folder / "frames").string(),
+           "no projected stripe could be followed from the held corners in any frame; expected stripes as trial.json "
+           "describes them");
   return track;
 }
 
@@ -171,8 +179,10 @@ void stripe_residuals(const StripeTrack& track, const StripeFrame& frame, const 
     const auto sample = map.at(p.pixel);
     double depth_m = p.depth_m;
     if (moved)
-      if (const auto at = triangulate(camera, projector, pattern, p.pixel, p.projector_px)) depth_m = geometry::depth(camera, *at);
-    *residual_mm++ = sample ? std::clamp(1e3 * (sample->depth_m - depth_m) * p.ray_m_per_depth_m, -50.0, 50.0) : kUncoveredMm;
+      if (const auto at = triangulate(camera, projector, pattern, p.pixel, p.projector_px))
+        depth_m = geometry::depth(camera, *at);
+    *residual_mm++ =
+        sample ? std::clamp(1e3 * (sample->depth_m - depth_m) * p.ray_m_per_depth_m, -50.0, 50.0) : kUncoveredMm;
   }
   std::vector<Eigen::Vector2d> rim;
   for (const int v : rim_of(mesh)) rim.push_back(geometry::project(camera, position.col(v)));

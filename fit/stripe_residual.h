@@ -15,10 +15,10 @@ namespace selvedge::fit {
 
 struct DepthPoint {
   Eigen::Vector2d pixel;
-  double projector_px = 0;   // row of the stripe's border
-  double depth_m = 0;        // along the optical axis
+  double projector_px = 0;       // row of the stripe's border
+  double depth_m = 0;            // along the optical axis
   double ray_m_per_depth_m = 1;  // length along the ray for a metre of depth
-  double sd_mm = 0;          // along the ray
+  double sd_mm = 0;              // along the ray
 };
 
 struct OutlinePoint {
@@ -30,7 +30,7 @@ struct OutlinePoint {
 struct StripeFrame {
   double time_s = 0;
   int number = 0;
-  size_t index = 0;          // into trial.frames
+  size_t index = 0;  // into trial.frames
   std::vector<DepthPoint> depth;
   std::vector<OutlinePoint> outline;
 };

@@ -52,7 +52,8 @@ class Words {
 
   int whole(const char* expected, int most) {
     const double value = number(expected);
-    if (value != std::floor(value) || value < 0 || value > most) refuse(where(), "found {}, expected {} up to {}", value, expected, most);
+    if (value != std::floor(value) || value < 0 || value > most)
+      refuse(where(), "found {}, expected {} up to {}", value, expected, most);
     return static_cast<int>(value);
   }
 
@@ -84,9 +85,11 @@ Eigen::Vector3d read_offset(Words& words) {
 }
 
 int channel_of(const std::string& name, const std::string& where) {
-  static const std::vector<std::string> names = {"Xposition", "Yposition", "Zposition", "Xrotation", "Yrotation", "Zrotation"};
+  static const std::vector<std::string> names = {"Xposition", "Yposition", "Zposition",
+                                                 "Xrotation", "Yrotation", "Zrotation"};
   const auto found = std::find(names.begin(), names.end(), name);
-  if (found == names.end()) refuse(where, "found the channel {}, expected one of {}", in_quotes(name), fmt::join(names, ", "));
+  if (found == names.end())
+    refuse(where, "found the channel {}, expected one of {}", in_quotes(name), fmt::join(names, ", "));
   return static_cast<int>(found - names.begin());
 }
 
@@ -126,10 +129,8 @@ void read_frame(Words& words, Motion& motion) {
     Eigen::Quaterniond turned = Eigen::Quaterniond::Identity();
     for (const int channel : joint.channels) {
       const double value = words.number("the value of a channel");
-      if (channel < 3)
-        moved(channel) += value;
-      else
-        turned = turned * Eigen::AngleAxisd(value * std::numbers::pi / 180, Eigen::Vector3d::Unit(channel - 3));
+      if (channel < 3) moved(channel) += value;
+      else turned = turned * Eigen::AngleAxisd(value * std::numbers::pi / 180, Eigen::Vector3d::Unit(channel - 3));
     }
     translation.push_back(moved);
     rotation.push_back(turned);
@@ -153,11 +154,14 @@ void convert(Motion& motion, const BvhOptions& options) {
 
 // Catmull–Rom through the root's positions.
 Eigen::Vector3d root_at(const Motion& m, size_t frame, double share) {
-  const auto p = [&](long i) { return m.translation[static_cast<size_t>(std::clamp<long>(i, 0, static_cast<long>(m.translation.size()) - 1))][0]; };
+  const auto p = [&](long i) {
+    return m.translation[static_cast<size_t>(std::clamp<long>(i, 0, static_cast<long>(m.translation.size()) - 1))][0];
+  };
   const auto i = static_cast<long>(frame);
   const Eigen::Vector3d here = p(i), there = p(i + 1);
   const Eigen::Vector3d out = i > 0 ? Eigen::Vector3d((there - p(i - 1)) / 2) : Eigen::Vector3d(there - here);
-  const Eigen::Vector3d in = i + 2 < static_cast<long>(m.translation.size()) ? Eigen::Vector3d((p(i + 2) - here) / 2) : Eigen::Vector3d(there - here);
+  const Eigen::Vector3d in = i + 2 < static_cast<long>(m.translation.size()) ? Eigen::Vector3d((p(i + 2) - here) / 2)
+                                                                             : Eigen::Vector3d(there - here);
   const double s = share, s2 = s * s, s3 = s2 * s;
   return (2 * s3 - 3 * s2 + 1) * here + (s3 - 2 * s2 + s) * out + (3 * s2 - 2 * s3) * there + (s3 - s2) * in;
 }
@@ -212,7 +216,8 @@ std::vector<Eigen::Isometry3d> pose_at(const Motion& motion, double time_s, doub
   const size_t last = motion.translation.size() - 1;
   const double in_frames = std::clamp(time_s / motion.frame_s, 0.0, static_cast<double>(last));
   const size_t frame = std::min(static_cast<size_t>(in_frames), last - 1);
-  const double share = time_s < 0 ? from_rest(time_s, kPoseRunUp_s) / motion.frame_s : in_frames - static_cast<double>(frame);
+  const double share =
+      time_s < 0 ? from_rest(time_s, kPoseRunUp_s) / motion.frame_s : in_frames - static_cast<double>(frame);
   std::vector<Eigen::Isometry3d> world(motion.joints.size());
   for (size_t j = 0; j < motion.joints.size(); ++j) {
     Eigen::Isometry3d local = Eigen::Isometry3d::Identity();
@@ -222,7 +227,8 @@ std::vector<Eigen::Isometry3d> pose_at(const Motion& motion, double time_s, doub
     if (j > 0) {
       local.translation() = motion.translation[frame][j];
     } else if (time_s < 0) {
-      local.translation() = motion.translation[0][0] + from_rest(time_s, run_up_s) / motion.frame_s * (motion.translation[1][0] - motion.translation[0][0]);
+      local.translation() = motion.translation[0][0] + from_rest(time_s, run_up_s) / motion.frame_s *
+                                                           (motion.translation[1][0] - motion.translation[0][0]);
     } else {
       local.translation() = root_at(motion, frame, share);
     }

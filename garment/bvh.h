@@ -16,14 +16,14 @@
 namespace selvedge::garment {
 
 struct Joint {
-  std::string name;                 // an end site is NAME-end of its parent
+  std::string name;  // an end site is NAME-end of its parent
   int parent = -1;
   Eigen::Vector3d offset = Eigen::Vector3d::Zero();  // m, from the parent
-  std::vector<int> channels;        // 0–2: x y z position, 3–5: x y z rotation, in the file's order
+  std::vector<int> channels;  // 0–2: x y z position, 3–5: x y z rotation, in the file's order
 };
 
 struct Motion {
-  std::vector<Joint> joints;        // parents before children; the first is the root
+  std::vector<Joint> joints;  // parents before children; the first is the root
   double frame_s = 0;
   // Per frame, per joint.
   std::vector<std::vector<Eigen::Vector3d>> translation;  // m, with the offset
@@ -32,8 +32,8 @@ struct Motion {
 };
 
 struct BvhOptions {
-  double metres_per_unit = 0.01;    // most files are in centimetres
-  bool y_up = true;                 // turned so that z is up: (x, y, z) → (x, −z, y)
+  double metres_per_unit = 0.01;  // most files are in centimetres
+  bool y_up = true;               // turned so that z is up: (x, y, z) → (x, −z, y)
 };
 
 // Throws BadInput naming the file and line of what is wrong: an unknown word, a channel that is none, a line of

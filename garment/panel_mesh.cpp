@@ -17,8 +17,10 @@ std::vector<std::array<int, 2>> count_cells(const Pattern& pattern) {
   std::vector<size_t> set(2 * n);
   std::iota(set.begin(), set.end(), 0);
   for (const Seam& seam : pattern.seams) {
-    const size_t a = set[2 * static_cast<size_t>(seam.first.panel) + static_cast<size_t>(direction_of(seam.first.edge))];
-    const size_t b = set[2 * static_cast<size_t>(seam.second.panel) + static_cast<size_t>(direction_of(seam.second.edge))];
+    const size_t a =
+        set[2 * static_cast<size_t>(seam.first.panel) + static_cast<size_t>(direction_of(seam.first.edge))];
+    const size_t b =
+        set[2 * static_cast<size_t>(seam.second.panel) + static_cast<size_t>(direction_of(seam.second.edge))];
     std::replace(set.begin(), set.end(), b, a);
   }
   std::vector<double> length(2 * n, 0), members(2 * n, 0);
@@ -41,7 +43,8 @@ std::vector<std::array<int, 2>> count_cells(const Pattern& pattern) {
 Eigen::Vector2d coons(const Panel& p, double s, double t) {
   const Eigen::Vector2d across = (1 - t) * point_at(p.top, s) + t * point_at(p.bottom, s);
   const Eigen::Vector2d down = (1 - s) * point_at(p.left, t) + s * point_at(p.right, t);
-  const Eigen::Vector2d corners = (1 - t) * ((1 - s) * p.top.front() + s * p.top.back()) + t * ((1 - s) * p.bottom.front() + s * p.bottom.back());
+  const Eigen::Vector2d corners =
+      (1 - t) * ((1 - s) * p.top.front() + s * p.top.back()) + t * ((1 - s) * p.bottom.front() + s * p.bottom.back());
   return across + down - corners;
 }
 
@@ -52,7 +55,8 @@ std::vector<int> PanelMesh::along(Edge edge) const {
   const bool across = direction_of(edge) == 0;
   const int count = across ? columns : rows;
   for (int i = 0; i < count; ++i) {
-    const int row = across ? (edge == Edge::top ? 0 : rows - 1) : i, column = across ? i : (edge == Edge::left ? 0 : columns - 1);
+    const int row = across ? (edge == Edge::top ? 0 : rows - 1) : i,
+              column = across ? i : (edge == Edge::left ? 0 : columns - 1);
     out.push_back(row * columns + column);
   }
   return out;
@@ -66,7 +70,8 @@ std::vector<PanelMesh> mesh_panels(const Pattern& pattern) {
     m.columns = cells[i][0] + 1;
     m.rows = cells[i][1] + 1;
     // The grid's triangles over another shape.
-    m.mesh = geometry::make_grid_mesh(cells[i][0] * pattern.spacing_m, cells[i][1] * pattern.spacing_m, m.columns, m.rows);
+    m.mesh =
+        geometry::make_grid_mesh(cells[i][0] * pattern.spacing_m, cells[i][1] * pattern.spacing_m, m.columns, m.rows);
     for (int r = 0; r < m.rows; ++r)
       for (int c = 0; c < m.columns; ++c)
         m.mesh.rest_uv[static_cast<size_t>(r * m.columns + c)] =

@@ -7,8 +7,8 @@
 namespace selvedge::garment {
 
 struct PanelMesh {
-  int columns = 0, rows = 0;          // vertices
-  geometry::TriangleMesh mesh;        // vertex (column c, row r) at r·columns + c
+  int columns = 0, rows = 0;    // vertices
+  geometry::TriangleMesh mesh;  // vertex (column c, row r) at r·columns + c
 
   // Vertices along an edge, in its direction.
   std::vector<int> along(Edge edge) const;

@@ -33,20 +33,20 @@ struct PanelEdge {
 
 struct Seam {
   PanelEdge first, second;
-  bool reversed = false;   // the end of one meets the start of the other
-  double ease = 0;         // share by which the second is longer, worked in evenly; found when the file is read
+  bool reversed = false;  // the end of one meets the start of the other
+  double ease = 0;        // share by which the second is longer, worked in evenly; found when the file is read
 };
 
 struct Pattern {
   cloth::Material fabric;
-  double spacing_m = 0.01;           // between vertices, about
+  double spacing_m = 0.01;  // between vertices, about
   std::vector<Panel> panels;
   std::vector<Seam> seams;
-  std::vector<PanelEdge> held;       // edges that move with the joint
-  std::string held_by;               // joint's name
-  double held_above_m = 0;           // height of the held edge over the joint at the start
+  std::vector<PanelEdge> held;  // edges that move with the joint
+  std::string held_by;          // joint's name
+  double held_above_m = 0;      // height of the held edge over the joint at the start
   double friction = 0.3, body_friction = 0.3;
-  std::string where;                 // file, for errors
+  std::string where;  // file, for errors
 };
 
 // Point at a share of the line's length, 0 to 1.

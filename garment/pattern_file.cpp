@@ -16,7 +16,8 @@ const std::vector<std::string> kEdges = {"top", "bottom", "left", "right"};
 
 Line read_line(const JsonReader& json, const std::string& key) {
   const nlohmann::json& points = json.value(key);
-  if (!points.is_array() || points.size() < 2) refuse(json.where(key), "found {}, expected at least two points [x, y] in m", files::shown(points));
+  if (!points.is_array() || points.size() < 2)
+    refuse(json.where(key), "found {}, expected at least two points [x, y] in m", files::shown(points));
   Line line;
   for (const nlohmann::json& point : points) {
     const std::vector<double> xy = files::finite_numbers(point, 2, json.where(key));
@@ -40,9 +41,13 @@ Panel read_panel(const JsonReader& json) {
   p.bottom = read_line(json, "bottom");
   p.left = json.has("left") ? read_line(json, "left") : Line{p.top.front(), p.bottom.front()};
   p.right = json.has("right") ? read_line(json, "right") : Line{p.top.back(), p.bottom.back()};
-  for (const auto& [corner, one, two] : {std::tuple{"top left", p.top.front(), p.left.front()}, {"top right", p.top.back(), p.right.front()},
-                                         {"bottom left", p.bottom.front(), p.left.back()}, {"bottom right", p.bottom.back(), p.right.back()}})
-    if ((one - two).norm() > 1e-6) refuse(json.where("name"), "found edges of {} that do not meet at its {} corner, expected them to", in_quotes(name), corner);
+  for (const auto& [corner, one, two] : {std::tuple{"top left", p.top.front(), p.left.front()},
+                                         {"top right", p.top.back(), p.right.front()},
+                                         {"bottom left", p.bottom.front(), p.left.back()},
+                                         {"bottom right", p.bottom.back(), p.right.back()}})
+    if ((one - two).norm() > 1e-6)
+      refuse(json.where("name"), "found edges of {} that do not meet at its {} corner, expected them to",
+             in_quotes(name), corner);
   return p;
 }
 
@@ -52,16 +57,24 @@ PanelEdge read_edge(const Pattern& pattern, const std::string& text, const std::
   const std::string name = text.substr(0, dot), edge = dot == std::string::npos ? "" : text.substr(dot + 1);
   const auto side = std::find(kEdges.begin(), kEdges.end(), edge);
   for (size_t i = 0; i < pattern.panels.size(); ++i)
-    if (pattern.panels[i].name == name && side != kEdges.end()) return {static_cast<int>(i), static_cast<Edge>(side - kEdges.begin())};
+    if (pattern.panels[i].name == name && side != kEdges.end())
+      return {static_cast<int>(i), static_cast<Edge>(side - kEdges.begin())};
   refuse(where, "found {}, expected PANEL.top, .bottom, .left or .right of a panel in this file", in_quotes(text));
 }
 
 // Parameters by name, of a fit or written out; what is not named keeps its default.
 void read_fabric(const JsonReader& json, cloth::Material& m) {
-  const std::vector<std::pair<std::string, double*>> known = {
-      {"density", &m.density}, {"stretch", &m.stretch}, {"shear", &m.shear}, {"bend", &m.bend},
-      {"stretch_damping", &m.stretch_damping}, {"shear_damping", &m.shear_damping}, {"bend_damping", &m.bend_damping},
-      {"drag_normal", &m.drag_normal}, {"drag_tangent", &m.drag_tangent}, {"drag_fade", &m.drag_fade}, {"drag_linear", &m.drag_linear}};
+  const std::vector<std::pair<std::string, double*>> known = {{"density", &m.density},
+                                                              {"stretch", &m.stretch},
+                                                              {"shear", &m.shear},
+                                                              {"bend", &m.bend},
+                                                              {"stretch_damping", &m.stretch_damping},
+                                                              {"shear_damping", &m.shear_damping},
+                                                              {"bend_damping", &m.bend_damping},
+                                                              {"drag_normal", &m.drag_normal},
+                                                              {"drag_tangent", &m.drag_tangent},
+                                                              {"drag_fade", &m.drag_fade},
+                                                              {"drag_linear", &m.drag_linear}};
   const JsonReader fabric = json.child("fabric");
   std::vector<std::string> names = {"fit"};
   for (const auto& [name, value] : known) names.push_back(name);
@@ -81,12 +94,14 @@ Seam read_seam(const Pattern& pattern, const JsonReader& json) {
   json.allow_only({"sew", "reversed"});
   const std::vector<std::string> edges = json.texts("sew");
   if (edges.size() != 2) refuse(json.where("sew"), "found {} edges, expected two", edges.size());
-  Seam seam{read_edge(pattern, edges[0], json.where("sew")), read_edge(pattern, edges[1], json.where("sew")), json.truth_or("reversed", false), 0};
+  Seam seam{read_edge(pattern, edges[0], json.where("sew")), read_edge(pattern, edges[1], json.where("sew")),
+            json.truth_or("reversed", false), 0};
   const double first = length_of(line_of(pattern.panels[static_cast<size_t>(seam.first.panel)], seam.first.edge));
   const double second = length_of(line_of(pattern.panels[static_cast<size_t>(seam.second.panel)], seam.second.edge));
   seam.ease = second / first - 1;
   if (std::abs(seam.ease) > 0.2)
-    refuse(json.where("sew"), "found edges of {:.3f} and {:.3f} m, expected lengths within a fifth of each other", first, second);
+    refuse(json.where("sew"), "found edges of {:.3f} and {:.3f} m, expected lengths within a fifth of each other",
+           first, second);
   return seam;
 }
 
@@ -94,7 +109,8 @@ Seam read_seam(const Pattern& pattern, const JsonReader& json) {
 
 Pattern read_pattern(const std::filesystem::path& path, double spacing_m) {
   const JsonReader json(path);
-  json.allow_only({"format", "fabric", "spacing_m", "panels", "seams", "held", "held_by", "held_above_m", "friction", "body_friction", "limbs", "motion"});
+  json.allow_only({"format", "fabric", "spacing_m", "panels", "seams", "held", "held_by", "held_above_m", "friction",
+                   "body_friction", "limbs", "motion"});
   json.choice("format", {"garment/1"});
   Pattern pattern;
   pattern.where = path.string();
@@ -103,7 +119,8 @@ Pattern read_pattern(const std::filesystem::path& path, double spacing_m) {
   for (const JsonReader& panel : json.children("panels")) pattern.panels.push_back(read_panel(panel));
   if (pattern.panels.empty()) refuse(json.where("panels"), "found none, expected at least one");
   for (const JsonReader& seam : json.children("seams")) pattern.seams.push_back(read_seam(pattern, seam));
-  for (const std::string& edge : json.texts("held")) pattern.held.push_back(read_edge(pattern, edge, json.where("held")));
+  for (const std::string& edge : json.texts("held"))
+    pattern.held.push_back(read_edge(pattern, edge, json.where("held")));
   if (pattern.held.empty()) refuse(json.where("held"), "found none, expected the edges that the body holds");
   pattern.held_by = json.text("held_by");
   pattern.held_above_m = json.number_or("held_above_m", 0);

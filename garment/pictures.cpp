@@ -29,7 +29,8 @@ std::string number(double value, const char* unit) { return report::short_number
 
 }  // namespace
 
-void write_obj_sequence(const Garment& garment, const Wearer& wearer, const Worn& worn, const std::filesystem::path& folder) {
+void write_obj_sequence(const Garment& garment, const Wearer& wearer, const Worn& worn,
+                        const std::filesystem::path& folder) {
   const cloth::contact::Body body = body_of(wearer, "limbs");
   std::string flat, faces;
   for (size_t t = 0; t < garment.surface.triangles.size(); ++t) {
@@ -59,7 +60,8 @@ std::string picture_of(const Garment& garment, const Wearer& wearer, const Eigen
   for (const auto& t : limbs.triangles) triangles.push_back({t[0] + offset, t[1] + offset, t[2] + offset});
   const Eigen::Vector3d root = pose_at(*wearer.motion, time_s, wearer.dressing_s)[0].translation();
   const Eigen::Vector3d middle = root - Eigen::Vector3d(0, 0, 0.25);
-  const geometry::Projection camera = geometry::looking_at(middle + Eigen::Vector3d(1.1, -2.4, 0.5), middle, 640, kWidth_px, kHeight_px);
+  const geometry::Projection camera =
+      geometry::looking_at(middle + Eigen::Vector3d(1.1, -2.4, 0.5), middle, 640, kWidth_px, kHeight_px);
   render::RowMap map(camera, camera);
   map.rasterise(all, triangles);
   const Eigen::Vector3d light = Eigen::Vector3d(0.5, -0.6, 0.6).normalized();
@@ -72,16 +74,19 @@ std::string picture_of(const Garment& garment, const Wearer& wearer, const Eigen
     const double lit = 0.3 + 0.7 * std::abs(normal.dot(light));
     const bool cloth = static_cast<size_t>(id) < garment.surface.triangles.size();
     const cv::Vec3d colour = cloth ? cv::Vec3d(200, 120, 60) : cv::Vec3d(170, 185, 205);  // blue, green, red
-    for (int c = 0; c < 3; ++c) image.at<cv::Vec3b>(i)[c] = static_cast<unsigned char>(std::min(255.0, 1.15 * lit * colour[c]));
+    for (int c = 0; c < 3; ++c)
+      image.at<cv::Vec3b>(i)[c] = static_cast<unsigned char>(std::min(255.0, 1.15 * lit * colour[c]));
   }
   std::vector<unsigned char> bytes;
   cv::imencode(".png", image, bytes);
   return {bytes.begin(), bytes.end()};
 }
 
-void write_report(const Pattern& pattern, const Garment& garment, const Wearer& wearer, const Worn& worn, const std::filesystem::path& path) {
+void write_report(const Pattern& pattern, const Garment& garment, const Wearer& wearer, const Worn& worn,
+                  const std::filesystem::path& path) {
   report::HtmlReport html("A worn garment");
-  html.paragraph("Pattern: " + pattern.where + ". The garment starts as it stands by itself, is put on while the body grows into it, and then "
+  html.paragraph("Pattern: " + pattern.where +
+                 ". The garment starts as it stands by itself, is put on while the body grows into it, and then "
                  "follows the recorded motion.");
   constexpr size_t kPictures = 12, kInRow = 4;
   std::vector<std::string> pictures, captions;
@@ -108,7 +113,8 @@ void write_report(const Pattern& pattern, const Garment& garment, const Wearer& 
                         {"largest strain along warp or weft", number(100 * worn.largest_strain, "%")},
                         {"deepest vertex in the body", number(1e3 * worn.deepest_in_body_m, "mm")},
                         {"contact thickness", number(1e3 * c.thickness_m, "mm")},
-                        {"pairs in contact range, mean of a step", number(static_cast<double>(c.near_pairs) / std::max(1L, c.steps), "")},
+                        {"pairs in contact range, mean of a step",
+                         number(static_cast<double>(c.near_pairs) / std::max(1L, c.steps), "")},
                         {"collisions stopped within a step", std::to_string(c.impacts)},
                         {"steps with rigid zones", std::to_string(c.zone_steps)}});
   html.write(path);

@@ -22,8 +22,8 @@ constexpr double kBorder = 4.5;  // spacings beyond a seam that stencils may rea
 // The panels' own vertices, one after the other, and the garment's vertex that each is.
 struct Sewn {
   std::vector<PanelMesh> panels;
-  std::vector<int> first;          // of each panel, among all panels' vertices
-  std::vector<int> vertex;         // the garment's
+  std::vector<int> first;   // of each panel, among all panels' vertices
+  std::vector<int> vertex;  // the garment's
   int vertex_count = 0;
 
   int operator()(size_t panel, int local) const { return vertex[static_cast<size_t>(first[panel] + local)]; }
@@ -50,15 +50,18 @@ Sewn join_vertices(const Pattern& pattern) {
     return v;
   };
   for (const Seam& seam : pattern.seams) {
-    const std::vector<int> a = seam_vertices(sewn, seam.first, false), b = seam_vertices(sewn, seam.second, seam.reversed);
+    const std::vector<int> a = seam_vertices(sewn, seam.first, false),
+                           b = seam_vertices(sewn, seam.second, seam.reversed);
     for (size_t i = 0; i < a.size(); ++i) {
-      const int one = root(sewn.first[static_cast<size_t>(seam.first.panel)] + a[i]), two = root(sewn.first[static_cast<size_t>(seam.second.panel)] + b[i]);
+      const int one = root(sewn.first[static_cast<size_t>(seam.first.panel)] + a[i]),
+                two = root(sewn.first[static_cast<size_t>(seam.second.panel)] + b[i]);
       parent[static_cast<size_t>(std::max(one, two))] = std::min(one, two);
     }
   }
   sewn.vertex.resize(static_cast<size_t>(count));
   for (int v = 0; v < count; ++v)
-    sewn.vertex[static_cast<size_t>(v)] = root(v) == v ? sewn.vertex_count++ : sewn.vertex[static_cast<size_t>(root(v))];
+    sewn.vertex[static_cast<size_t>(v)] =
+        root(v) == v ? sewn.vertex_count++ : sewn.vertex[static_cast<size_t>(root(v))];
   return sewn;
 }
 
@@ -71,7 +74,9 @@ void check_seams(const Pattern& pattern, const Sewn& sewn) {
         const int from = sewn(p, t[k]), to = sewn(p, t[(k + 1) % 3]);
         const auto [other, is_new] = seen.emplace(std::array<int, 2>{from, to}, static_cast<int>(p));
         if (from == to || !is_new)
-          refuse(pattern.where + ": seams", "found panels {} and {} sewn inside out or an edge sewn twice, expected each edge once, and \"reversed\" where ends meet starts",
+          refuse(pattern.where + ": seams",
+                 "found panels {} and {} sewn inside out or an edge sewn twice, expected each edge once, and "
+                 "\"reversed\" where ends meet starts",
                  in_quotes(pattern.panels[static_cast<size_t>(other->second)].name), in_quotes(pattern.panels[p].name));
       }
 }
@@ -82,20 +87,24 @@ struct WithBorder {
   std::vector<int> vertex;  // the garment's, of every point
 };
 
-void add_border(const Sewn& sewn, const PanelEdge& here, const PanelEdge& there, bool reversed, double reach_m, WithBorder& out) {
-  const auto &own = sewn.panels[static_cast<size_t>(here.panel)].mesh.rest_uv, &other = sewn.panels[static_cast<size_t>(there.panel)].mesh.rest_uv;
+void add_border(const Sewn& sewn, const PanelEdge& here, const PanelEdge& there, bool reversed, double reach_m,
+                WithBorder& out) {
+  const auto &own = sewn.panels[static_cast<size_t>(here.panel)].mesh.rest_uv,
+             &other = sewn.panels[static_cast<size_t>(there.panel)].mesh.rest_uv;
   const std::vector<int> a = seam_vertices(sewn, here, false), b = seam_vertices(sewn, there, reversed);
   for (size_t q = 0; q < other.size(); ++q) {
     if (std::find(b.begin(), b.end(), static_cast<int>(q)) != b.end()) continue;
     double nearest = reach_m;
     size_t segment = b.size();
     for (size_t k = 0; k + 1 < b.size(); ++k) {
-      const double distance = (other[q] - (other[static_cast<size_t>(b[k])] + other[static_cast<size_t>(b[k + 1])]) / 2).norm();
+      const double distance =
+          (other[q] - (other[static_cast<size_t>(b[k])] + other[static_cast<size_t>(b[k + 1])]) / 2).norm();
       if (distance < nearest) nearest = distance, segment = k;
     }
     if (segment == b.size()) continue;
     const Eigen::Vector2d &a0 = own[static_cast<size_t>(a[segment])], &a1 = own[static_cast<size_t>(a[segment + 1])];
-    const Eigen::Vector2d &b0 = other[static_cast<size_t>(b[segment])], &b1 = other[static_cast<size_t>(b[segment + 1])];
+    const Eigen::Vector2d &b0 = other[static_cast<size_t>(b[segment])],
+                          &b1 = other[static_cast<size_t>(b[segment + 1])];
     const double angle = std::atan2((a1 - a0).y(), (a1 - a0).x()) - std::atan2((b1 - b0).y(), (b1 - b0).x());
     out.mesh.rest_uv.push_back((a0 + a1) / 2 + Eigen::Rotation2Dd(angle) * (other[q] - (b0 + b1) / 2));
     out.vertex.push_back(sewn(static_cast<size_t>(there.panel), static_cast<int>(q)));
@@ -108,22 +117,25 @@ WithBorder with_border(const Pattern& pattern, const Sewn& sewn, size_t panel) {
   for (size_t i = 0; i < out.mesh.rest_uv.size(); ++i) out.vertex.push_back(sewn(panel, static_cast<int>(i)));
   for (const Seam& seam : pattern.seams) {
     const double reach_m = kBorder * pattern.spacing_m;
-    if (seam.first.panel == static_cast<int>(panel)) add_border(sewn, seam.first, seam.second, seam.reversed, reach_m, out);
-    if (seam.second.panel == static_cast<int>(panel)) add_border(sewn, seam.second, seam.first, seam.reversed, reach_m, out);
+    if (seam.first.panel == static_cast<int>(panel))
+      add_border(sewn, seam.first, seam.second, seam.reversed, reach_m, out);
+    if (seam.second.panel == static_cast<int>(panel))
+      add_border(sewn, seam.second, seam.first, seam.reversed, reach_m, out);
   }
   return out;
 }
 
 // Stencil rows of a panel's vertices that no panel before it has given.
-void take_stencils(const cloth::kernel::BendStencils& from, const WithBorder& panel, size_t own, std::vector<bool>& given,
-                   std::vector<std::vector<std::array<double, 4>>>& rows) {
+void take_stencils(const cloth::kernel::BendStencils& from, const WithBorder& panel, size_t own,
+                   std::vector<bool>& given, std::vector<std::vector<std::array<double, 4>>>& rows) {
   for (size_t i = 0; i < own; ++i) {
     const auto v = static_cast<size_t>(panel.vertex[i]);
     if (given[v]) continue;
     given[v] = true;
     for (int k = from.start[i]; k < from.start[i + 1]; ++k) {
       const auto at = static_cast<size_t>(k);
-      rows[v].push_back({static_cast<double>(panel.vertex[static_cast<size_t>(from.index[at])]), from.uu[at], from.uv[at], from.vv[at]});
+      rows[v].push_back({static_cast<double>(panel.vertex[static_cast<size_t>(from.index[at])]), from.uu[at],
+                         from.uv[at], from.vv[at]});
     }
   }
 }
@@ -197,7 +209,8 @@ Eigen::Matrix3Xd standing_shape(const Pattern& pattern, const Sewn& sewn) {
   const int rows = sewn.panels[0].rows;
   for (size_t p = 0; p < sewn.panels.size(); ++p)
     if (sewn.panels[p].rows != rows)
-      refuse(pattern.where + ": seams", "found panel {} with {} rows of vertices beside {} in the first, expected panels sewn side to side",
+      refuse(pattern.where + ": seams",
+             "found panel {} with {} rows of vertices beside {} in the first, expected panels sewn side to side",
              in_quotes(pattern.panels[p].name), sewn.panels[p].rows, rows);
   const PanelMesh& last = sewn.panels.back();
   const bool closed = sewn(sewn.panels.size() - 1, last.columns - 1) == sewn(0, 0);
@@ -206,7 +219,9 @@ Eigen::Matrix3Xd standing_shape(const Pattern& pattern, const Sewn& sewn) {
   for (int r = 0; r < rows; ++r) {
     double around = 0, down = 0;
     int columns = 0;
-    const auto uv = [&](const PanelMesh& m, int row, int c) { return m.mesh.rest_uv[static_cast<size_t>(row * m.columns + c)]; };
+    const auto uv = [&](const PanelMesh& m, int row, int c) {
+      return m.mesh.rest_uv[static_cast<size_t>(row * m.columns + c)];
+    };
     for (const PanelMesh& m : sewn.panels)
       for (int c = 0; c < m.columns; ++c, ++columns) {
         if (c > 0) around += (uv(m, r, c) - uv(m, r, c - 1)).norm();
@@ -240,7 +255,8 @@ Garment sew(const Pattern& pattern) {
   g.sheet = make_sheet(pattern, sewn);
   g.surface = make_surface(sewn);
   for (const PanelEdge& edge : pattern.held)
-    for (const int local : sewn.panels[static_cast<size_t>(edge.panel)].along(edge.edge)) g.held.push_back(sewn(static_cast<size_t>(edge.panel), local));
+    for (const int local : sewn.panels[static_cast<size_t>(edge.panel)].along(edge.edge))
+      g.held.push_back(sewn(static_cast<size_t>(edge.panel), local));
   std::sort(g.held.begin(), g.held.end());
   g.held.erase(std::unique(g.held.begin(), g.held.end()), g.held.end());
   g.standing = standing_shape(pattern, sewn);

@@ -19,8 +19,8 @@ namespace selvedge::garment {
 struct Garment {
   cloth::Sheet sheet;
   cloth::contact::Surface surface;
-  std::vector<int> held;              // vertices
-  Eigen::Matrix3Xd standing;          // 3×N, m: the top ring around the origin at height 0
+  std::vector<int> held;      // vertices
+  Eigen::Matrix3Xd standing;  // 3×N, m: the top ring around the origin at height 0
 };
 
 // Throws BadInput where the seams do not close: edges sewn inside out or twice, panels of different height.

@@ -19,7 +19,8 @@ using cloth::kernel::Step;
 class Waistband {
  public:
   Waistband(const Pattern& pattern, const Garment& garment, const Wearer& wearer)
-      : motion_(wearer.motion), run_up_s_(wearer.dressing_s), joint_(static_cast<size_t>(joint_index(*wearer.motion, pattern.held_by, pattern.where + ": held_by"))),
+      : motion_(wearer.motion), run_up_s_(wearer.dressing_s),
+        joint_(static_cast<size_t>(joint_index(*wearer.motion, pattern.held_by, pattern.where + ": held_by"))),
         held_(garment.held) {
     const Eigen::Isometry3d start = joint_at(-wearer.dressing_s);
     offset_ = start.translation() + pattern.held_above_m * Eigen::Vector3d::UnitZ();
@@ -79,8 +80,8 @@ double deepest_in(const std::vector<contact::Capsule>& body, const std::vector<i
   return deepest;
 }
 
-cloth::Experiment experiment_of(const Pattern& pattern, const Garment& garment, const Wearer& wearer, const WearOptions& options,
-                                const Waistband& waistband, Worn& out) {
+cloth::Experiment experiment_of(const Pattern& pattern, const Garment& garment, const Wearer& wearer,
+                                const WearOptions& options, const Waistband& waistband, Worn& out) {
   cloth::Experiment e;
   e.material = pattern.fabric;
   e.path = cloth::make_path(cloth::Hold::nothing, {0}, Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero());
@@ -101,7 +102,8 @@ cloth::Experiment experiment_of(const Pattern& pattern, const Garment& garment, 
     return [&, solver, start_s, next = start_s, inverse_mass = std::vector<double>()](const Step& step) mutable {
       inverse_mass.assign(step.inverse_mass, step.inverse_mass + step.vertex_count);
       waistband.hold(step, inverse_mass);
-      solver->apply({step.start_s, step.step_s, step.since_s, step.vertex_count, step.before, step.after, step.velocity, inverse_mass.data()});
+      solver->apply({step.start_s, step.step_s, step.since_s, step.vertex_count, step.before, step.after, step.velocity,
+                     inverse_mass.data()});
       out.contact = solver->statistics();
       if (step.start_s < next) return;
       next += 0.05;
@@ -126,7 +128,8 @@ Worn wear(const Pattern& pattern, const Garment& garment, const Wearer& wearer, 
   for (size_t f = 0; out.finite && f < out.frames.size(); ++f) {
     out.frames_that_intersect += !contact::intersecting_triangles(garment.surface, out.frames[f]).empty();
     out.largest_strain = std::max(out.largest_strain, largest_strain(garment, out.frames[f]));
-    out.deepest_in_body_m = std::max(out.deepest_in_body_m, deepest_in(body.capsules_at(out.time_s[f]), garment.held, out.frames[f]));
+    out.deepest_in_body_m =
+        std::max(out.deepest_in_body_m, deepest_in(body.capsules_at(out.time_s[f]), garment.held, out.frames[f]));
   }
   return out;
 }

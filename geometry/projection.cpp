@@ -107,7 +107,8 @@ Projection looking_at(const Eigen::Vector3d& position, const Eigen::Vector3d& ta
   return projection;
 }
 
-Projection looking_at(const Eigen::Vector3d& position, const Eigen::Vector3d& target, double focal_px, int width_px, int height_px) {
+Projection looking_at(const Eigen::Vector3d& position, const Eigen::Vector3d& target, double focal_px, int width_px,
+                      int height_px) {
   return looking_at(position, target, {focal_px, focal_px}, {width_px / 2.0, height_px / 2.0}, width_px, height_px);
 }
 

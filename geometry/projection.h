@@ -13,7 +13,7 @@ namespace selvedge::geometry {
 
 struct Projection {
   Eigen::Matrix<double, 3, 4> matrix = Eigen::Matrix<double, 3, 4>::Zero();  // px from m
-  std::array<double, 5> distortion{};  // k1 k2 p1 p2 k3, dimensionless
+  std::array<double, 5> distortion{};                                        // k1 k2 p1 p2 k3, dimensionless
   int width_px = 0;
   int height_px = 0;
 };
@@ -23,11 +23,12 @@ Projection looking_at(const Eigen::Vector3d& position, const Eigen::Vector3d& ta
                       const Eigen::Vector2d& principal_px, int width_px, int height_px,
                       const Eigen::Vector3d& up = Eigen::Vector3d::UnitZ());
 // The same with square pixels and the axis in the middle of the image.
-Projection looking_at(const Eigen::Vector3d& position, const Eigen::Vector3d& target, double focal_px, int width_px, int height_px);
+Projection looking_at(const Eigen::Vector3d& position, const Eigen::Vector3d& target, double focal_px, int width_px,
+                      int height_px);
 
 // P = K [R | t] up to scale; K upper triangular with positive diagonal and K(2,2) = 1, R a rotation.
 struct Decomposition {
-  Eigen::Matrix3d intrinsics;                // px
+  Eigen::Matrix3d intrinsics;  // px
   Eigen::Matrix3d rotation_camera_from_world;
   Eigen::Vector3d translation_camera_from_world;  // m
 };

@@ -30,8 +30,8 @@ double squared_distance_to_edges(const TriangleMesh& mesh, const std::array<int,
                                  const Eigen::Vector2d& uv) {
   double nearest = std::numeric_limits<double>::infinity();
   for (int i = 0; i < 3; ++i)
-    nearest = std::min(nearest, squared_distance_to_segment(uv, mesh.rest_uv[triangle[i]],
-                                                            mesh.rest_uv[triangle[(i + 1) % 3]]));
+    nearest = std::min(nearest,
+                       squared_distance_to_segment(uv, mesh.rest_uv[triangle[i]], mesh.rest_uv[triangle[(i + 1) % 3]]));
   return nearest;
 }
 
@@ -46,8 +46,7 @@ TriangleMesh make_grid_mesh(double width_m, double height_m, int columns, int ro
   mesh.width_m = width_m;
   mesh.height_m = height_m;
   for (int r = 0; r < rows; ++r)
-    for (int c = 0; c < columns; ++c)
-      mesh.rest_uv.emplace_back(width_m * c / (columns - 1), height_m * r / (rows - 1));
+    for (int c = 0; c < columns; ++c) mesh.rest_uv.emplace_back(width_m * c / (columns - 1), height_m * r / (rows - 1));
   for (int r = 0; r + 1 < rows; ++r)
     for (int c = 0; c + 1 < columns; ++c) {
       const int a = r * columns + c, b = a + 1, d = a + columns, e = d + 1;

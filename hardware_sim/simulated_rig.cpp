@@ -35,7 +35,8 @@ void read_devices(rig::Section s, SimulatedRigConfiguration& rig) {
 }
 
 Prompt prompt_of(const selvedge_rig::operator_prompt_t& message) {
-  return {message.step, message.index, message.amplitude_m, message.frequency_hz, message.separation_m, message.duration_s};
+  return {message.step,         message.index,        message.amplitude_m,
+          message.frequency_hz, message.separation_m, message.duration_s};
 }
 
 }  // namespace
@@ -46,7 +47,8 @@ SimulatedRigConfiguration read_simulated_rig(const std::filesystem::path& path) 
   rig.world = read_world(file);
   for (Swatch& swatch : rig.world.swatches) {
     if (swatch.effect.empty()) continue;
-    const Extra extra = named_extra(swatch.effect, swatch.strength, path.string() + " [swatches." + swatch.name + "] effect");
+    const Extra extra =
+        named_extra(swatch.effect, swatch.strength, path.string() + " [swatches." + swatch.name + "] effect");
     swatch.extra = extra.extra;
     swatch.step_share = extra.step_share;
   }
@@ -61,8 +63,8 @@ SimulatedRigConfiguration read_simulated_rig(const std::filesystem::path& path) 
 // The devices look at the world from their own threads, so it is made first and goes last.
 struct SimulatedRig::Devices {
   explicit Devices(const SimulatedRigConfiguration& c)
-      : world(c.world, rig::host_now_s()), projector(c.projector_socket, projector_options(c),
-                                                     [this](const TriggerEdge& edge) { on_trigger(edge); }),
+      : world(c.world, rig::host_now_s()),
+        projector(c.projector_socket, projector_options(c), [this](const TriggerEdge& edge) { on_trigger(edge); }),
         bus(c.bus) {
     world.set_pattern_source([this](double t) { return projector.pattern_at(t); });
     if (!c.arm_model.empty()) {
@@ -112,9 +114,11 @@ struct SimulatedRig::Devices {
 
 SimulatedRig::SimulatedRig(const SimulatedRigConfiguration& configuration)
     : devices_(std::make_unique<Devices>(configuration)) {
-  description_ = fmt::format("camera     GigE Vision on {}\ntracker    DataStream on 127.0.0.1:{}\nprojector  DLPC350 reports on {}\narm        {}",
-                             configuration.camera.address, devices_->tracker->port(), configuration.projector_socket.string(),
-                             devices_->arm ? fmt::format("RTDE on 127.0.0.1:{}", devices_->arm->port()) : "none");
+  description_ = fmt::format(
+      "camera     GigE Vision on {}\ntracker    DataStream on 127.0.0.1:{}\nprojector  DLPC350 reports on {}\narm      "
+      "  {}",
+      configuration.camera.address, devices_->tracker->port(), configuration.projector_socket.string(),
+      devices_->arm ? fmt::format("RTDE on 127.0.0.1:{}", devices_->arm->port()) : "none");
 }
 
 SimulatedRig::~SimulatedRig() = default;

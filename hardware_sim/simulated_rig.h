@@ -27,8 +27,8 @@ struct SimulatedRigConfiguration {
   sim::GigeCameraOptions camera;
   DatastreamServerOptions tracker;
   std::filesystem::path projector_socket = "/tmp/selvedge-projector.sock";
-  std::filesystem::path flash_table;   // empty: the standard one
-  std::filesystem::path arm_model;     // empty: no arm
+  std::filesystem::path flash_table;  // empty: the standard one
+  std::filesystem::path arm_model;    // empty: no arm
   RtdeControllerOptions arm;
 };
 

@@ -21,9 +21,9 @@ namespace selvedge::render {
 // What the fabric shows at one (sub-)pixel.
 struct RowSample {
   int triangle = -1;
-  Eigen::Vector3d weights = Eigen::Vector3d::Zero();  // barycentric, on the fabric
-  double depth_m = 0;                                  // along the camera's optical axis
-  double row_px = 0, column_px = 0;                    // projector
+  Eigen::Vector3d weights = Eigen::Vector3d::Zero();       // barycentric, on the fabric
+  double depth_m = 0;                                      // along the camera's optical axis
+  double row_px = 0, column_px = 0;                        // projector
   Eigen::Vector2d row_gradient = Eigen::Vector2d::Zero();  // d row / d (x, y), projector px per camera px
   bool inside = true;  // false: the position lies up to a pixel outside the triangle, which is continued there
 };
@@ -42,7 +42,9 @@ class RowMap {
   const std::vector<int>& triangle_ids() const { return ids_; }
 
   // Half-open box of pixels that the fabric may cover; empty box: all four 0.
-  struct Box { int left = 0, top = 0, right = 0, bottom = 0; };
+  struct Box {
+    int left = 0, top = 0, right = 0, bottom = 0;
+  };
   Box covered() const { return box_; }
 
   // Sub-pixel look-up. nullopt where none of the four pixels around sees fabric.
@@ -68,8 +70,8 @@ class RowMap {
     double at(double x, double y) const { return c + x * dx + y * dy; }
   };
   struct Face {
-    Plane edge[3];     // plain barycentric weights in the image
-    Plane inverse_w;   // 1 / depth in units of the projection
+    Plane edge[3];    // plain barycentric weights in the image
+    Plane inverse_w;  // 1 / depth in units of the projection
     Plane projector[3];
     double vertex_inverse_w[3] = {0, 0, 0};
     bool drawn = false;

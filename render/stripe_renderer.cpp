@@ -24,7 +24,9 @@ geometry::Projection facing_forward(geometry::Projection projection) {
   return projection;
 }
 
-struct DepthScale { float a, b; };
+struct DepthScale {
+  float a, b;
+};
 
 // Clip depth of the range of w that the vertices span, with a margin.
 DepthScale depth_scale(double nearest, double farthest) {
@@ -47,11 +49,9 @@ struct StripeRenderer::Impl {
   GLuint camera_target = 0, camera_resolved = 0, shadow_target = 0, shadow_map = 0, reflectance = 0, profile = 0;
   std::vector<float> vertices;
 
-  Impl(const geometry::Projection& camera_in, const geometry::Projection& projector_in,
-       const RenderOptions& options_in)
+  Impl(const geometry::Projection& camera_in, const geometry::Projection& projector_in, const RenderOptions& options_in)
       : camera(facing_forward(camera_in)), projector(facing_forward(projector_in)), options(options_in),
-        to_camera(camera), to_projector(projector), eye(geometry::centre(camera)),
-        lamp(geometry::centre(projector)) {
+        to_camera(camera), to_projector(projector), eye(geometry::centre(camera)), lamp(geometry::centre(projector)) {
     create_context();
     Current current(*this);
     gl.load();
@@ -91,9 +91,17 @@ struct StripeRenderer::Impl {
 };
 
 void StripeRenderer::Impl::create_context() {
-  const int attributes[] = {OSMESA_FORMAT, OSMESA_RGBA, OSMESA_DEPTH_BITS, 24,
-                            OSMESA_PROFILE, OSMESA_CORE_PROFILE, OSMESA_CONTEXT_MAJOR_VERSION, 3,
-                            OSMESA_CONTEXT_MINOR_VERSION, 3, 0};
+  const int attributes[] = {OSMESA_FORMAT,
+                            OSMESA_RGBA,
+                            OSMESA_DEPTH_BITS,
+                            24,
+                            OSMESA_PROFILE,
+                            OSMESA_CORE_PROFILE,
+                            OSMESA_CONTEXT_MAJOR_VERSION,
+                            3,
+                            OSMESA_CONTEXT_MINOR_VERSION,
+                            3,
+                            0};
   static std::mutex creation;  // Mesa builds its screen on the first context
   const std::lock_guard lock(creation);
   context = OSMesaCreateContextAttribs(attributes, nullptr);
@@ -175,8 +183,8 @@ void StripeRenderer::Impl::create_targets() {
 
   gl.GenTextures(1, &shadow_map);
   gl.BindTexture(GL_TEXTURE_2D, shadow_map);
-  gl.TexImage2D(GL_TEXTURE_2D, 0, GL_DEPTH_COMPONENT24, projector.width_px, projector.height_px, 0,
-                GL_DEPTH_COMPONENT, GL_UNSIGNED_INT, nullptr);
+  gl.TexImage2D(GL_TEXTURE_2D, 0, GL_DEPTH_COMPONENT24, projector.width_px, projector.height_px, 0, GL_DEPTH_COMPONENT,
+                GL_UNSIGNED_INT, nullptr);
   gl.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_LINEAR);
   gl.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
   gl.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
@@ -189,8 +197,8 @@ void StripeRenderer::Impl::create_targets() {
   gl.ReadBuffer(GL_NONE);
   const bool shadow_good = gl.CheckFramebufferStatus(GL_FRAMEBUFFER) == GL_FRAMEBUFFER_COMPLETE;
   if (!camera_good || !resolved_good || !shadow_good)
-    throw std::runtime_error("OSMesa: a frame buffer of " + std::to_string(width) + " x " +
-                             std::to_string(height) + " pixels is refused");
+    throw std::runtime_error("OSMesa: a frame buffer of " + std::to_string(width) + " x " + std::to_string(height) +
+                             " pixels is refused");
 }
 
 void StripeRenderer::Impl::upload_reflectance(const unsigned char* pixels, int width, int height) {
@@ -233,8 +241,7 @@ void StripeRenderer::Impl::upload_mesh(const Eigen::Matrix3Xd& position,
     if (texture_uv.cols() > 0) vertex.segment<2>(12) = texture_uv.col(i).cast<float>();
   }
   gl.BufferData(GL_ARRAY_BUFFER, vertices.size() * sizeof(float), vertices.data(), GL_STREAM_DRAW);
-  gl.BufferData(GL_ELEMENT_ARRAY_BUFFER, triangles.size() * sizeof(triangles[0]), triangles.data(),
-                GL_STREAM_DRAW);
+  gl.BufferData(GL_ELEMENT_ARRAY_BUFFER, triangles.size() * sizeof(triangles[0]), triangles.data(), GL_STREAM_DRAW);
 }
 
 DepthScale StripeRenderer::Impl::scale_of(int first_float) const {
@@ -268,8 +275,7 @@ void StripeRenderer::Impl::draw_camera(int index_count, DepthScale camera_scale,
   gl.Uniform1f(uniform(p, "horizontal"), horizontal ? 1 : 0);
   gl.Uniform2f(uniform(p, "projector_size"), projector.width_px, projector.height_px);
   gl.Uniform2f(uniform(p, "shadow_depth_scale"), shadow_scale.a, shadow_scale.b);
-  gl.Uniform1f(uniform(p, "shadow_bias"),
-               float(options.shadow_bias_m * projector.matrix.row(2).head<3>().norm()));
+  gl.Uniform1f(uniform(p, "shadow_bias"), float(options.shadow_bias_m * projector.matrix.row(2).head<3>().norm()));
   gl.Uniform2f(uniform(p, "grey"), float(options.ambient_grey / 255), float(options.lit_grey / 255));
   gl.Uniform3f(uniform(p, "eye"), float(eye.x()), float(eye.y()), float(eye.z()));
   gl.Uniform3f(uniform(p, "lamp"), float(lamp.x()), float(lamp.y()), float(lamp.z()));
@@ -349,8 +355,7 @@ Image StripeRenderer::render(const Eigen::Matrix3Xd& position, const std::vector
   return image;
 }
 
-Eigen::Matrix3Xd vertex_normals(const Eigen::Matrix3Xd& position,
-                                const std::vector<std::array<int, 3>>& triangles) {
+Eigen::Matrix3Xd vertex_normals(const Eigen::Matrix3Xd& position, const std::vector<std::array<int, 3>>& triangles) {
   Eigen::Matrix3Xd normals = Eigen::Matrix3Xd::Zero(3, position.cols());
   for (const auto& [a, b, c] : triangles) {
     const Eigen::Vector3d area = (position.col(b) - position.col(a)).cross(position.col(c) - position.col(a));

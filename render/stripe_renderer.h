@@ -59,7 +59,6 @@ class StripeRenderer {
 };
 
 // Area-weighted normals of the vertices, 3×N.
-Eigen::Matrix3Xd vertex_normals(const Eigen::Matrix3Xd& position,
-                                const std::vector<std::array<int, 3>>& triangles);
+Eigen::Matrix3Xd vertex_normals(const Eigen::Matrix3Xd& position, const std::vector<std::array<int, 3>>& triangles);
 
 }  // namespace selvedge::render

@@ -83,7 +83,8 @@ void HtmlReport::table(const std::vector<std::string>& header, const std::vector
 void HtmlReport::links(const std::vector<std::pair<std::string, std::string>>& to) {
   body_ += "<p>";
   for (size_t i = 0; i < to.size(); ++i)
-    body_ += fmt::format("{}<a href=\"{}\">{}</a>", i == 0 ? "" : " · ", escape_html(to[i].second), escape_html(to[i].first));
+    body_ += fmt::format("{}<a href=\"{}\">{}</a>", i == 0 ? "" : " · ", escape_html(to[i].second),
+                         escape_html(to[i].first));
   body_ += "</p>\n";
 }
 
@@ -106,15 +107,18 @@ void HtmlReport::svg_row(const std::vector<std::string>& svg_texts, const std::v
     throw std::invalid_argument(fmt::format("svg_row: {} plots and {} captions", svg_texts.size(), captions.size()));
   body_ += "<div class=\"row\">\n";
   for (size_t i = 0; i < svg_texts.size(); ++i)
-    body_ += figure(fmt::format("<img class=\"plot\" alt=\"{}\" src=\"data:image/svg+xml;base64,{}\">", escape_html(captions[i]), base64(svg_texts[i])), captions[i]);
+    body_ += figure(fmt::format("<img class=\"plot\" alt=\"{}\" src=\"data:image/svg+xml;base64,{}\">",
+                                escape_html(captions[i]), base64(svg_texts[i])),
+                    captions[i]);
   body_ += "</div>\n";
 }
 
 void HtmlReport::write(const std::filesystem::path& path) const {
   const std::string title = escape_html(title_);
-  files::write_whole(path, fmt::format("<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\n<title>{}</title>\n"
-                                       "<style>{}</style></head>\n<body>\n<h1>{}</h1>\n{}</body></html>\n",
-                                       title, style_sheet, title, body_));
+  files::write_whole(
+      path, fmt::format("<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\n<title>{}</title>\n"
+                        "<style>{}</style></head>\n<body>\n<h1>{}</h1>\n{}</body></html>\n",
+                        title, style_sheet, title, body_));
 }
 
 }  // namespace selvedge::report

@@ -36,7 +36,8 @@ struct IntervalSeries {
 };
 
 // A line a label: each series' interval as a bar with its value marked on it, the series below each other.
-std::string interval_plot(const std::vector<std::string>& labels, const std::vector<IntervalSeries>& series, const PlotOptions& options);
+std::string interval_plot(const std::vector<std::string>& labels, const std::vector<IntervalSeries>& series,
+                          const PlotOptions& options);
 
 class HtmlReport {
  public:

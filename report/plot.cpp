@@ -41,15 +41,16 @@ std::string text_at(double x, double y, const std::string& anchor, const std::st
 }
 
 std::string line(double x1, double y1, double x2, double y2, const char* colour) {
-  return fmt::format("<line x1=\"{:.1f}\" y1=\"{:.1f}\" x2=\"{:.1f}\" y2=\"{:.1f}\" stroke=\"{}\"/>\n", x1, y1, x2,
-                     y2, colour);
+  return fmt::format("<line x1=\"{:.1f}\" y1=\"{:.1f}\" x2=\"{:.1f}\" y2=\"{:.1f}\" stroke=\"{}\"/>\n", x1, y1, x2, y2,
+                     colour);
 }
 
 std::string open_svg(double width_px, double height_px) {
-  return fmt::format("<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {0:.0f} {1:.0f}\" width=\"{0:.0f}\" "
-                     "height=\"{1:.0f}\" font-family=\"sans-serif\" font-size=\"{2:.0f}\" fill=\"#111\">\n"
-                     "<rect width=\"{0:.0f}\" height=\"{1:.0f}\" fill=\"#fff\"/>\n",
-                     width_px, height_px, text_px);
+  return fmt::format(
+      "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {0:.0f} {1:.0f}\" width=\"{0:.0f}\" "
+      "height=\"{1:.0f}\" font-family=\"sans-serif\" font-size=\"{2:.0f}\" fill=\"#111\">\n"
+      "<rect width=\"{0:.0f}\" height=\"{1:.0f}\" fill=\"#fff\"/>\n",
+      width_px, height_px, text_px);
 }
 
 std::string mark(size_t index, double x, double y) {
@@ -57,11 +58,14 @@ std::string mark(size_t index, double x, double y) {
   constexpr double r = 2.6;
   switch (index % 4) {
     case 0: return fmt::format("<circle cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"{}\" fill=\"{}\"/>\n", x, y, r, colour);
-    case 1: return fmt::format("<rect x=\"{:.1f}\" y=\"{:.1f}\" width=\"{}\" height=\"{}\" fill=\"none\" stroke=\"{}\"/>\n",
-                               x - r, y - r, 2 * r, 2 * r, colour);
-    case 2: return fmt::format("<path d=\"M{:.1f} {:.1f}l{} {}h{}z\" fill=\"{}\"/>\n", x, y - r, r, 2 * r, -2 * r, colour);
-    default: return fmt::format("<path d=\"M{:.1f} {:.1f}l{} {}m0 {}l{} {}\" fill=\"none\" stroke=\"{}\"/>\n", x - r, y - r,
-                                2 * r, 2 * r, -2 * r, -2 * r, 2 * r, colour);
+    case 1:
+      return fmt::format("<rect x=\"{:.1f}\" y=\"{:.1f}\" width=\"{}\" height=\"{}\" fill=\"none\" stroke=\"{}\"/>\n",
+                         x - r, y - r, 2 * r, 2 * r, colour);
+    case 2:
+      return fmt::format("<path d=\"M{:.1f} {:.1f}l{} {}h{}z\" fill=\"{}\"/>\n", x, y - r, r, 2 * r, -2 * r, colour);
+    default:
+      return fmt::format("<path d=\"M{:.1f} {:.1f}l{} {}m0 {}l{} {}\" fill=\"none\" stroke=\"{}\"/>\n", x - r, y - r,
+                         2 * r, 2 * r, -2 * r, -2 * r, 2 * r, colour);
   }
 }
 
@@ -78,8 +82,9 @@ std::string axes(const Frame& frame, const PlotAxis& x, const PlotAxis& y, const
     svg += line(frame.x_px, at, right, at, "#ddd") + line(frame.x_px - 4, at, frame.x_px, at, "#111") +
            text_at(frame.x_px - 7, at + 4, "end", y.label(tick));
   }
-  svg += fmt::format("<rect x=\"{:.1f}\" y=\"{:.1f}\" width=\"{:.1f}\" height=\"{:.1f}\" fill=\"none\" stroke=\"#111\"/>\n",
-                     frame.x_px, frame.y_px, frame.width_px, frame.height_px);
+  svg += fmt::format(
+      "<rect x=\"{:.1f}\" y=\"{:.1f}\" width=\"{:.1f}\" height=\"{:.1f}\" fill=\"none\" stroke=\"#111\"/>\n",
+      frame.x_px, frame.y_px, frame.width_px, frame.height_px);
   const double middle = frame.y_px + frame.height_px / 2;
   svg += text_at(frame.x_px + frame.width_px / 2, bottom + 36, "middle", options.x_label);
   svg += text_at(14, middle, "middle", options.y_label, fmt::format(" transform=\"rotate(-90 14 {:.1f})\"", middle));
@@ -106,8 +111,8 @@ std::string curve(const Series& series, size_t index, const Frame& frame, const 
   }
   const Style& style = styles[index % styles.size()];
   if (!path.empty())
-    path = fmt::format("<path d=\"{}\" fill=\"none\" stroke=\"{}\" stroke-width=\"1.6\" stroke-dasharray=\"{}\"/>\n", path,
-                       style.colour, style.dash);
+    path = fmt::format("<path d=\"{}\" fill=\"none\" stroke=\"{}\" stroke-width=\"1.6\" stroke-dasharray=\"{}\"/>\n",
+                       path, style.colour, style.dash);
   return path + marks;
 }
 
@@ -116,8 +121,8 @@ int legend(const std::vector<Series>& series, double width_px, std::string& svg)
   double x = left_px;
   int lines = 1;
   for (size_t i = 0; i < series.size(); ++i) {
-    const size_t letters = static_cast<size_t>(std::count_if(series[i].name.begin(), series[i].name.end(),
-                                                             [](char c) { return (c & 0xc0) != 0x80; }));
+    const size_t letters = static_cast<size_t>(
+        std::count_if(series[i].name.begin(), series[i].name.end(), [](char c) { return (c & 0xc0) != 0x80; }));
     const double needed = 40 + letter_px * static_cast<double>(letters) + 14;
     if (x > left_px && x + needed > width_px - right_px) {
       x = left_px;
@@ -126,8 +131,9 @@ int legend(const std::vector<Series>& series, double width_px, std::string& svg)
     const double y = top_px + legend_line_px * (lines - 0.5);
     const Style& style = styles[i % styles.size()];
     if (series[i].points_only) svg += mark(i, x + 15, y);
-    else svg += fmt::format("<path d=\"M{:.1f} {:.1f}h30\" stroke=\"{}\" stroke-width=\"1.6\" stroke-dasharray=\"{}\"/>\n", x, y,
-                            style.colour, style.dash);
+    else
+      svg += fmt::format("<path d=\"M{:.1f} {:.1f}h30\" stroke=\"{}\" stroke-width=\"1.6\" stroke-dasharray=\"{}\"/>\n",
+                         x, y, style.colour, style.dash);
     svg += text_at(x + 36, y + 4, "start", series[i].name);
     x += needed;
   }
@@ -140,7 +146,8 @@ std::string line_plot(const std::vector<Series>& series, const PlotOptions& opti
   std::vector<double> all_x, all_y;
   for (const Series& one : series) {
     if (one.x.size() != one.y.size())
-      throw std::invalid_argument(fmt::format("line_plot: {}: {} values of x and {} of y", one.name, one.x.size(), one.y.size()));
+      throw std::invalid_argument(
+          fmt::format("line_plot: {}: {} values of x and {} of y", one.name, one.x.size(), one.y.size()));
     for (size_t i = 0; i < one.x.size(); ++i) {
       if (!std::isfinite(one.x[i]) || !std::isfinite(one.y[i])) continue;
       all_x.push_back(one.x[i]);
@@ -155,7 +162,8 @@ std::string line_plot(const std::vector<Series>& series, const PlotOptions& opti
                     options.height_px - top_px - bottom_px};
   std::string svg = open_svg(options.width_px, options.height_px + above) + names + axes(frame, x, y, options);
   for (size_t i = 0; i < series.size(); ++i) svg += curve(series[i], i, frame, x, y);
-  if (all_x.empty()) svg += text_at(frame.x_px + frame.width_px / 2, frame.y_px + frame.height_px / 2, "middle", "no data");
+  if (all_x.empty())
+    svg += text_at(frame.x_px + frame.width_px / 2, frame.y_px + frame.height_px / 2, "middle", "no data");
   return svg + "</svg>\n";
 }
 
@@ -180,8 +188,8 @@ std::string bar_plot(const std::vector<std::string>& labels, const std::vector<d
   for (size_t i = 0; i < labels.size(); ++i) {
     const double y = frame.y_px + bar_px * static_cast<double>(i);
     const double length = std::isfinite(values[i]) ? std::max(0.0, axis.place(values[i])) * frame.width_px : 0;
-    svg += fmt::format("<rect x=\"{:.1f}\" y=\"{:.1f}\" width=\"{:.1f}\" height=\"{:.1f}\" fill=\"#1f4e8c\"/>\n", frame.x_px,
-                       y + 3, length, bar_px - 6);
+    svg += fmt::format("<rect x=\"{:.1f}\" y=\"{:.1f}\" width=\"{:.1f}\" height=\"{:.1f}\" fill=\"#1f4e8c\"/>\n",
+                       frame.x_px, y + 3, length, bar_px - 6);
     svg += text_at(frame.x_px - 6, y + bar_px / 2 + 4, "end", labels[i]);
     svg += text_at(frame.x_px + length + 5, y + bar_px / 2 + 4, "start", short_number(values[i], 3));
   }
@@ -190,7 +198,8 @@ std::string bar_plot(const std::vector<std::string>& labels, const std::vector<d
   return svg + "</svg>\n";
 }
 
-std::string interval_plot(const std::vector<std::string>& labels, const std::vector<IntervalSeries>& series, const PlotOptions& options) {
+std::string interval_plot(const std::vector<std::string>& labels, const std::vector<IntervalSeries>& series,
+                          const PlotOptions& options) {
   constexpr double bar_px = 15;
   size_t longest = 0;
   for (const std::string& label : labels) longest = std::max(longest, label.size());
@@ -198,15 +207,19 @@ std::string interval_plot(const std::vector<std::string>& labels, const std::vec
   std::vector<Series> named;
   for (const IntervalSeries& one : series) {
     if (one.value.size() != labels.size() || one.low.size() != labels.size() || one.high.size() != labels.size())
-      throw std::invalid_argument(fmt::format("interval_plot: {}: {} labels and {}, {}, {} numbers", one.name, labels.size(), one.value.size(), one.low.size(), one.high.size()));
-    for (const auto* numbers : {&one.value, &one.low, &one.high}) range.insert(range.end(), numbers->begin(), numbers->end());
+      throw std::invalid_argument(fmt::format("interval_plot: {}: {} labels and {}, {}, {} numbers", one.name,
+                                              labels.size(), one.value.size(), one.low.size(), one.high.size()));
+    for (const auto* numbers : {&one.value, &one.low, &one.high})
+      range.insert(range.end(), numbers->begin(), numbers->end());
     named.push_back({one.name, {}, {}, true});
   }
   const PlotAxis axis(range, options.log_x);
   std::string names;
-  const double above = legend_line_px * legend(named, options.width_px, names) + 6, names_px = std::min(260.0, 20 + letter_px * static_cast<double>(longest));
+  const double above = legend_line_px * legend(named, options.width_px, names) + 6,
+               names_px = std::min(260.0, 20 + letter_px * static_cast<double>(longest));
   const double row_px = bar_px * static_cast<double>(series.size()) + 8;
-  const Frame frame{names_px, top_px + above, options.width_px - names_px - right_px, row_px * static_cast<double>(labels.size())};
+  const Frame frame{names_px, top_px + above, options.width_px - names_px - right_px,
+                    row_px * static_cast<double>(labels.size())};
   const double bottom = frame.y_px + frame.height_px;
   std::string svg = open_svg(options.width_px, bottom + bottom_px) + names;
   for (const double tick : axis.ticks()) {
@@ -215,10 +228,12 @@ std::string interval_plot(const std::vector<std::string>& labels, const std::vec
   }
   for (size_t i = 0; i < labels.size(); ++i) {
     const double top = frame.y_px + row_px * static_cast<double>(i);
-    svg += line(frame.x_px, top, frame.x_px + frame.width_px, top, "#eee") + text_at(frame.x_px - 6, top + row_px / 2 + 4, "end", labels[i]);
+    svg += line(frame.x_px, top, frame.x_px + frame.width_px, top, "#eee") +
+           text_at(frame.x_px - 6, top + row_px / 2 + 4, "end", labels[i]);
     for (size_t k = 0; k < series.size(); ++k) {
       const double y = top + 4 + bar_px * (static_cast<double>(k) + 0.5);
-      const double from = frame.x_px + axis.place(series[k].low[i]) * frame.width_px, to = frame.x_px + axis.place(series[k].high[i]) * frame.width_px;
+      const double from = frame.x_px + axis.place(series[k].low[i]) * frame.width_px,
+                   to = frame.x_px + axis.place(series[k].high[i]) * frame.width_px;
       const double at = frame.x_px + axis.place(series[k].value[i]) * frame.width_px;
       if (std::isfinite(from) && std::isfinite(to)) svg += line(from, y, to, y, styles[k % styles.size()].colour);
       if (std::isfinite(at)) svg += mark(k, at, y);

@@ -64,8 +64,7 @@ void PlotAxis::tick_linear() {
 void PlotAxis::tick_log() {
   const double span = high_ - low_;
   const int stride = std::max(1, static_cast<int>(std::ceil(span / most_steps)));
-  const std::vector<double> within_decade =
-      span <= 2 ? std::vector<double>{1, 2, 5} : std::vector<double>{1};
+  const std::vector<double> within_decade = span <= 2 ? std::vector<double>{1, 2, 5} : std::vector<double>{1};
   if (span > 2) {
     low_ = stride * std::floor(low_ / stride + 1e-9);
     high_ = stride * std::ceil(high_ / stride - 1e-9);

@@ -12,7 +12,8 @@ struct ReadFigure {
   std::string caption;  // as it was given, nothing escaped
 };
 
-// Figures that stood side by side are one row; one that stood alone is a row of one. What is no such figure is passed over.
+// Figures that stood side by side are one row; one that stood alone is a row of one. What is no such figure is passed
+// over.
 std::vector<std::vector<ReadFigure>> read_figures(const std::string& html);
 
 }  // namespace selvedge::report

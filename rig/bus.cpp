@@ -25,9 +25,10 @@ void check_network(const BusConfiguration& configuration) {
   if (!multicast_works(static_cast<uint16_t>(configuration.port))) refuse("bus", "{}", multicast_advice());
   const int granted = granted_receive_buffer_bytes(configuration.receive_buffer_bytes);
   if (granted < configuration.receive_buffer_bytes)
-    spdlog::warn("bus: the kernel grants {} of {} bytes of receive buffer, messages may be lost under load; mend with "
-                 "sudo sysctl -w net.core.rmem_max={}",
-                 granted, configuration.receive_buffer_bytes, configuration.receive_buffer_bytes);
+    spdlog::warn(
+        "bus: the kernel grants {} of {} bytes of receive buffer, messages may be lost under load; mend with "
+        "sudo sysctl -w net.core.rmem_max={}",
+        granted, configuration.receive_buffer_bytes, configuration.receive_buffer_bytes);
 }
 
 }  // namespace
@@ -56,9 +57,7 @@ void Bus::start() {
   });
 }
 
-bool Bus::handle(double timeout_s) {
-  return lcm_handle_timeout(lcm_, static_cast<int>(timeout_s * 1e3)) >= 0;
-}
+bool Bus::handle(double timeout_s) { return lcm_handle_timeout(lcm_, static_cast<int>(timeout_s * 1e3)) >= 0; }
 
 ChannelCount Bus::count(const std::string& channel) const {
   const std::lock_guard lock(mutex_);
@@ -120,7 +119,7 @@ void Bus::Subscription::note_sequence(int64_t sequence) {
 // The decoder throws std::length_error over sizes that lie, and the handler may throw anything; LCM is C and
 // must see none of it.
 void Bus::Subscription::receive(const char* from, const uint8_t* data, size_t size) noexcept {
-  int64_t ChannelCount::* outcome = &ChannelCount::received;
+  int64_t ChannelCount::*outcome = &ChannelCount::received;
   try {
     if (bus->signature_ && !bus->signature_->holds(from, data, size)) {
       refuse_message(from);
@@ -128,14 +127,10 @@ void Bus::Subscription::receive(const char* from, const uint8_t* data, size_t si
     }
     if (ends_in_trailer(data, size)) size -= BusSignature::kTrailerBytes;
     if (!decode_and_handle(data, static_cast<int>(size), *this)) outcome = &ChannelCount::undecodable;
-  } catch (const std::length_error&) {
-    outcome = &ChannelCount::undecodable;
-  } catch (const std::exception& error) {
+  } catch (const std::length_error&) { outcome = &ChannelCount::undecodable; } catch (const std::exception& error) {
     outcome = &ChannelCount::failed;
     spdlog::error("bus: handler of {}: {}", channel, error.what());
-  } catch (...) {
-    outcome = &ChannelCount::failed;
-  }
+  } catch (...) { outcome = &ChannelCount::failed; }
   const std::lock_guard lock(bus->mutex_);
   count.*outcome += 1;
 }

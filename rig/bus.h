@@ -28,19 +28,19 @@
 namespace selvedge::rig {
 
 struct BusConfiguration {
-  int port = 7667;                      // UDP; two rigs on one host differ in it (the group does not isolate)
-  int receive_buffer_bytes = 4194304;   // asked of the kernel for the socket
-  std::string log_file;                 // where set, this LCM log is replayed instead of the network
-  std::string key_file;                 // the user's secret; empty: bus.key in the runtime folder (rig/runtime_folder.h)
+  int port = 7667;                     // UDP; two rigs on one host differ in it (the group does not isolate)
+  int receive_buffer_bytes = 4194304;  // asked of the kernel for the socket
+  std::string log_file;                // where set, this LCM log is replayed instead of the network
+  std::string key_file;                // the user's secret; empty: bus.key in the runtime folder (rig/runtime_folder.h)
 };
 
 struct ChannelCount {
-  int64_t received = 0;      // decoded and handled
-  int64_t lost = 0;          // sum of the steps in sequence numbers beyond 1
-  int64_t undecodable = 0;   // wrong type, truncated, or sizes that lie
-  int64_t failed = 0;        // the handler threw
-  int64_t refused = 0;       // not signed, or not with this user's key for this channel
-  int64_t repeated = 0;      // of the received: number not above the last, nor 1 as of a publisher that starts anew
+  int64_t received = 0;     // decoded and handled
+  int64_t lost = 0;         // sum of the steps in sequence numbers beyond 1
+  int64_t undecodable = 0;  // wrong type, truncated, or sizes that lie
+  int64_t failed = 0;       // the handler threw
+  int64_t refused = 0;      // not signed, or not with this user's key for this channel
+  int64_t repeated = 0;     // of the received: number not above the last, nor 1 as of a publisher that starts anew
 };
 
 class Bus {

@@ -41,17 +41,12 @@ void attach_filter(int descriptor) {
   constexpr uint32_t kMagicAt = 8, kSizeAt = 16, kOffsetAt = 20;
   constexpr uint32_t kPieceMagic = 0x4c433033;
   sock_filter program[] = {
-      BPF_STMT(BPF_LD | BPF_W | BPF_ABS, kInterface),
-      BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, lo, 2, 0),
-      BPF_STMT(BPF_LD | BPF_W | BPF_ABS, kPacketType),
-      BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, PACKET_LOOPBACK, 0, 7),
+      BPF_STMT(BPF_LD | BPF_W | BPF_ABS, kInterface), BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, lo, 2, 0),
+      BPF_STMT(BPF_LD | BPF_W | BPF_ABS, kPacketType), BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, PACKET_LOOPBACK, 0, 7),
       // Of this host: a whole message, or a piece within its message.
-      BPF_STMT(BPF_LD | BPF_W | BPF_ABS, kMagicAt),
-      BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, kPieceMagic, 0, 4),
-      BPF_STMT(BPF_LD | BPF_W | BPF_ABS, kOffsetAt),
-      BPF_STMT(BPF_MISC | BPF_TAX, 0),
-      BPF_STMT(BPF_LD | BPF_W | BPF_ABS, kSizeAt),
-      BPF_JUMP(BPF_JMP | BPF_JGT | BPF_X, 0, 0, 1),
+      BPF_STMT(BPF_LD | BPF_W | BPF_ABS, kMagicAt), BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, kPieceMagic, 0, 4),
+      BPF_STMT(BPF_LD | BPF_W | BPF_ABS, kOffsetAt), BPF_STMT(BPF_MISC | BPF_TAX, 0),
+      BPF_STMT(BPF_LD | BPF_W | BPF_ABS, kSizeAt), BPF_JUMP(BPF_JMP | BPF_JGT | BPF_X, 0, 0, 1),
       BPF_STMT(BPF_RET | BPF_K, 0xffffffff),  // all of it
       BPF_STMT(BPF_RET | BPF_K, 0),           // none
   };
@@ -74,8 +69,8 @@ int hear_this_host_alone(uint16_t port) {
     ++found;
   }
   if (found == 0)
-    refuse("bus", "no UDP socket of this process is bound to port {}{}{}, expected LCM's: it would hear other hosts", port,
-           error ? ", /proc/self/fd: " : "", error ? error.message() : "");
+    refuse("bus", "no UDP socket of this process is bound to port {}{}{}, expected LCM's: it would hear other hosts",
+           port, error ? ", /proc/self/fd: " : "", error ? error.message() : "");
   return found;
 }
 

@@ -21,7 +21,9 @@ namespace fs = std::filesystem;
 class Descriptor {
  public:
   explicit Descriptor(int number) : number_(number) {}
-  ~Descriptor() { if (number_ >= 0) ::close(number_); }
+  ~Descriptor() {
+    if (number_ >= 0) ::close(number_);
+  }
   Descriptor(const Descriptor&) = delete;
   Descriptor& operator=(const Descriptor&) = delete;
   operator int() const { return number_; }
@@ -53,7 +55,7 @@ void make_key(const fs::path& file) {
 
 // What the descriptor shows is what is read: a name could be given to another file in between.
 BusKey read_key(int descriptor, const fs::path& file) {
-  struct stat found{};
+  struct stat found {};
   if (::fstat(descriptor, &found) != 0) refuse(file, "the bus's key: {}", std::strerror(errno));
   if (!S_ISREG(found.st_mode)) refuse(file, "the bus's key is no plain file");
   if (found.st_uid != ::geteuid())

@@ -9,7 +9,7 @@ namespace selvedge::rig {
 
 namespace {
 
-constexpr int kLateBinsOfAJump = 8;       // a stall is over sooner than this many bins
+constexpr int kLateBinsOfAJump = 8;  // a stall is over sooner than this many bins
 constexpr double kEnvelopeFactor = 7;
 constexpr double kHostResolution_s = 1e-6;
 constexpr int kFewestBrackets = 4;
@@ -121,8 +121,8 @@ std::optional<ClockMap> PassiveClock::from_arrivals() const {
     while (hull.size() >= 2) {
       const Point& a = hull[hull.size() - 2];
       const Point& b = hull.back();
-      const double turn = (b.device_s - a.device_s) * (point.host_s - a.host_s) -
-                          (b.host_s - a.host_s) * (point.device_s - a.device_s);
+      const double turn =
+          (b.device_s - a.device_s) * (point.host_s - a.host_s) - (b.host_s - a.host_s) * (point.device_s - a.device_s);
       if (turn > 0) break;
       hull.pop_back();
     }
@@ -136,8 +136,7 @@ std::optional<ClockMap> PassiveClock::from_arrivals() const {
   const double drift = std::clamp(free_drift, -limit, limit);
 
   double intercept_s = std::numeric_limits<double>::infinity(), lateness_s = 0;
-  for (const Point& point : earliest_)
-    intercept_s = std::min(intercept_s, point.host_s - (1 + drift) * point.device_s);
+  for (const Point& point : earliest_) intercept_s = std::min(intercept_s, point.host_s - (1 + drift) * point.device_s);
   for (const Point& point : earliest_) lateness_s += point.host_s - (1 + drift) * point.device_s - intercept_s;
   const double count = static_cast<double>(earliest_.size());
   lateness_s /= count;
@@ -177,12 +176,14 @@ std::optional<ClockMap> PassiveClock::from_brackets() const {
   // Where few narrow brackets set the slope, the newest sample lies far from them.
   double slope_variance = 0;
   for (const Bracket& bracket : brackets_) {
-    const double arm_s = bracket.device_s - mean_device_s, half_s = 0.5 * (bracket.after_s - bracket.before_s + kHostResolution_s);
+    const double arm_s = bracket.device_s - mean_device_s,
+                 half_s = 0.5 * (bracket.after_s - bracket.before_s + kHostResolution_s);
     slope_variance += std::pow(weight(bracket) * arm_s * half_s, 2) / 3;
   }
   const double slope_sd = spread > 0 ? std::min(std::sqrt(slope_variance) / spread, limit) : limit;
   const double newest_s = std::max(brackets_.back().device_s, earliest_.empty() ? 0 : earliest_.back().device_s);
-  const double uncertainty_s = std::hypot(half_width_s / weights / std::sqrt(3.0), slope_sd * (newest_s - mean_device_s));
+  const double uncertainty_s =
+      std::hypot(half_width_s / weights / std::sqrt(3.0), slope_sd * (newest_s - mean_device_s));
   return to_map(mean_offset_s - drift * mean_device_s, drift, uncertainty_s);
 }
 

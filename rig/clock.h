@@ -28,22 +28,22 @@ struct ClockMap {
   double ticks_per_s = 1e9;
   int64_t reference_ticks = 0;
   double reference_host_s = 0;
-  double drift_ppm = 0;        // positive: the device clock is slow
+  double drift_ppm = 0;                                            // positive: the device clock is slow
   double uncertainty_s = std::numeric_limits<double>::infinity();  // one sd at the newest sample
   int64_t samples = 0;
-  int jumps = 0;               // of the device clock, noticed so far
+  int jumps = 0;  // of the device clock, noticed so far
 
   double host_s(int64_t ticks) const;
   int64_t host_us(int64_t ticks) const;
 };
 
 struct ClockOptions {
-  double ticks_per_s = 1e9;      // nominal
-  double window_s = 60;          // samples older than this are forgotten
-  double bin_s = 0.25;           // only the sample with the smallest delay in each bin is kept
-  double minimum_delay_s = 0;    // known part of the delay: exposure, read-out, transfer
-  double minimum_delay_sd_s = 0; // how well that is known
-  double jump_s = 0.02;          // a step beyond this is a jump of the device clock: start anew
+  double ticks_per_s = 1e9;        // nominal
+  double window_s = 60;            // samples older than this are forgotten
+  double bin_s = 0.25;             // only the sample with the smallest delay in each bin is kept
+  double minimum_delay_s = 0;      // known part of the delay: exposure, read-out, transfer
+  double minimum_delay_sd_s = 0;   // how well that is known
+  double jump_s = 0.02;            // a step beyond this is a jump of the device clock: start anew
   double largest_drift_ppm = 500;  // beyond what any quartz does
 };
 
@@ -78,10 +78,10 @@ class PassiveClock {
   ClockOptions options_;
   bool has_origin_ = false;
   int64_t origin_ticks_ = 0, origin_us_ = 0;
-  std::deque<Point> earliest_;     // of each bin, oldest first
-  std::deque<Bracket> brackets_;   // oldest first
-  double bin_lateness_s_ = 0;      // smallest in the bin that runs, against the map
-  int late_bins_ = 0;              // bins in a row that were late by a jump throughout
+  std::deque<Point> earliest_;    // of each bin, oldest first
+  std::deque<Bracket> brackets_;  // oldest first
+  double bin_lateness_s_ = 0;     // smallest in the bin that runs, against the map
+  int late_bins_ = 0;             // bins in a row that were late by a jump throughout
   int64_t samples_ = 0;
   int jumps_ = 0;
   std::optional<ClockMap> map_;

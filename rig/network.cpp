@@ -25,7 +25,9 @@ constexpr const char* kGroup = "239.255.76.67";
 class Socket {
  public:
   Socket() : descriptor_(::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0)) {}
-  ~Socket() { if (descriptor_ >= 0) ::close(descriptor_); }
+  ~Socket() {
+    if (descriptor_ >= 0) ::close(descriptor_);
+  }
   Socket(const Socket&) = delete;
   Socket& operator=(const Socket&) = delete;
   operator int() const { return descriptor_; }
@@ -72,8 +74,7 @@ bool enter_private_network() {
   const auto group = ::getgid();
   if (::unshare(CLONE_NEWUSER | CLONE_NEWNET) != 0) return false;
   // Root inside, so that lo can be set up; files keep their owner.
-  return write_text("/proc/self/setgroups", "deny") &&
-         write_text("/proc/self/uid_map", fmt::format("0 {} 1", user)) &&
+  return write_text("/proc/self/setgroups", "deny") && write_text("/proc/self/uid_map", fmt::format("0 {} 1", user)) &&
          write_text("/proc/self/gid_map", fmt::format("0 {} 1", group)) && set_up_loopback();
 }
 

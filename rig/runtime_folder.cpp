@@ -48,7 +48,7 @@ fs::path runtime_folder() {
   if (!folder.is_absolute()) refuse(folder, "the runtime folder's path is relative, expected one from /");
   if (::mkdir(folder.c_str(), 0700) != 0 && errno != EEXIST)
     refuse(folder, "the runtime folder cannot be made: {}", std::strerror(errno));
-  struct stat found{};
+  struct stat found {};
   if (::lstat(folder.c_str(), &found) != 0) refuse(folder, "the runtime folder: {}", std::strerror(errno));
   if (S_ISLNK(found.st_mode)) refuse(folder, "the runtime folder is a link, expected a folder");
   if (!S_ISDIR(found.st_mode)) refuse(folder, "the runtime folder's name belongs to a file, expected a folder");

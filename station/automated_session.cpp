@@ -13,15 +13,16 @@ namespace {
 
 using session::RigClient;
 
-constexpr double kStart_s = 8;          // daemons connect, the camera's clock becomes known
-constexpr double kPose_s = 8;           // a grid pose with its patterns
-constexpr double kBeforeTrial_s = 9;    // to hang, come to rest, and be looked at
-constexpr double kWatch_s = 5;          // held corners sought in the frames
+constexpr double kStart_s = 8;        // daemons connect, the camera's clock becomes known
+constexpr double kPose_s = 8;         // a grid pose with its patterns
+constexpr double kBeforeTrial_s = 9;  // to hang, come to rest, and be looked at
+constexpr double kWatch_s = 5;        // held corners sought in the frames
 
 // Hands the share [from, to] of the whole to one step, and says on the bus where the session stands.
 class Steps {
  public:
-  Steps(RigClient& rig, const session::SessionPlan& plan, report::ProgressCallback progress) : rig_(rig), progress_(std::move(progress)) {
+  Steps(RigClient& rig, const session::SessionPlan& plan, report::ProgressCallback progress)
+      : rig_(rig), progress_(std::move(progress)) {
     total_s_ = kStart_s + expected_calibration_s(plan) + kWatch_s;
     for (const session::TrialPlan& trial : plan.trials) total_s_ += expected_trial_s(trial);
   }
@@ -51,24 +52,30 @@ double expected_calibration_s(const session::SessionPlan& plan) { return kPose_s
 
 double expected_trial_s(const session::TrialPlan& trial) { return kBeforeTrial_s + trial.duration_s; }
 
-calib::Calibration calibrate_session(RigClient& rig, const session::SessionPlan& plan, const std::filesystem::path& folder, const report::ProgressCallback& progress) {
+calib::Calibration calibrate_session(RigClient& rig, const session::SessionPlan& plan,
+                                     const std::filesystem::path& folder, const report::ProgressCallback& progress) {
   calib::Calibration calibration = calibrate_rig(rig, plan, folder / "calibration", progress);
-  if (calibration.verdict == calib::Verdict::refused || !calibration.projector) throw session::DeviceFailed("calibration refused: " + calibration.advice);
-  std::filesystem::copy_file(folder / "calibration" / "calibration.json", folder / "calibration.json", std::filesystem::copy_options::overwrite_existing);
+  if (calibration.verdict == calib::Verdict::refused || !calibration.projector)
+    throw session::DeviceFailed("calibration refused: " + calibration.advice);
+  std::filesystem::copy_file(folder / "calibration" / "calibration.json", folder / "calibration.json",
+                             std::filesystem::copy_options::overwrite_existing);
   return calibration;
 }
 
-session::TrialRecord record_session_trial(RigClient& rig, const rig::Configuration& configuration, const session::SessionPlan& plan,
-                                          const session::TrialPlan& trial, const session::RigOptics& optics, const std::filesystem::path& folder,
+session::TrialRecord record_session_trial(RigClient& rig, const rig::Configuration& configuration,
+                                          const session::SessionPlan& plan, const session::TrialPlan& trial,
+                                          const session::RigOptics& optics, const std::filesystem::path& folder,
                                           const report::ProgressCallback& progress) {
   ProjectorCheck check;
   const auto at_rest = [&] { check = check_projector(rig, optics); };
-  const session::TrialRecord record = session::run_trial(rig, configuration, plan, trial, optics, folder, progress, at_rest);
+  const session::TrialRecord record =
+      session::run_trial(rig, configuration, plan, trial, optics, folder, progress, at_rest);
   write_projector_check(check, folder / trial.name);
   return record;
 }
 
-void write_session_campaign(const std::string& fabric, const std::vector<std::string>& trials, const std::vector<std::vector<std::string>>& replicates,
+void write_session_campaign(const std::string& fabric, const std::vector<std::string>& trials,
+                            const std::vector<std::vector<std::string>>& replicates,
                             const std::filesystem::path& folder) {
   trial::Campaign campaign;
   campaign.fabric = fabric;
@@ -81,7 +88,8 @@ void write_session_campaign(const std::string& fabric, const std::vector<std::st
   trial::write_campaign_json(campaign, folder);
 }
 
-SessionResult run_session(const rig::Configuration& configuration, const std::filesystem::path& folder, const report::ProgressCallback& progress) {
+SessionResult run_session(const rig::Configuration& configuration, const std::filesystem::path& folder,
+                          const report::ProgressCallback& progress) {
   const session::SessionPlan plan = session::read_session_plan(configuration);
   std::filesystem::create_directories(folder);
   RigClient rig(configuration);
@@ -91,11 +99,13 @@ SessionResult run_session(const rig::Configuration& configuration, const std::fi
   rig.wait_until_running(plan.answer_timeout_s, [&](const std::string& missing) { starting(0.5, missing); });
 
   SessionResult result;
-  result.calibration = calibrate_session(rig, plan, folder, steps.next("calibrating", "", expected_calibration_s(plan)));
+  result.calibration =
+      calibrate_session(rig, plan, folder, steps.next("calibrating", "", expected_calibration_s(plan)));
   const session::RigOptics optics{result.calibration.camera.projection(), result.calibration.projector->projection()};
   std::vector<std::string> names;
   for (const session::TrialPlan& trial : plan.trials) {
-    result.trials.push_back(record_session_trial(rig, configuration, plan, trial, optics, folder, steps.next("recording", trial.name, expected_trial_s(trial))));
+    result.trials.push_back(record_session_trial(rig, configuration, plan, trial, optics, folder,
+                                                 steps.next("recording", trial.name, expected_trial_s(trial))));
     names.push_back(trial.name);
   }
   write_session_campaign(plan.fabric.name, names, {}, folder);

@@ -22,11 +22,11 @@ namespace {
 using session::DeviceFailed;
 using session::RigClient;
 
-constexpr double kStill_s = 0.4;          // the grid must stand still for so long
-constexpr double kStillTravel_m = 0.0008; // between the two halves of that time, mean over the markers
-constexpr double kOtherPose_m = 0.02;     // a new pose is at least so far from the one before
-constexpr double kMoved_m = 0.002;        // a grid that moved more than this meanwhile spoils its pose
-constexpr double kLeastSeen = 0.7;        // of the grid's markers
+constexpr double kStill_s = 0.4;           // the grid must stand still for so long
+constexpr double kStillTravel_m = 0.0008;  // between the two halves of that time, mean over the markers
+constexpr double kOtherPose_m = 0.02;      // a new pose is at least so far from the one before
+constexpr double kMoved_m = 0.002;         // a grid that moved more than this meanwhile spoils its pose
+constexpr double kLeastSeen = 0.7;         // of the grid's markers
 constexpr int kAttempts = 3;
 
 using MarkerMeans = std::map<int, Eigen::Vector3d>;  // marker number: position
@@ -36,7 +36,8 @@ std::string marker_name(const session::GridPlan& grid, int number) {
 }
 
 // Means over the samples of a span of time; markers seen in less than half of them are left out.
-MarkerMeans means(const std::vector<selvedge_rig::corner_sample_t>& samples, size_t from, size_t to, const session::GridPlan& grid) {
+MarkerMeans means(const std::vector<selvedge_rig::corner_sample_t>& samples, size_t from, size_t to,
+                  const session::GridPlan& grid) {
   MarkerMeans result;
   for (int number = 0; number < grid.columns * grid.rows; ++number) {
     const std::string name = marker_name(grid, number);
@@ -60,10 +61,13 @@ double distance_m(const MarkerMeans& a, const MarkerMeans& b) {
 
 // Markers of a grid that stands still now; empty where it moves or is not there.
 MarkerMeans still_now(const std::vector<selvedge_rig::corner_sample_t>& recent, const session::GridPlan& grid) {
-  if (recent.size() < 10 || recent.back().utime - recent.front().utime < static_cast<int64_t>(0.8 * kStill_s * 1e6)) return {};
+  if (recent.size() < 10 || recent.back().utime - recent.front().utime < static_cast<int64_t>(0.8 * kStill_s * 1e6))
+    return {};
   const size_t half = recent.size() / 2;
   const MarkerMeans first = means(recent, 0, half, grid), second = means(recent, half, recent.size(), grid);
-  if (static_cast<double>(second.size()) < kLeastSeen * grid.columns * grid.rows || distance_m(first, second) > kStillTravel_m) return {};
+  if (static_cast<double>(second.size()) < kLeastSeen * grid.columns * grid.rows ||
+      distance_m(first, second) > kStillTravel_m)
+    return {};
   return means(recent, 0, recent.size(), grid);
 }
 
@@ -81,8 +85,10 @@ MarkerMeans wait_for_grid(RigClient& rig, const session::SessionPlan& plan, cons
     MarkerMeans markers = still_now(recent, plan.grid);
     if (!markers.empty() && distance_m(markers, pose_before) > kOtherPose_m) return markers;
   }
-  throw DeviceFailed(fmt::format("tracker: no grid that stands still in a new pose within {:.0f} s; at least {:.0f} % of its {} markers must be seen",
-                                 plan.answer_timeout_s, 100 * kLeastSeen, plan.grid.columns * plan.grid.rows));
+  throw DeviceFailed(
+      fmt::format("tracker: no grid that stands still in a new pose within {:.0f} s; at least {:.0f} % of its {} "
+                  "markers must be seen",
+                  plan.answer_timeout_s, 100 * kLeastSeen, plan.grid.columns * plan.grid.rows));
 }
 
 struct Capture {
@@ -98,7 +104,8 @@ std::optional<calib::PoseImages> capture_pose(Capture& capture, int pose) {
   selvedge_rig::operator_prompt_t prompt{};
   prompt.step = "show_grid_pose";
   prompt.index = pose;
-  prompt.text = fmt::format("hold the marker grid in pose {} of {} and let go of it", pose + 1, capture.plan.grid.poses);
+  prompt.text =
+      fmt::format("hold the marker grid in pose {} of {} and let go of it", pose + 1, capture.plan.grid.poses);
   capture.rig.ask(prompt);
   const MarkerMeans markers = wait_for_grid(capture.rig, capture.plan, capture.last_pose);
   calib::PoseImages images;
@@ -109,7 +116,8 @@ std::optional<calib::PoseImages> capture_pose(Capture& capture, int pose) {
   for (size_t k = 0; k < capture.sequence.size(); ++k) {
     images.sequence.push_back({capture.sequence[k], image_under(capture.rig, to_pattern(capture.sequence[k]))});
     const double within = static_cast<double>(k + 1) / static_cast<double>(capture.sequence.size());
-    capture.progress((pose + within) / capture.plan.grid.poses, fmt::format("grid pose {} of {}", pose + 1, capture.plan.grid.poses));
+    capture.progress((pose + within) / capture.plan.grid.poses,
+                     fmt::format("grid pose {} of {}", pose + 1, capture.plan.grid.poses));
   }
   const double moved_m = distance_m(wait_for_grid(capture.rig, capture.plan, {}), markers);
   if (moved_m > kMoved_m) {
@@ -150,7 +158,9 @@ calib::Calibration calibrate_rig(RigClient& rig, const session::SessionPlan& pla
         --attempt;  // a person's stop, and no fault of the pose's
       }
     }
-    if (!images) throw DeviceFailed(fmt::format("tracker: the grid moved {} times while pose {} was recorded", kAttempts, pose + 1));
+    if (!images)
+      throw DeviceFailed(
+          fmt::format("tracker: the grid moved {} times while pose {} was recorded", kAttempts, pose + 1));
     poses.push_back(std::move(*images));
   }
   progress(1, "solving camera and projector");

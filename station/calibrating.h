@@ -17,9 +17,9 @@
 namespace selvedge::station {
 
 // Writes FOLDER/poses.json, FOLDER/correspondences.csv (what `./selvedge calibrate FOLDER` reads),
-// FOLDER/calibration.json and FOLDER/report.html. Throws DeviceFailed where the rig does not play along; a calibration whose verdict is
-// "refused" is returned like any other.
-calib::Calibration calibrate_rig(session::RigClient& rig, const session::SessionPlan& plan, const std::filesystem::path& folder,
-                                 const report::ProgressCallback& progress);
+// FOLDER/calibration.json and FOLDER/report.html. Throws DeviceFailed where the rig does not play along; a calibration
+// whose verdict is "refused" is returned like any other.
+calib::Calibration calibrate_rig(session::RigClient& rig, const session::SessionPlan& plan,
+                                 const std::filesystem::path& folder, const report::ProgressCallback& progress);
 
 }  // namespace selvedge::station

@@ -14,7 +14,8 @@ namespace selvedge::station {
 namespace {
 
 // The tracked corner at a time, between its samples; nullopt where the corner is hidden or outside the recording.
-std::optional<Eigen::Vector3d> tracked_at(const std::vector<double>& time_s, const Eigen::Matrix3Xd& corner, double t_s) {
+std::optional<Eigen::Vector3d> tracked_at(const std::vector<double>& time_s, const Eigen::Matrix3Xd& corner,
+                                          double t_s) {
   const auto after = std::lower_bound(time_s.begin(), time_s.end(), t_s);
   if (after == time_s.begin() || after == time_s.end()) return std::nullopt;
   const auto i = static_cast<Eigen::Index>(after - time_s.begin());
@@ -51,14 +52,17 @@ std::vector<calib::MarkerTrack> moving_tracks(const trial::Trial& trial, const W
   return tracks;
 }
 
-// From the stripes about the corners, which show a corner's motion in depth; without stripes from the corners' pixels, which
-// the fabric's lag behind the corner draws along. camera: as it stands in that trial.
-calib::TimeOffset delay_of(const trial::Trial& trial, const WatchedTrial& watched, const calib::CameraParameters& camera, const WatchOptions& options) {
+// From the stripes about the corners, which show a corner's motion in depth; without stripes from the corners' pixels,
+// which the fabric's lag behind the corner draws along. camera: as it stands in that trial.
+calib::TimeOffset delay_of(const trial::Trial& trial, const WatchedTrial& watched,
+                           const calib::CameraParameters& camera, const WatchOptions& options) {
   const std::vector<calib::MarkerTrack> tracks = moving_tracks(trial, options);
   calib::TimeOffset unknown;
   unknown.why = "the corners hold still";
   if (tracks.empty()) return unknown;
-  const auto moves = [&](int corner) { return std::any_of(tracks.begin(), tracks.end(), [&](const auto& track) { return track.marker == corner; }); };
+  const auto moves = [&](int corner) {
+    return std::any_of(tracks.begin(), tracks.end(), [&](const auto& track) { return track.marker == corner; });
+  };
   calib::TimeOffsetOptions o;
   o.tracker_noise_m = trial.mocap_noise_m.value_or(o.tracker_noise_m);
   o.turn_sd_rad = o.shift_sd_m = 0.003;
@@ -91,7 +95,8 @@ WatchedTrial look_at(const trial::Trial& trial, const WatchOptions& options) {
     if (!due && !moves) continue;
     if (due) next_s = t + 0.999 / options.frame_rate_hz;
     ++watched.frames;
-    const TrackedCorners tracked{tracked_at(trial.corners.time_s, trial.corners.left, t), tracked_at(trial.corners.time_s, trial.corners.right, t)};
+    const TrackedCorners tracked{tracked_at(trial.corners.time_s, trial.corners.left, t),
+                                 tracked_at(trial.corners.time_s, trial.corners.right, t)};
     const HeldCorners seen = find_held_corners(trial, trial::read_frame(trial, i), tracked, options.corner);
     for (int side = 0; side < 2; ++side)
       if (seen[side].pixel || seen[side].line) watched.corners.push_back({t, side, *tracked[side], seen[side]});
@@ -107,9 +112,11 @@ calib::TrialSightings camera_sightings(const trial::Trial& trial, const WatchedT
 }
 
 // From the stripes about the corners. camera: as it stands in that trial.
-calib::TrialSightings striped_sightings(const trial::Trial& trial, const WatchedTrial& watched, const calib::CameraParameters& camera) {
+calib::TrialSightings striped_sightings(const trial::Trial& trial, const WatchedTrial& watched,
+                                        const calib::CameraParameters& camera) {
   const bool rows = trial.pattern->orientation == "horizontal";
-  calib::TrialSightings sightings{trial.name, {}, rows ? calib::Seen::row : calib::Seen::column, calib::from_projection(*trial.projector)};
+  calib::TrialSightings sightings{
+      trial.name, {}, rows ? calib::Seen::row : calib::Seen::column, calib::from_projection(*trial.projector)};
   for (const SeenCorner& c : watched.corners) {
     if (!c.seen.line) continue;
     Eigen::Vector2d pixel = calib::pixel_of(*sightings.calibrated, c.tracked);
@@ -122,12 +129,14 @@ calib::TrialSightings striped_sightings(const trial::Trial& trial, const Watched
 }
 
 // From the grey code shown before the trial.
-calib::TrialSightings coded_sightings(const trial::Trial& trial, const ProjectorCheck& check, const calib::CameraParameters& camera) {
+calib::TrialSightings coded_sightings(const trial::Trial& trial, const ProjectorCheck& check,
+                                      const calib::CameraParameters& camera) {
   calib::TrialSightings sightings{trial.name, {}, calib::Seen::both, calib::from_projection(*trial.projector)};
   for (int side = 0; side < 2; ++side) {
     const auto& corner = check[static_cast<size_t>(side)];
     if (!corner) continue;
-    if (const auto pixel = corner->projector_at(calib::pixel_of(camera, corner->tracked))) sightings.sightings.push_back({0, side, 0, corner->tracked, *pixel});
+    if (const auto pixel = corner->projector_at(calib::pixel_of(camera, corner->tracked)))
+      sightings.sightings.push_back({0, side, 0, corner->tracked, *pixel});
   }
   return sightings;
 }
@@ -148,7 +157,8 @@ const calib::TrialDrift* judged(const calib::Drift& drift, const std::string& tr
   return nullptr;
 }
 
-void judge_camera(CalibrationWatch& watch, const std::vector<const trial::Trial*>& trials, const WatchOptions& options) {
+void judge_camera(CalibrationWatch& watch, const std::vector<const trial::Trial*>& trials,
+                  const WatchOptions& options) {
   calib::DriftOptions drift;
   drift.tracker_noise_m = trials.front()->mocap_noise_m.value_or(drift.tracker_noise_m);
   drift.pixel_noise_px = options.pixel_noise_px;
@@ -166,7 +176,8 @@ calib::CameraParameters camera_in(const trial::Trial& trial, const calib::Drift&
   return d && d->moved ? calib::shifted(camera, d->shift) : camera;
 }
 
-void judge_projector(CalibrationWatch& watch, const std::vector<const trial::Trial*>& trials, const WatchOptions& options) {
+void judge_projector(CalibrationWatch& watch, const std::vector<const trial::Trial*>& trials,
+                     const WatchOptions& options) {
   std::vector<calib::TrialSightings> coded, striped;
   calib::DriftOptions drift;
   for (size_t i = 0; i < trials.size(); ++i) {
@@ -202,11 +213,13 @@ nlohmann::json to_json(const calib::TimeOffset& delay) {
 }
 
 nlohmann::json to_json(const calib::TrialDrift& d) {
-  return {{"moved", d.moved}, {"shift_px", d.shift_px}, {"sd_px", d.sd_px}, {"turn_deg", d.turn_deg}, {"rms_px", d.rms_px}};
+  return {
+      {"moved", d.moved}, {"shift_px", d.shift_px}, {"sd_px", d.sd_px}, {"turn_deg", d.turn_deg}, {"rms_px", d.rms_px}};
 }
 
 nlohmann::json to_json(const calib::Drift& drift) {
-  return {{"sentence", drift.sentence}, {"moved_since", drift.since ? nlohmann::json(*drift.since) : nlohmann::json(nullptr)}};
+  return {{"sentence", drift.sentence},
+          {"moved_since", drift.since ? nlohmann::json(*drift.since) : nlohmann::json(nullptr)}};
 }
 
 std::string delay_text(const calib::TimeOffset& delay) {
@@ -221,12 +234,14 @@ std::string drift_text(const calib::Drift& drift, const std::string& trial) {
 
 }  // namespace
 
-CalibrationWatch watch_calibration(const trial::Campaign& campaign, const report::ProgressCallback& progress, const WatchOptions& options) {
+CalibrationWatch watch_calibration(const trial::Campaign& campaign, const report::ProgressCallback& progress,
+                                   const WatchOptions& options) {
   CalibrationWatch watch;
   std::vector<const trial::Trial*> looked_at;
   for (size_t i = 0; i < campaign.trials.size(); ++i) {
     const trial::Trial& trial = campaign.trials[i];
-    progress(static_cast<double>(i) / static_cast<double>(campaign.trials.size()), "looking at the held corners of " + trial.name);
+    progress(static_cast<double>(i) / static_cast<double>(campaign.trials.size()),
+             "looking at the held corners of " + trial.name);
     if (!trial.frames || !trial.camera) continue;
     watch.trials.push_back(look_at(trial, options));
     looked_at.push_back(&trial);
@@ -247,19 +262,22 @@ CalibrationWatch watch_calibration(const trial::Campaign& campaign, const report
 void write_watch(const CalibrationWatch& watch, const std::filesystem::path& folder) {
   nlohmann::json trials = nlohmann::json::object();
   for (const WatchedTrial& t : watch.trials) {
-    nlohmann::json& one = trials[t.name] = {{"frames", t.frames}, {"corners_seen", t.corners.size()}, {"delay", to_json(t.delay)}};
+    nlohmann::json& one =
+        trials[t.name] = {{"frames", t.frames}, {"corners_seen", t.corners.size()}, {"delay", to_json(t.delay)}};
     if (const calib::TrialDrift* d = judged(watch.camera, t.name)) one["camera"] = to_json(*d);
     if (const calib::TrialDrift* d = judged(watch.projector, t.name)) one["projector"] = to_json(*d);
   }
-  files::write_json(folder / "calibration-watch.json",
-                    {{"format", "calibration-watch/1"}, {"camera", to_json(watch.camera)}, {"projector", to_json(watch.projector)}, {"trials", trials}});
+  files::write_json(folder / "calibration-watch.json", {{"format", "calibration-watch/1"},
+                                                        {"camera", to_json(watch.camera)},
+                                                        {"projector", to_json(watch.projector)},
+                                                        {"trials", trials}});
 }
 
 std::string to_text(const CalibrationWatch& watch) {
   std::string text = watch.camera.sentence + "\n" + watch.projector.sentence + "\n";
   for (const WatchedTrial& t : watch.trials)
-    text += fmt::format("{:<14} camera {}; projector {}; {}\n", t.name, drift_text(watch.camera, t.name), drift_text(watch.projector, t.name),
-                        delay_text(t.delay));
+    text += fmt::format("{:<14} camera {}; projector {}; {}\n", t.name, drift_text(watch.camera, t.name),
+                        drift_text(watch.projector, t.name), delay_text(t.delay));
   return text;
 }
 

@@ -64,12 +64,14 @@ std::string last_lines(const std::filesystem::path& path, size_t count) {
 
 }  // namespace
 
-ChildProcess::ChildProcess(std::string name, const std::vector<std::string>& command, const std::filesystem::path& log_file)
+ChildProcess::ChildProcess(std::string name, const std::vector<std::string>& command,
+                           const std::filesystem::path& log_file)
     : name_(std::move(name)), log_file_(log_file), pid_(start(command, log_file, Bond::dies_with_parent)) {}
 
 ChildProcess::~ChildProcess() {
   terminate();
-  for (int i = 0; i < static_cast<int>(kPatience_s * 50) && !reap(false); ++i) std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  for (int i = 0; i < static_cast<int>(kPatience_s * 50) && !reap(false); ++i)
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
   if (pid_ > 0) {
     ::kill(pid_, SIGKILL);
     reap(true);
@@ -93,7 +95,8 @@ void ChildProcess::require_running() {
   if (!reap(false)) return;
   const std::string how = WIFSIGNALED(exit_status_) ? fmt::format("was ended by signal {}", WTERMSIG(exit_status_))
                                                     : fmt::format("ended with status {}", WEXITSTATUS(exit_status_));
-  throw std::runtime_error(fmt::format("{} {}; its log {} ends with: {}", name_, how, log_file_.string(), last_lines(log_file_, 3)));
+  throw std::runtime_error(
+      fmt::format("{} {}; its log {} ends with: {}", name_, how, log_file_.string(), last_lines(log_file_, 3)));
 }
 
 pid_t start_detached(const std::vector<std::string>& command, const std::filesystem::path& log_file) {

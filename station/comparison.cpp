@@ -20,7 +20,8 @@ using nlohmann::json;
 json read_result_file(const fs::path& path, const std::string& format) {
   if (!fs::exists(path)) return {};
   const json value = files::read_json(path);
-  if (!value.is_object() || value.value("/format"_json_pointer, json()) != json(format)) refuse(path.string(), "expected a JSON object with format \"{}\"", format);
+  if (!value.is_object() || value.value("/format"_json_pointer, json()) != json(format))
+    refuse(path.string(), "expected a JSON object with format \"{}\"", format);
   return value;
 }
 
@@ -51,7 +52,9 @@ std::map<std::string, ComparedResult> read_results(const fs::path& folder) {
       if (holds_something(result)) results[name] = std::move(result);
     }
   }
-  if (results.empty()) refuse(folder.string(), "found neither fit.json nor diagnosis.json, expected the folder of a fit, a diagnosis or a session");
+  if (results.empty())
+    refuse(folder.string(),
+           "found neither fit.json nor diagnosis.json, expected the folder of a fit, a diagnosis or a session");
   return results;
 }
 
@@ -71,7 +74,9 @@ json both(const json& a, const json& b) {
   return out;
 }
 
-json both_at(const json& a, const json& b, const char* pointer) { return both(number_at(a, pointer), number_at(b, pointer)); }
+json both_at(const json& a, const json& b, const char* pointer) {
+  return both(number_at(a, pointer), number_at(b, pointer));
+}
 
 // Two numbers in order, or null.
 json interval_at(const json& value, const char* pointer) {
@@ -92,11 +97,16 @@ std::set<std::string> keys_of(const json& a, const json& b) {
   return keys;
 }
 
-json entry(const json& object, const std::string& key) { return object.is_object() ? object.value(key, json()) : json(); }
+json entry(const json& object, const std::string& key) {
+  return object.is_object() ? object.value(key, json()) : json();
+}
 
 json parameter_of_one(const json& p) {
   if (!p.is_object()) return {};
-  return {{"value", number_at(p, "/value")}, {"interval", interval_at(p, "/interval")}, {"determined", at(p, "/determined")}, {"at_bound", at(p, "/at_bound")}};
+  return {{"value", number_at(p, "/value")},
+          {"interval", interval_at(p, "/interval")},
+          {"determined", at(p, "/determined")},
+          {"at_bound", at(p, "/at_bound")}};
 }
 
 json parameters_json(const json& a, const json& b) {
@@ -105,7 +115,9 @@ json parameters_json(const json& a, const json& b) {
     const json pa = entry(a, name), pb = entry(b, name);
     json row = both(number_at(pa, "/value"), number_at(pb, "/value"));
     row["unit"] = at(pa.is_null() ? pb : pa, "/unit");
-    row["ratio"] = row["difference"].is_null() || row["a"].get<double>() == 0 ? json() : json(row["b"].get<double>() / row["a"].get<double>());
+    row["ratio"] = row["difference"].is_null() || row["a"].get<double>() == 0
+                       ? json()
+                       : json(row["b"].get<double>() / row["a"].get<double>());
     row["apart"] = apart(interval_at(pa, "/interval"), interval_at(pb, "/interval"));
     row["a"] = parameter_of_one(pa);
     row["b"] = parameter_of_one(pb);
@@ -118,19 +130,23 @@ json trials_json(const json& a, const json& b) {
   json out = json::object();
   for (const std::string& name : keys_of(a, b)) {
     const json ta = entry(a, name), tb = entry(b, name);
-    out[name] = {{"fitted_mm", both_at(ta, tb, "/error_end")},
-                 {"held_out_mm", both_at(ta, tb, "/error_held_out")},
-                 {"rigid_plate_mm", both_at(ta, tb, "/error_rigid_plate")},
-                 {"held_out_interval_mm", {{"a", interval_at(ta, "/error_held_out_interval")}, {"b", interval_at(tb, "/error_held_out_interval")}}}};
+    out[name] = {
+        {"fitted_mm", both_at(ta, tb, "/error_end")},
+        {"held_out_mm", both_at(ta, tb, "/error_held_out")},
+        {"rigid_plate_mm", both_at(ta, tb, "/error_rigid_plate")},
+        {"held_out_interval_mm",
+         {{"a", interval_at(ta, "/error_held_out_interval")}, {"b", interval_at(tb, "/error_held_out_interval")}}}};
   }
   return out;
 }
 
 json gap_json(const json& a, const json& b) {
   json out;
-  for (const char* key : {"value_mm", "noise_floor_mm", "right_model_mm", "held_out_mm", "replicates_mm", "p_value"}) out[key] = both_at(a, b, (std::string("/gap/") + key).c_str());
+  for (const char* key : {"value_mm", "noise_floor_mm", "right_model_mm", "held_out_mm", "replicates_mm", "p_value"})
+    out[key] = both_at(a, b, (std::string("/gap/") + key).c_str());
   out["interval_mm"] = {{"a", interval_at(a, "/gap/interval_mm")}, {"b", interval_at(b, "/gap/interval_mm")}};
-  for (const char* key : {"cause", "side"}) out[key] = {{"a", at(a, (std::string("/") + key).c_str())}, {"b", at(b, (std::string("/") + key).c_str())}};
+  for (const char* key : {"cause", "side"})
+    out[key] = {{"a", at(a, (std::string("/") + key).c_str())}, {"b", at(b, (std::string("/") + key).c_str())}};
   return out;
 }
 
@@ -149,15 +165,19 @@ json effects_json(const json& a, const json& b) {
 
 json where_json(const json& a, const json& b) {
   std::map<std::pair<std::string, std::string>, std::pair<json, json>> cells;
-  const auto collect = [&](const json& diagnosis, json std::pair<json, json>::* side) {
+  const auto collect = [&](const json& diagnosis, json std::pair<json, json>::*side) {
     for (const json& cell : entry(diagnosis, "where"))
-      if (cell.is_object() && at(cell, "/axis").is_string() && at(cell, "/cell").is_string()) cells[{cell["axis"], cell["cell"]}].*side = cell;
+      if (cell.is_object() && at(cell, "/axis").is_string() && at(cell, "/cell").is_string())
+        cells[{cell["axis"], cell["cell"]}].*side = cell;
   };
   collect(a, &std::pair<json, json>::first);
   collect(b, &std::pair<json, json>::second);
   json out = json::array();
   for (const auto& [key, cell] : cells)
-    out.push_back({{"axis", key.first}, {"cell", key.second}, {"share", both_at(cell.first, cell.second, "/share")}, {"mm", both_at(cell.first, cell.second, "/mm")}});
+    out.push_back({{"axis", key.first},
+                   {"cell", key.second},
+                   {"share", both_at(cell.first, cell.second, "/share")},
+                   {"mm", both_at(cell.first, cell.second, "/mm")}});
   return out;
 }
 
@@ -187,7 +207,8 @@ json pair_json(const ComparedPair& pair) {
     out["effects"] = effects_json(pair.a.diagnosis, pair.b.diagnosis);
     out["where"] = where_json(pair.a.diagnosis, pair.b.diagnosis);
   }
-  if (!pair.a.trials.is_null() || !pair.b.trials.is_null()) out["session"] = {{"a", session_of_one(pair.a.trials)}, {"b", session_of_one(pair.b.trials)}};
+  if (!pair.a.trials.is_null() || !pair.b.trials.is_null())
+    out["session"] = {{"a", session_of_one(pair.a.trials)}, {"b", session_of_one(pair.b.trials)}};
   return out;
 }
 
@@ -203,7 +224,8 @@ Comparison read_comparison(const fs::path& a, const fs::path& b) {
   Comparison out{a, b, {}, {}, {}};
   const auto left = read_results(a), right = read_results(b);
   if (left.size() == 1 && right.size() == 1) {
-    const std::string one = name_of_result(left.begin()->first, left.begin()->second), other = name_of_result(right.begin()->first, right.begin()->second);
+    const std::string one = name_of_result(left.begin()->first, left.begin()->second),
+                      other = name_of_result(right.begin()->first, right.begin()->second);
     out.pairs.push_back({one == other ? one : one + " and " + other, left.begin()->second, right.begin()->second});
     return out;
   }
@@ -214,14 +236,17 @@ Comparison read_comparison(const fs::path& a, const fs::path& b) {
   }
   for (const auto& [name, result] : right)
     if (!left.contains(name)) out.only_b.push_back(name);
-  if (out.pairs.empty()) refuse(a.string() + ", " + b.string(), "no fabric is in both; name the folder of one fabric in a session to compare it with another");
+  if (out.pairs.empty())
+    refuse(a.string() + ", " + b.string(),
+           "no fabric is in both; name the folder of one fabric in a session to compare it with another");
   return out;
 }
 
 json to_json(const Comparison& comparison) {
   json pairs = json::array();
   for (const ComparedPair& pair : comparison.pairs) pairs.push_back(pair_json(pair));
-  return {{"format", "comparison/1"}, {"a", comparison.a.string()}, {"b", comparison.b.string()}, {"pairs", pairs}, {"only_a", comparison.only_a}, {"only_b", comparison.only_b}};
+  return {{"format", "comparison/1"}, {"a", comparison.a.string()},  {"b", comparison.b.string()},
+          {"pairs", pairs},           {"only_a", comparison.only_a}, {"only_b", comparison.only_b}};
 }
 
 }  // namespace selvedge::station

@@ -1,8 +1,9 @@
-// Two results side by side: which parameters differ beyond their intervals, how far each predicts what it did not see, and
-// how each splits its gap.
+// Two results side by side: which parameters differ beyond their intervals, how far each predicts what it did not see,
+// and how each splits its gap.
 //
-// A result is the folder of a fit (fit.json), of a diagnosis (diagnosis.json), of both, or of a session (session.json, with a
-// folder a fabric). Two sessions are compared fabric by fabric; a session beside a single result must have one fabric alone.
+// A result is the folder of a fit (fit.json), of a diagnosis (diagnosis.json), of both, or of a session (session.json,
+// with a folder a fabric). Two sessions are compared fabric by fabric; a session beside a single result must have one
+// fabric alone.
 //   difference = B − A;  ratio = B / A;  apart: the two 90 % intervals do not overlap.
 #pragma once
 
@@ -34,9 +35,9 @@ struct Comparison {
 // Throws BadInput where a folder holds no result, a file is damaged, or the two cannot be paired.
 Comparison read_comparison(const std::filesystem::path& a, const std::filesystem::path& b);
 
-// {"format": "comparison/1", "a", "b", "pairs": [{"name", "held_out_mm", "parameters": {NAME: {"unit", "a", "b", "difference",
-// "ratio", "apart"}}, "trials": {NAME: {…}}, "gap": {…}, "effects": {…}, "where": […], "session": {…}}], "only_a", "only_b"}.
-// Numbers are {"a", "b", "difference"}; null where a side has none.
+// {"format": "comparison/1", "a", "b", "pairs": [{"name", "held_out_mm", "parameters": {NAME: {"unit", "a", "b",
+// "difference", "ratio", "apart"}}, "trials": {NAME: {…}}, "gap": {…}, "effects": {…}, "where": […], "session": {…}}],
+// "only_a", "only_b"}. Numbers are {"a", "b", "difference"}; null where a side has none.
 nlohmann::json to_json(const Comparison& comparison);
 
 // compare.json and report.html, each whole or not at all. Returns the former.

@@ -1,5 +1,5 @@
-// write_comparison and comparison_text of station/comparison.h: the page, from what compare.json holds and the figures of the
-// reports beside the results.
+// write_comparison and comparison_text of station/comparison.h: the page, from what compare.json holds and the figures
+// of the reports beside the results.
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -30,15 +30,20 @@ std::string signed_text(const json& value) {
   return (value.get<double>() > 0 ? "+" : "") + short_number(value.get<double>(), 3);
 }
 
-std::string percent_text(const json& value) { return value.is_number() ? fmt::format("{:.0f} %", 100 * value.get<double>()) : "–"; }
+std::string percent_text(const json& value) {
+  return value.is_number() ? fmt::format("{:.0f} %", 100 * value.get<double>()) : "–";
+}
 
 std::string with_interval(const json& value, const json& interval) {
   const std::string number = number_text(value);
-  return interval.is_null() ? number : fmt::format("{} ({} … {})", number, number_text(interval[0]), number_text(interval[1]));
+  return interval.is_null() ? number
+                            : fmt::format("{} ({} … {})", number, number_text(interval[0]), number_text(interval[1]));
 }
 
 std::string share_with_interval(const json& share, const json& interval) {
-  return interval.is_null() ? percent_text(share) : fmt::format("{} ({} … {})", percent_text(share), percent_text(interval[0]), percent_text(interval[1]));
+  return interval.is_null()
+             ? percent_text(share)
+             : fmt::format("{} ({} … {})", percent_text(share), percent_text(interval[0]), percent_text(interval[1]));
 }
 
 std::string parameter_text(const json& p) {
@@ -68,7 +73,8 @@ void add_interval_plot(report::HtmlReport& html, const json& parameters) {
   report::PlotOptions plot;
   plot.x_label = "value over A's value";
   plot.log_x = true;
-  html.svg(report::interval_plot(labels, series, plot), "Parameters with their 90 % intervals, each in units of A's value");
+  html.svg(report::interval_plot(labels, series, plot),
+           "Parameters with their 90 % intervals, each in units of A's value");
 }
 
 void add_parameters_of_both(report::HtmlReport& html, const json& parameters) {
@@ -77,7 +83,8 @@ void add_parameters_of_both(report::HtmlReport& html, const json& parameters) {
   std::vector<std::vector<std::string>> rows;
   for (const auto& [name, p] : parameters.items()) {
     const std::string verdict = p["apart"].is_null() ? "–" : p["apart"].get<bool>() ? "apart" : "overlap";
-    rows.push_back({name, word_text(p["unit"]), parameter_text(p["a"]), parameter_text(p["b"]), signed_text(p["difference"]), number_text(p["ratio"]), verdict});
+    rows.push_back({name, word_text(p["unit"]), parameter_text(p["a"]), parameter_text(p["b"]),
+                    signed_text(p["difference"]), number_text(p["ratio"]), verdict});
   }
   html.table({"parameter", "unit", "A (90 %)", "B (90 %)", "B − A", "B / A", "intervals"}, rows);
   add_interval_plot(html, parameters);
@@ -88,8 +95,10 @@ void add_errors_of_both(report::HtmlReport& html, const json& trials) {
   html.heading("Error of each trial, mm root mean square");
   std::vector<std::vector<std::string>> rows;
   for (const auto& [name, t] : trials.items())
-    rows.push_back({name, number_text(t["fitted_mm"]["a"]), number_text(t["fitted_mm"]["b"]), with_interval(t["held_out_mm"]["a"], t["held_out_interval_mm"]["a"]),
-                    with_interval(t["held_out_mm"]["b"], t["held_out_interval_mm"]["b"]), signed_text(t["held_out_mm"]["difference"])});
+    rows.push_back({name, number_text(t["fitted_mm"]["a"]), number_text(t["fitted_mm"]["b"]),
+                    with_interval(t["held_out_mm"]["a"], t["held_out_interval_mm"]["a"]),
+                    with_interval(t["held_out_mm"]["b"], t["held_out_interval_mm"]["b"]),
+                    signed_text(t["held_out_mm"]["difference"])});
   html.table({"trial", "fitted, A", "fitted, B", "held out, A", "held out, B", "B − A"}, rows);
 }
 
@@ -100,30 +109,38 @@ void add_gap_of_both(report::HtmlReport& html, const json& pair) {
   std::vector<std::vector<std::string>> rows = {
       {"cause", word_text(gap["cause"]["a"]), word_text(gap["cause"]["b"]), ""},
       {"side", word_text(gap["side"]["a"]), word_text(gap["side"]["b"]), ""},
-      {"gap above the noise, mm (90 %)", with_interval(gap["value_mm"]["a"], gap["interval_mm"]["a"]), with_interval(gap["value_mm"]["b"], gap["interval_mm"]["b"]),
-       signed_text(gap["value_mm"]["difference"])}};
-  for (const auto& [key, what] : {std::pair{"held_out_mm", "held-out error, mm"}, {"right_model_mm", "of that a right model would leave, mm"},
-                                  {"noise_floor_mm", "the sensor alone, mm"}, {"replicates_mm", "replicates among themselves, mm"}, {"p_value", "p of the gap"}})
+      {"gap above the noise, mm (90 %)", with_interval(gap["value_mm"]["a"], gap["interval_mm"]["a"]),
+       with_interval(gap["value_mm"]["b"], gap["interval_mm"]["b"]), signed_text(gap["value_mm"]["difference"])}};
+  for (const auto& [key, what] : {std::pair{"held_out_mm", "held-out error, mm"},
+                                  {"right_model_mm", "of that a right model would leave, mm"},
+                                  {"noise_floor_mm", "the sensor alone, mm"},
+                                  {"replicates_mm", "replicates among themselves, mm"},
+                                  {"p_value", "p of the gap"}})
     rows.push_back({what, number_text(gap[key]["a"]), number_text(gap[key]["b"]), signed_text(gap[key]["difference"])});
   html.table({"", "A", "B", "B − A"}, rows);
   rows.clear();
   for (const auto& [name, e] : pair["effects"].items()) {
-    const bool said = std::max(or_nan(e["probability"]["a"]), or_nan(e["probability"]["b"])) >= 0.005 || e["closes"]["a"].is_number() || e["closes"]["b"].is_number();
+    const bool said = std::max(or_nan(e["probability"]["a"]), or_nan(e["probability"]["b"])) >= 0.005 ||
+                      e["closes"]["a"].is_number() || e["closes"]["b"].is_number();
     if (!said) continue;
-    rows.push_back({name, percent_text(e["probability"]["a"]), percent_text(e["probability"]["b"]), share_with_interval(e["closes"]["a"], e["closes_interval"]["a"]),
+    rows.push_back({name, percent_text(e["probability"]["a"]), percent_text(e["probability"]["b"]),
+                    share_with_interval(e["closes"]["a"], e["closes_interval"]["a"]),
                     share_with_interval(e["closes"]["b"], e["closes_interval"]["b"])});
   }
   html.table({"answer", "probability, A", "probability, B", "share of the gap it closes, A (90 %)", "B (90 %)"}, rows);
   rows.clear();
   for (const json& c : pair["where"])
-    rows.push_back({c["axis"], c["cell"], percent_text(c["share"]["a"]), percent_text(c["share"]["b"]), number_text(c["mm"]["a"]), number_text(c["mm"]["b"]), signed_text(c["mm"]["difference"])});
-  if (!rows.empty()) html.table({"axis", "where", "share of the gap, A", "B", "error, A, mm", "error, B, mm", "B − A"}, rows);
+    rows.push_back({c["axis"], c["cell"], percent_text(c["share"]["a"]), percent_text(c["share"]["b"]),
+                    number_text(c["mm"]["a"]), number_text(c["mm"]["b"]), signed_text(c["mm"]["difference"])});
+  if (!rows.empty())
+    html.table({"axis", "where", "share of the gap, A", "B", "error, A, mm", "error, B, mm", "B − A"}, rows);
 }
 
 // What tells a figure from others of its report: its caption up to what changes from run to run.
 std::string figure_key(const ReadFigure& figure) { return figure.caption.substr(0, figure.caption.find(';')); }
 
-void add_plots_of_both(report::HtmlReport& html, const std::vector<std::vector<ReadFigure>>& a, const std::vector<std::vector<ReadFigure>>& b) {
+void add_plots_of_both(report::HtmlReport& html, const std::vector<std::vector<ReadFigure>>& a,
+                       const std::vector<std::vector<ReadFigure>>& b) {
   std::map<std::string, const ReadFigure*> of_b;
   for (const auto& row : b)
     for (const ReadFigure& figure : row)
@@ -132,11 +149,13 @@ void add_plots_of_both(report::HtmlReport& html, const std::vector<std::vector<R
     for (const ReadFigure& figure : row) {
       if (!figure.is_svg) continue;
       const auto found = of_b.find(figure_key(figure));
-      if (found != of_b.end()) html.svg_row({figure.bytes, found->second->bytes}, {"A: " + figure.caption, "B: " + found->second->caption});
+      if (found != of_b.end())
+        html.svg_row({figure.bytes, found->second->bytes}, {"A: " + figure.caption, "B: " + found->second->caption});
     }
 }
 
-// A fit's report has a row of pictures a frame, its first caption "TRIAL, …"; of five, recorded, simulated and difference.
+// A fit's report has a row of pictures a frame, its first caption "TRIAL, …"; of five, recorded, simulated and
+// difference.
 std::map<std::string, std::vector<ReadFigure>> pictures_of_trials(const std::vector<std::vector<ReadFigure>>& rows) {
   std::map<std::string, std::vector<std::vector<ReadFigure>>> of_trial;
   for (const auto& row : rows)
@@ -165,7 +184,8 @@ std::vector<std::vector<ReadFigure>> figures_in(const fs::path& folder, const js
 
 void add_figures(report::HtmlReport& html, const ComparedPair& pair) {
   const auto fit_a = figures_in(pair.a.fit_folder, pair.a.fit), fit_b = figures_in(pair.b.fit_folder, pair.b.fit);
-  const auto diagnosis_a = figures_in(pair.a.diagnosis_folder, pair.a.diagnosis), diagnosis_b = figures_in(pair.b.diagnosis_folder, pair.b.diagnosis);
+  const auto diagnosis_a = figures_in(pair.a.diagnosis_folder, pair.a.diagnosis),
+             diagnosis_b = figures_in(pair.b.diagnosis_folder, pair.b.diagnosis);
   if ((fit_a.empty() || fit_b.empty()) && (diagnosis_a.empty() || diagnosis_b.empty())) return;
   html.heading("What is left");
   add_plots_of_both(html, diagnosis_a, diagnosis_b);
@@ -184,8 +204,12 @@ void add_session_of_both(report::HtmlReport& html, const json& pair) {
   html.heading("Recording");
   const json &a = pair["session"]["a"], &b = pair["session"]["b"];
   std::vector<std::vector<std::string>> rows;
-  for (const auto& [key, what] : {std::pair{"done", "trials recorded"}, {"frames", "frames"}, {"frames_lost", "frames lost"}, {"kept_aside", "attempts kept aside"}})
-    rows.push_back({what, number_text(a.is_null() ? json() : a[key], 6), number_text(b.is_null() ? json() : b[key], 6)});
+  for (const auto& [key, what] : {std::pair{"done", "trials recorded"},
+                                  {"frames", "frames"},
+                                  {"frames_lost", "frames lost"},
+                                  {"kept_aside", "attempts kept aside"}})
+    rows.push_back(
+        {what, number_text(a.is_null() ? json() : a[key], 6), number_text(b.is_null() ? json() : b[key], 6)});
   html.table({"", "A", "B"}, rows);
 }
 
@@ -199,14 +223,19 @@ std::string summary_sentence(const json& pair) {
     const std::string a = number_text(held_out["a"]), b = number_text(held_out["b"]);
     if (a == b) text = fmt::format("What they were not fitted to, both predict to {} mm. ", a);
     else
-      text = fmt::format("B predicts what it was not fitted to {} mm {} than A ({} and {} mm). ", number_text(std::abs(held_out["difference"].get<double>())),
+      text = fmt::format("B predicts what it was not fitted to {} mm {} than A ({} and {} mm). ",
+                         number_text(std::abs(held_out["difference"].get<double>())),
                          held_out["difference"].get<double>() < 0 ? "better" : "worse", b, a);
     if (pair["held_out_by"]["a"] != pair["held_out_by"]["b"])
-      text += fmt::format("The two are not measured alike: A holds out {}, B {}. ", word_text(pair["held_out_by"]["a"]), word_text(pair["held_out_by"]["b"]));
+      text += fmt::format("The two are not measured alike: A holds out {}, B {}. ", word_text(pair["held_out_by"]["a"]),
+                          word_text(pair["held_out_by"]["b"]));
   }
-  if (!pair["parameters"].empty()) text += apart.empty() ? "No parameter differs beyond its interval. " : fmt::format("Beyond their intervals differ: {}. ", fmt::join(apart, ", "));
+  if (!pair["parameters"].empty())
+    text += apart.empty() ? "No parameter differs beyond its interval. "
+                          : fmt::format("Beyond their intervals differ: {}. ", fmt::join(apart, ", "));
   if (pair.contains("gap") && pair["gap"]["cause"]["a"].is_string() && pair["gap"]["cause"]["b"].is_string())
-    text += fmt::format("Diagnosis: A {}, B {}.", word_text(pair["gap"]["cause"]["a"]), word_text(pair["gap"]["cause"]["b"]));
+    text += fmt::format("Diagnosis: A {}, B {}.", word_text(pair["gap"]["cause"]["a"]),
+                        word_text(pair["gap"]["cause"]["b"]));
   return text;
 }
 
@@ -215,13 +244,15 @@ std::string summary_sentence(const json& pair) {
 json write_comparison(const Comparison& comparison, const fs::path& folder) {
   const json summary = to_json(comparison);
   report::HtmlReport html("Two runs side by side");
-  html.table({"", "folder"}, {{"A", fs::weakly_canonical(comparison.a).string()}, {"B", fs::weakly_canonical(comparison.b).string()}});
+  html.table({"", "folder"},
+             {{"A", fs::weakly_canonical(comparison.a).string()}, {"B", fs::weakly_canonical(comparison.b).string()}});
   for (size_t i = 0; i < comparison.pairs.size(); ++i) {
     const ComparedPair& pair = comparison.pairs[i];
     const json& values = summary["pairs"][i];
     html.heading(pair.name);
     html.paragraph(summary_sentence(values));
-    if (values["models"]["a"] != values["models"]["b"]) html.table({"model", ""}, {{"A", word_text(values["models"]["a"])}, {"B", word_text(values["models"]["b"])}});
+    if (values["models"]["a"] != values["models"]["b"])
+      html.table({"model", ""}, {{"A", word_text(values["models"]["a"])}, {"B", word_text(values["models"]["b"])}});
     add_parameters_of_both(html, values["parameters"]);
     add_errors_of_both(html, values["trials"]);
     add_gap_of_both(html, values);
@@ -238,7 +269,8 @@ json write_comparison(const Comparison& comparison, const fs::path& folder) {
 
 std::string comparison_text(const json& comparison) {
   std::string text;
-  for (const json& pair : comparison["pairs"]) text += fmt::format("{}: {}\n", pair["name"].get<std::string>(), summary_sentence(pair));
+  for (const json& pair : comparison["pairs"])
+    text += fmt::format("{}: {}\n", pair["name"].get<std::string>(), summary_sentence(pair));
   return text;
 }
 

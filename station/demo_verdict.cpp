@@ -8,7 +8,8 @@
 namespace selvedge::station {
 
 size_t DemoVerdict::determined() const {
-  return static_cast<size_t>(std::count_if(parameters.begin(), parameters.end(), [](const auto& p) { return p.determined; }));
+  return static_cast<size_t>(
+      std::count_if(parameters.begin(), parameters.end(), [](const auto& p) { return p.determined; }));
 }
 
 bool DemoVerdict::parameters_hold() const {
@@ -24,8 +25,8 @@ DemoVerdict judge(const fit::FitOutcome& outcome, const nlohmann::json& truth) {
   for (const fit::FittedParameter& fitted : outcome.parameters) {
     const auto known = truth.at("parameters").find(fitted.parameter.name);
     if (known == truth.at("parameters").end()) continue;
-    verdict.parameters.push_back({fitted.parameter.name, fitted.parameter.unit, fitted.value, fitted.lower_interval, fitted.upper_interval,
-                                  known->at("value").get<double>(), fitted.determined});
+    verdict.parameters.push_back({fitted.parameter.name, fitted.parameter.unit, fitted.value, fitted.lower_interval,
+                                  fitted.upper_interval, known->at("value").get<double>(), fitted.determined});
   }
   double fitted = 0, held_out = 0, count = 0;
   for (const fit::TrialError& trial : outcome.trials) {
@@ -41,13 +42,19 @@ DemoVerdict judge(const fit::FitOutcome& outcome, const nlohmann::json& truth) {
 }
 
 std::string to_text(const DemoVerdict& verdict) {
-  std::string text = fmt::format("{:<16} {:>10} {:>23} {:>10}  {:<10} {:>7}\n", "parameter", "found", "90 % interval", "simulated", "unit", "off by");
+  std::string text = fmt::format("{:<16} {:>10} {:>23} {:>10}  {:<10} {:>7}\n", "parameter", "found", "90 % interval",
+                                 "simulated", "unit", "off by");
   for (const ParameterVerdict& p : verdict.parameters)
-    text += fmt::format("{:<16} {:>10.4g} {:>11.3g} {:>11.3g} {:>10.4g}  {:<10} {:>+5.1f} %  {}\n", p.name, p.found, p.lower, p.upper, p.truth, p.unit,
-                        p.off_percent(), p.determined ? std::abs(p.off_percent()) <= DemoVerdict::kLargestOff_percent ? "" : "too far" : "hardly determined");
-  text += fmt::format("{} determined parameters, {} within {:.0f} %; held-out frames {:.2f} mm, fitted frames in motion {:.2f} mm: {} {:.1f} times\n",
-                      verdict.determined(), verdict.parameters_hold() ? "all" : "NOT all", DemoVerdict::kLargestOff_percent, verdict.held_out_mm,
-                      verdict.fitted_mm, verdict.held_out_holds() ? "within" : "NOT within", DemoVerdict::kLargestRatio);
+    text += fmt::format("{:<16} {:>10.4g} {:>11.3g} {:>11.3g} {:>10.4g}  {:<10} {:>+5.1f} %  {}\n", p.name, p.found,
+                        p.lower, p.upper, p.truth, p.unit, p.off_percent(),
+                        p.determined ? std::abs(p.off_percent()) <= DemoVerdict::kLargestOff_percent ? "" : "too far"
+                                     : "hardly determined");
+  text += fmt::format(
+      "{} determined parameters, {} within {:.0f} %; held-out frames {:.2f} mm, fitted frames in motion {:.2f} mm: {} "
+      "{:.1f} times\n",
+      verdict.determined(), verdict.parameters_hold() ? "all" : "NOT all", DemoVerdict::kLargestOff_percent,
+      verdict.held_out_mm, verdict.fitted_mm, verdict.held_out_holds() ? "within" : "NOT within",
+      DemoVerdict::kLargestRatio);
   return text;
 }
 

@@ -18,9 +18,7 @@ bool udp_is_free(const std::string& address, int port) {
   try {
     wire::bind_udp(address, port);
     return true;
-  } catch (const std::exception&) {
-    return false;
-  }
+  } catch (const std::exception&) { return false; }
 }
 
 }  // namespace

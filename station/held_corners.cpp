@@ -20,7 +20,7 @@ constexpr int kLeastEdges = 8;         // of stripes, near a corner
 constexpr double kCornerAgrees = 0.3;  // of a period: how far off the labelling of fit/ bears a corner
 
 struct Line {
-  Eigen::Vector2d point, direction;    // direction points up in the image
+  Eigen::Vector2d point, direction;  // direction points up in the image
 };
 
 // Principal axis; points further than two pixels from it are left out once.
@@ -43,11 +43,13 @@ std::optional<Line> fit_line(std::vector<Eigen::Vector2d> points) {
 
 bool is_inside(const std::vector<unsigned char>& mask, const trial::GreyImage& image, const Eigen::Vector2d& p) {
   const auto x = static_cast<Eigen::Index>(std::lround(p.x())), y = static_cast<Eigen::Index>(std::lround(p.y()));
-  return x >= 0 && y >= 0 && x < image.cols() && y < image.rows() && mask[static_cast<size_t>(y * image.cols() + x)] != 0;
+  return x >= 0 && y >= 0 && x < image.cols() && y < image.rows() &&
+         mask[static_cast<size_t>(y * image.cols() + x)] != 0;
 }
 
 // Line of the side edge from its lower end up: the last point two pixels inside of which there is fabric.
-Eigen::Vector2d end_of_edge(const Line& line, bool left, const std::vector<unsigned char>& mask, const trial::GreyImage& image, double length_px) {
+Eigen::Vector2d end_of_edge(const Line& line, bool left, const std::vector<unsigned char>& mask,
+                            const trial::GreyImage& image, double length_px) {
   constexpr double kStep_px = 0.25;
   const Eigen::Vector2d inwards((left ? 1 : -1) * std::abs(line.direction.y()), 0);
   Eigen::Vector2d last = line.point;
@@ -61,16 +63,19 @@ Eigen::Vector2d end_of_edge(const Line& line, bool left, const std::vector<unsig
 }
 
 std::optional<Eigen::Vector2d> corner_of(const trial::GreyImage& image, const std::vector<unsigned char>& mask,
-                                         const std::vector<fit::SilhouettePoint>& outline, const Eigen::Vector2d& expected, bool left,
-                                         const CornerOptions& options) {
+                                         const std::vector<fit::SilhouettePoint>& outline,
+                                         const Eigen::Vector2d& expected, bool left, const CornerOptions& options) {
   std::vector<Eigen::Vector2d> edge;
   for (const fit::SilhouettePoint& p : outline) {
     const double out = left ? -p.normal.x() : p.normal.x();
     const Eigen::Vector2d from = p.pixel - expected;
-    if (out > kAcross && std::abs(from.x()) < options.reach_px && from.y() > 0 && from.y() < options.edge_px + options.reach_px) edge.push_back(p.pixel);
+    if (out > kAcross && std::abs(from.x()) < options.reach_px && from.y() > 0 &&
+        from.y() < options.edge_px + options.reach_px)
+      edge.push_back(p.pixel);
   }
   if (edge.empty()) return std::nullopt;
-  const auto top = std::min_element(edge.begin(), edge.end(), [](const auto& a, const auto& b) { return a.y() < b.y(); })->y();
+  const auto top =
+      std::min_element(edge.begin(), edge.end(), [](const auto& a, const auto& b) { return a.y() < b.y(); })->y();
   std::erase_if(edge, [&](const auto& p) { return p.y() > top + options.edge_px; });
   const std::optional<Line> line = fit_line(edge);
   if (!line) return std::nullopt;
@@ -90,7 +95,8 @@ geometry::Projection moved_by(geometry::Projection device, const Eigen::Vector2d
   return device;
 }
 
-std::optional<LineMap> line_at(const fit::StripeObservation& seen, const Eigen::Vector2d& at, const CornerOptions& options) {
+std::optional<LineMap> line_at(const fit::StripeObservation& seen, const Eigen::Vector2d& at,
+                               const CornerOptions& options) {
   Eigen::Matrix3d normal = Eigen::Matrix3d::Identity() * 1e-6;
   Eigen::Vector3d right = Eigen::Vector3d::Zero();
   int edges = 0;
@@ -110,7 +116,8 @@ std::optional<LineMap> line_at(const fit::StripeObservation& seen, const Eigen::
 
 // The labelling counts stripes from a held corner and bears only a share of a period there; a projector that has
 // moved further is met by counting from a third of a period to either side as well.
-std::optional<LineMap> find_line(const trial::Trial& trial, fit::StripeObservation& seen, const Eigen::Vector3d& tracked, const Eigen::Vector2d& at,
+std::optional<LineMap> find_line(const trial::Trial& trial, fit::StripeObservation& seen,
+                                 const Eigen::Vector3d& tracked, const Eigen::Vector2d& at,
                                  const CornerOptions& options) {
   const render::StripePattern pattern = pattern_of(*trial.pattern);
   const geometry::Projection camera = moved_by(*trial.camera, at - geometry::project(*trial.camera, tracked));
@@ -136,16 +143,21 @@ HeldCorners find_held_corners(const trial::Trial& trial, const trial::GreyImage&
   const std::vector<unsigned char> mask = fit::silhouette_mask(image, background);
   const auto outline = fit::outline_points(image, mask, background, 2, 0.1);
   for (size_t side = 0; side < 2; ++side)
-    if (tracked[side]) corners[side].pixel = corner_of(image, mask, outline, geometry::project(*trial.camera, *tracked[side]), side == 0, options);
+    if (tracked[side])
+      corners[side].pixel =
+          corner_of(image, mask, outline, geometry::project(*trial.camera, *tracked[side]), side == 0, options);
   if (!trial.projector || !trial.pattern) return corners;
   fit::StripeObservation seen = fit::observe(image, *trial.camera, *trial.projector, pattern_of(*trial.pattern));
   for (size_t side = 0; side < 2; ++side)
     if (tracked[side])
-      corners[side].line = find_line(trial, seen, *tracked[side], corners[side].pixel.value_or(geometry::project(*trial.camera, *tracked[side])), options);
+      corners[side].line =
+          find_line(trial, seen, *tracked[side],
+                    corners[side].pixel.value_or(geometry::project(*trial.camera, *tracked[side])), options);
   return corners;
 }
 
-std::optional<Eigen::Vector2d> find_corner(const trial::GreyImage& image, const Eigen::Vector2d& expected, bool left, const CornerOptions& options) {
+std::optional<Eigen::Vector2d> find_corner(const trial::GreyImage& image, const Eigen::Vector2d& expected, bool left,
+                                           const CornerOptions& options) {
   const fit::Background background = fit::measure_background(image);
   const std::vector<unsigned char> mask = fit::silhouette_mask(image, background);
   return corner_of(image, mask, fit::outline_points(image, mask, background, 2, 0.1), expected, left, options);

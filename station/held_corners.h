@@ -21,10 +21,10 @@
 namespace selvedge::station {
 
 struct CornerOptions {
-  double reach_px = 60;            // a corner further from where it should be is not sought
-  double edge_px = 60;             // of the side edge below the corner
-  double stripe_reach_px = 40;     // edges of stripes that tell the line at a corner,
-  double stripe_weight_px = 15;    // w
+  double reach_px = 60;          // a corner further from where it should be is not sought
+  double edge_px = 60;           // of the side edge below the corner
+  double stripe_reach_px = 40;   // edges of stripes that tell the line at a corner,
+  double stripe_weight_px = 15;  // w
 };
 
 using calib::LineMap;
@@ -34,14 +34,16 @@ struct HeldCorner {
   std::optional<LineMap> line;
 };
 
-using TrackedCorners = std::array<std::optional<Eigen::Vector3d>, 2>;   // left, right, m; none where hidden
+using TrackedCorners = std::array<std::optional<Eigen::Vector3d>, 2>;  // left, right, m; none where hidden
 using HeldCorners = std::array<HeldCorner, 2>;
 
-// Looks for both corners in a frame of a trial that has a camera, and where it has a projector and stripes for the lines.
+// Looks for both corners in a frame of a trial that has a camera, and where it has a projector and stripes for the
+// lines.
 HeldCorners find_held_corners(const trial::Trial& trial, const trial::GreyImage& image, const TrackedCorners& tracked,
                               const CornerOptions& options = {});
 
 // Where the held corner is in one frame; nullopt where it does not show that corner's side edge.
-std::optional<Eigen::Vector2d> find_corner(const trial::GreyImage& image, const Eigen::Vector2d& expected, bool left, const CornerOptions& options = {});
+std::optional<Eigen::Vector2d> find_corner(const trial::GreyImage& image, const Eigen::Vector2d& expected, bool left,
+                                           const CornerOptions& options = {});
 
 }  // namespace selvedge::station

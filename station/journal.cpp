@@ -66,7 +66,10 @@ Journal::Journal(const fs::path& folder, const std::string& session_text) {
   const fs::path journal = folder / kJournalFile, copy = folder / "session.toml";
   if (fs::exists(journal)) {
     if (!fs::exists(copy) || files::read_whole(copy) != session_text)
-      refuse(folder.string(), "its journal belongs to another session, or the session file was changed since it began; {} is that file. Expected the same, or another --out", copy.string());
+      refuse(folder.string(),
+             "its journal belongs to another session, or the session file was changed since it began; {} is that file. "
+             "Expected the same, or another --out",
+             copy.string());
     file_ = std::make_unique<files::AppendFile>(journal);
     records_ = read_journal(folder);
   } else {
@@ -81,7 +84,9 @@ StepRecord Journal::record(const std::string& step) const {
 }
 
 void Journal::append(const std::string& step, State state, double seconds, const std::string& why, const json& result) {
-  json line = {{"step", step}, {"state", to_text(state)}, {"at", fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(std::time(nullptr)))}};
+  json line = {{"step", step},
+               {"state", to_text(state)},
+               {"at", fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(std::time(nullptr)))}};
   if (state == State::begun) line["attempt"] = record(step).attempts + 1;
   if (state == State::done || state == State::failed) line["seconds"] = seconds;
   if (!why.empty()) line["why"] = why;
@@ -92,8 +97,14 @@ void Journal::append(const std::string& step, State state, double seconds, const
 }
 
 void Journal::begun(const std::string& step) { append(step, State::begun, 0, "", nullptr); }
-void Journal::done(const std::string& step, double seconds, const json& result) { append(step, State::done, seconds, "", result); }
-void Journal::failed(const std::string& step, double seconds, const std::string& why) { append(step, State::failed, seconds, why, nullptr); }
-void Journal::skipped(const std::string& step, const std::string& why) { append(step, State::skipped, 0, why, nullptr); }
+void Journal::done(const std::string& step, double seconds, const json& result) {
+  append(step, State::done, seconds, "", result);
+}
+void Journal::failed(const std::string& step, double seconds, const std::string& why) {
+  append(step, State::failed, seconds, why, nullptr);
+}
+void Journal::skipped(const std::string& step, const std::string& why) {
+  append(step, State::skipped, 0, why, nullptr);
+}
 
 }  // namespace selvedge::station

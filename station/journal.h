@@ -1,9 +1,12 @@
-// What a session has done so far, one line of JSON a happening, so that a session killed at any step goes on from there.
+// What a session has done so far, one line of JSON a happening, so that a session killed at any step goes on from
+// there.
 //
-//   {"step": "linen/record/waving-1", "state": "begun" | "done" | "failed" | "skipped", "attempt": 1, "at": "2026-03-01T12:00:00Z",
+//   {"step": "linen/record/waving-1", "state": "begun" | "done" | "failed" | "skipped", "attempt": 1, "at":
+//   "2026-03-01T12:00:00Z",
 //    "seconds": 12.3, "why": "…", "result": {…}}
 //
-// The first line says which session file it belongs to. A step that is begun and neither done, failed nor skipped was cut off.
+// The first line says which session file it belongs to. A step that is begun and neither done, failed nor skipped was
+// cut off.
 #pragma once
 
 #include <filesystem>
@@ -22,10 +25,10 @@ namespace selvedge::station {
 struct StepRecord {
   enum class State { none, begun, done, failed, skipped };
   State state = State::none;
-  int attempts = 0;          // begun so far
-  double seconds = 0;        // of the last attempt that ended
-  std::string why;           // of the last failure
-  nlohmann::json result;     // of a step that is done
+  int attempts = 0;       // begun so far
+  double seconds = 0;     // of the last attempt that ended
+  std::string why;        // of the last failure
+  nlohmann::json result;  // of a step that is done
 };
 
 const char* to_text(StepRecord::State state);
@@ -48,7 +51,8 @@ class Journal {
   void skipped(const std::string& step, const std::string& why);
 
  private:
-  void append(const std::string& step, StepRecord::State state, double seconds, const std::string& why, const nlohmann::json& result);
+  void append(const std::string& step, StepRecord::State state, double seconds, const std::string& why,
+              const nlohmann::json& result);
 
   std::unique_ptr<files::AppendFile> file_;
   std::map<std::string, StepRecord> records_;

@@ -6,6 +6,8 @@
 
 namespace selvedge::station {
 
-std::string number_text(const nlohmann::json& value, int digits) { return value.is_number() ? report::short_number(value.get<double>(), digits) : "–"; }
+std::string number_text(const nlohmann::json& value, int digits) {
+  return value.is_number() ? report::short_number(value.get<double>(), digits) : "–";
+}
 
 }  // namespace selvedge::station

@@ -4,7 +4,7 @@ namespace selvedge::station {
 
 namespace {
 
-constexpr double kFrame_s = 30;   // longest wait for one frame
+constexpr double kFrame_s = 30;  // longest wait for one frame
 
 }  // namespace
 

@@ -15,22 +15,24 @@ namespace selvedge::station {
 
 namespace {
 
-constexpr double kReach_px = 30;      // of the camera, about a corner
-constexpr double kWeight_px = 12;     // w
-constexpr int kStep_px = 2;           // every how many-th pixel is decoded
+constexpr double kReach_px = 30;   // of the camera, about a corner
+constexpr double kWeight_px = 12;  // w
+constexpr int kStep_px = 2;        // every how many-th pixel is decoded
 constexpr size_t kLeastPixels = 25;
 constexpr const char* kProjectorCheckFile = "projector-check.csv";
 
 std::vector<Eigen::Vector2i> pixels_about(const Eigen::Vector2d& at, const geometry::Projection& camera) {
   std::vector<Eigen::Vector2i> pixels;
-  const auto left = static_cast<int>(std::lround(at.x() - kReach_px)), top = static_cast<int>(std::lround(at.y() - kReach_px));
+  const auto left = static_cast<int>(std::lround(at.x() - kReach_px)),
+             top = static_cast<int>(std::lround(at.y() - kReach_px));
   for (int v = std::max(top, 0); v < std::min<double>(at.y() + kReach_px, camera.height_px); v += kStep_px)
     for (int u = std::max(left, 0); u < std::min<double>(at.x() + kReach_px, camera.width_px); u += kStep_px)
       if ((Eigen::Vector2d(u, v) - at).norm() < kReach_px) pixels.emplace_back(u, v);
   return pixels;
 }
 
-std::optional<CodedCorner> read_corner(const std::vector<calib::PatternImage>& sequence, const Eigen::Vector3d& tracked, const geometry::Projection& camera) {
+std::optional<CodedCorner> read_corner(const std::vector<calib::PatternImage>& sequence, const Eigen::Vector3d& tracked,
+                                       const geometry::Projection& camera) {
   const std::vector<Eigen::Vector2i> pixels = pixels_about(geometry::project(camera, tracked), camera);
   const calib::Decoded decoded = calib::decode(sequence, pixels);
   CodedCorner corner{tracked, {}, {}};
@@ -73,7 +75,8 @@ std::optional<Eigen::Vector2d> CodedCorner::projector_at(const Eigen::Vector2d& 
   return fit.row(0).transpose();
 }
 
-ProjectorCheck decode_corners(const std::vector<calib::PatternImage>& sequence, const std::array<std::optional<Eigen::Vector3d>, 2>& tracked,
+ProjectorCheck decode_corners(const std::vector<calib::PatternImage>& sequence,
+                              const std::array<std::optional<Eigen::Vector3d>, 2>& tracked,
                               const geometry::Projection& camera) {
   ProjectorCheck check;
   for (size_t side = 0; side < 2; ++side)
@@ -85,7 +88,8 @@ ProjectorCheck check_projector(session::RigClient& rig, const session::RigOptics
   rig.forget_samples();
   rig.skip_to_newest_frame();
   std::vector<calib::PatternImage> sequence;
-  for (const calib::PatternStep& step : calib::coarse_code_sequence({optics.projector.width_px, optics.projector.height_px})) {
+  for (const calib::PatternStep& step :
+       calib::coarse_code_sequence({optics.projector.width_px, optics.projector.height_px})) {
     rig.remind();
     sequence.push_back({step, image_under(rig, to_pattern(step))});
   }
@@ -106,15 +110,17 @@ void write_projector_check(const ProjectorCheck& check, const std::filesystem::p
   for (size_t side = 0; side < 2; ++side)
     for (size_t i = 0; check[side] && i < check[side]->camera.size(); ++i) {
       const CodedCorner& c = *check[side];
-      text += fmt::format("{},{},{},{},{},{},{},{}\n", side, c.tracked.x(), c.tracked.y(), c.tracked.z(), c.camera[i].x(), c.camera[i].y(),
-                          c.projector[i].x(), c.projector[i].y());
+      text += fmt::format("{},{},{},{},{},{},{},{}\n", side, c.tracked.x(), c.tracked.y(), c.tracked.z(),
+                          c.camera[i].x(), c.camera[i].y(), c.projector[i].x(), c.projector[i].y());
     }
   files::write_whole(trial_folder / kProjectorCheckFile, text);
 }
 
 std::optional<ProjectorCheck> read_projector_check(const std::filesystem::path& trial_folder) {
   if (!std::filesystem::exists(trial_folder / kProjectorCheckFile)) return std::nullopt;
-  const files::CsvTable table = files::read_csv(trial_folder / kProjectorCheckFile, {{"corner"}, {"x"}, {"y"}, {"z"}, {"camera_u"}, {"camera_v"}, {"projector_u"}, {"projector_v"}});
+  const files::CsvTable table =
+      files::read_csv(trial_folder / kProjectorCheckFile,
+                      {{"corner"}, {"x"}, {"y"}, {"z"}, {"camera_u"}, {"camera_v"}, {"projector_u"}, {"projector_v"}});
   ProjectorCheck check;
   for (size_t i = 0; i < table.rows(); ++i) {
     const int side = files::whole_number(table, i, 0, "corner");

@@ -53,12 +53,14 @@ std::optional<pid_t> running_pid(const std::string& kind, const fs::path& config
   return pid;
 }
 
-std::map<std::string, selvedge_rig::device_status_t> listen(const fs::path& configuration, const std::vector<std::string>& kinds, double listen_s) {
+std::map<std::string, selvedge_rig::device_status_t> listen(const fs::path& configuration,
+                                                            const std::vector<std::string>& kinds, double listen_s) {
   std::mutex mutex;
   std::map<std::string, selvedge_rig::device_status_t> heard;
   rig::Bus bus(rig::Configuration::load(configuration).bus());
   for (const std::string& kind : kinds)
-    bus.subscribe<selvedge_rig::device_status_t>(rig::channel(kind, rig::kStatus), [&mutex, &heard, kind](const auto& message) {
+    bus.subscribe<selvedge_rig::device_status_t>(rig::channel(kind, rig::kStatus),
+                                                 [&mutex, &heard, kind](const auto& message) {
       const std::lock_guard lock(mutex);
       heard[kind] = message;
     });
@@ -78,7 +80,8 @@ std::vector<std::string> daemon_kinds(const fs::path& configuration) {
   std::vector<std::string> kinds;
   for (const char* kind : {"projector", "tracker", "camera", "arm"})
     if (loaded.has(kind)) kinds.emplace_back(kind);
-  if (kinds.empty()) refuse(configuration.string(), "no section [camera], [tracker], [projector] or [arm]: no daemon to run");
+  if (kinds.empty())
+    refuse(configuration.string(), "no section [camera], [tracker], [projector] or [arm]: no daemon to run");
   return kinds;
 }
 
@@ -94,7 +97,8 @@ std::vector<DaemonState> rig_up(const fs::path& configuration) {
     files::write_whole(folder / (kind + ".pid"), fmt::format("{}\n", pid));
     // Known by its command line, which it has only once it has become the daemon.
     const double until_s = rig::host_now_s() + 1;
-    while (!running_pid(kind, configuration) && rig::host_now_s() < until_s) std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    while (!running_pid(kind, configuration) && rig::host_now_s() < until_s)
+      std::this_thread::sleep_for(std::chrono::milliseconds(5));
   }
   return rig_status(configuration, 0);
 }
@@ -105,7 +109,8 @@ std::vector<DaemonState> rig_status(const fs::path& configuration, double listen
   if (listen_s > 0) heard = listen(configuration, kinds, listen_s);
   std::vector<DaemonState> states;
   for (const std::string& kind : kinds) {
-    DaemonState state{kind, running_pid(kind, configuration), std::nullopt, state_folder(configuration) / (kind + ".log")};
+    DaemonState state{kind, running_pid(kind, configuration), std::nullopt,
+                      state_folder(configuration) / (kind + ".log")};
     if (const auto found = heard.find(kind); found != heard.end()) state.status = found->second;
     states.push_back(std::move(state));
   }
@@ -122,7 +127,8 @@ std::vector<std::string> rig_down(const fs::path& configuration) {
   }
   const double until_s = rig::host_now_s() + kPatience_s;
   for (const std::string& kind : ended) {
-    while (running_pid(kind, configuration) && rig::host_now_s() < until_s) std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    while (running_pid(kind, configuration) && rig::host_now_s() < until_s)
+      std::this_thread::sleep_for(std::chrono::milliseconds(20));
     if (const auto pid = running_pid(kind, configuration)) ::kill(*pid, SIGKILL);
     fs::remove(state_folder(configuration) / (kind + ".pid"));
   }

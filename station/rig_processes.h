@@ -16,8 +16,8 @@
 namespace selvedge::station {
 
 struct DaemonState {
-  std::string kind;                 // camera, tracker, projector, arm
-  std::optional<pid_t> pid;         // of the running process
+  std::string kind;                                     // camera, tracker, projector, arm
+  std::optional<pid_t> pid;                             // of the running process
   std::optional<selvedge_rig::device_status_t> status;  // newest on the bus
   std::filesystem::path log;
 };

@@ -18,7 +18,8 @@ namespace {
 namespace fs = std::filesystem;
 
 const std::vector<std::string>& sections() {
-  static const std::vector<std::string> all = {"session", "fabric", "calibration", "checks", "fit", "diagnosis", "on_failure"};
+  static const std::vector<std::string> all = {"session", "fabric",    "calibration", "checks",
+                                               "fit",     "diagnosis", "on_failure"};
   return all;
 }
 
@@ -50,12 +51,17 @@ OnFailure read_on_failure(const std::string& text, const std::string& where) {
     part.erase(0, part.find_first_not_of(' '));
     part.erase(part.find_last_not_of(' ') + 1);
     int repeats = 0, end = 0;
-    if (std::sscanf(part.c_str(), "repeat %d%n", &repeats, &end) == 1 && end == static_cast<int>(part.size()) && !any && repeats >= 1 && repeats <= 20)
+    if (std::sscanf(part.c_str(), "repeat %d%n", &repeats, &end) == 1 && end == static_cast<int>(part.size()) && !any &&
+        repeats >= 1 && repeats <= 20)
       policy.repeats = repeats;
     else if (part == "skip") policy.then = OnFailure::Then::skip;
     else if (part == "ask") policy.then = OnFailure::Then::ask;
     else if (part == "stop") policy.then = OnFailure::Then::stop;
-    else refuse(where, "found {}, expected \"repeat N\" with N from 1 to 20, \"skip\", \"ask\" or \"stop\", or two of them as \"repeat N, skip\"", in_quotes(text));
+    else
+      refuse(where,
+             "found {}, expected \"repeat N\" with N from 1 to 20, \"skip\", \"ask\" or \"stop\", or two of them as "
+             "\"repeat N, skip\"",
+             in_quotes(text));
     any = true;
   }
   if (!any) refuse(where, "found {}, expected what to do", in_quotes(text));
@@ -63,22 +69,29 @@ OnFailure read_on_failure(const std::string& text, const std::string& where) {
 }
 
 void read_policies(files::Section keys, SessionFile& file) {
-  file.on_failure = {{"calibrate", {1, OnFailure::Then::stop}}, {"record", {2, OnFailure::Then::stop}}, {"fit", {0, OnFailure::Then::skip}}, {"diagnose", {0, OnFailure::Then::skip}}};
+  file.on_failure = {{"calibrate", {1, OnFailure::Then::stop}},
+                     {"record", {2, OnFailure::Then::stop}},
+                     {"fit", {0, OnFailure::Then::skip}},
+                     {"diagnose", {0, OnFailure::Then::skip}}};
   for (auto& [step, policy] : file.on_failure)
     if (keys.has(step)) policy = read_on_failure(keys.text(step, std::nullopt), keys.where() + " " + step);
   if (file.on_failure["calibrate"].then == OnFailure::Then::skip)
     refuse(keys.where() + " calibrate", "found \"skip\", but nothing can be recorded without a calibration");
   for (const std::string& key : keys.keys())
-    if (!file.on_failure.contains(key)) refuse(keys.where() + " " + key, "unknown step, expected one of calibrate, record, fit, diagnose");
+    if (!file.on_failure.contains(key))
+      refuse(keys.where() + " " + key, "unknown step, expected one of calibrate, record, fit, diagnose");
 }
 
 void read_steps(const files::TomlFile& toml, SessionFile& file) {
   files::Section calibration = toml.section("calibration");
   const std::string when = calibration.choice("when", "once", {"once", "each", "reuse"});
-  file.calibration = when == "once" ? CalibrationPolicy::once : when == "each" ? CalibrationPolicy::each : CalibrationPolicy::reuse;
+  file.calibration = when == "once"   ? CalibrationPolicy::once
+                     : when == "each" ? CalibrationPolicy::each
+                                      : CalibrationPolicy::reuse;
   if (file.calibration == CalibrationPolicy::reuse) {
     file.calibration_file = file.path.parent_path() / calibration.text("file", std::nullopt);
-    if (!fs::is_regular_file(file.calibration_file)) refuse(calibration.where() + " file", "{} is no file", file.calibration_file.string());
+    if (!fs::is_regular_file(file.calibration_file))
+      refuse(calibration.where() + " file", "{} is no file", file.calibration_file.string());
   }
   calibration.finish();
   files::Section checks = toml.section("checks");
@@ -90,20 +103,23 @@ void read_steps(const files::TomlFile& toml, SessionFile& file) {
   files::Section fit = toml.section("fit");
   file.fit = fit.flag("run", true);
   file.fit_columns = static_cast<int>(fit.integer("columns", 0, 0, 65));
-  if (file.fit_columns != 0 && file.fit_columns < 9) refuse(fit.where() + " columns", "found {}, expected 9 to 65, or 0", file.fit_columns);
+  if (file.fit_columns != 0 && file.fit_columns < 9)
+    refuse(fit.where() + " columns", "found {}, expected 9 to 65, or 0", file.fit_columns);
   fit.finish();
   files::Section diagnosis = toml.section("diagnosis");
   file.diagnosis = diagnosis.flag("run", true);
   file.effects = diagnosis.texts("effects", std::vector<std::string>{});
   file.diagnosis_columns = static_cast<int>(diagnosis.integer("columns", file.diagnosis_columns, 9, 33));
-  file.diagnosis_fine_columns = static_cast<int>(diagnosis.integer("fine_columns", file.diagnosis_fine_columns, 13, 65));
+  file.diagnosis_fine_columns =
+      static_cast<int>(diagnosis.integer("fine_columns", file.diagnosis_fine_columns, 13, 65));
   file.follow_up = static_cast<int>(diagnosis.integer("follow_up", 0, 0, 5));
   diagnosis.finish();
   read_policies(toml.section("on_failure"), file);
 }
 
 // The rig's own file with this session's trials and one fabric in their place. repeats: of each trial, taken out.
-toml::table rig_for(const SessionFile& file, const toml::table& session, const std::string& fabric, std::vector<std::vector<std::string>>& replicates) {
+toml::table rig_for(const SessionFile& file, const toml::table& session, const std::string& fabric,
+                    std::vector<std::vector<std::string>>& replicates) {
   toml::table rig = parsed(file.rig);
   toml::table about = *session["fabric"][fabric].as_table();
   about.erase("world");
@@ -118,19 +134,22 @@ toml::table rig_for(const SessionFile& file, const toml::table& session, const s
   for (const std::string& name : trials) merged.erase(name);
   toml::array names;
   for (const auto& [key, value] : *session["session"].as_table())
-    if (!value.is_table() && key != "rig" && key != "world" && key != "fabrics" && key != "trials") merged.insert_or_assign(key, value);
+    if (!value.is_table() && key != "rig" && key != "world" && key != "fabrics" && key != "trials")
+      merged.insert_or_assign(key, value);
   for (const toml::node& element : *session["session"]["trials"].as_array()) {
     const std::string name = element.value_or(std::string());
     const toml::table* given = session["session"][name].as_table();
     if (given == nullptr) refuse(file.path.string() + " [session] trials", "no section [session.{}]", name);
     toml::table keys = *given;
     const int64_t repeats = keys.contains("repeats") ? keys["repeats"].value<int64_t>().value_or(0) : 1;
-    if (repeats < 1 || repeats > 20) refuse(fmt::format("{} [session.{}] repeats", file.path.string(), name), "expected a whole number from 1 to 20");
+    if (repeats < 1 || repeats > 20)
+      refuse(fmt::format("{} [session.{}] repeats", file.path.string(), name), "expected a whole number from 1 to 20");
     keys.erase("repeats");
     std::vector<std::string> same;
     for (int64_t i = 1; i <= repeats; ++i) {
       same.push_back(repeats == 1 ? name : fmt::format("{}-{}", name, i));
-      if (merged.contains(same.back())) refuse(file.path.string() + " [session] trials", "two trials of the name {}", in_quotes(same.back()));
+      if (merged.contains(same.back()))
+        refuse(file.path.string() + " [session] trials", "two trials of the name {}", in_quotes(same.back()));
       names.push_back(same.back());
       merged.insert_or_assign(same.back(), keys);
     }
@@ -178,22 +197,28 @@ SessionFile read_session_file(const fs::path& path) {
   if (names.empty()) refuse(session.where() + " fabrics", "found none, expected at least one");
   files::Section fabrics = toml.section("fabric");
   for (const std::string& name : names) {
-    if (!trial::is_plain_name(name)) refuse(session.where() + " fabrics", "found {}, expected names of small letters, digits, - and _", in_quotes(name));
-    if (std::count(names.begin(), names.end(), name) > 1) refuse(session.where() + " fabrics", "found {} twice", in_quotes(name));
+    if (!trial::is_plain_name(name))
+      refuse(session.where() + " fabrics", "found {}, expected names of small letters, digits, - and _",
+             in_quotes(name));
+    if (std::count(names.begin(), names.end(), name) > 1)
+      refuse(session.where() + " fabrics", "found {} twice", in_quotes(name));
     if (!fabrics.has(name)) refuse(session.where() + " fabrics", "no section [fabric.{}]", name);
-    if (fabrics.section(name).has("world") && !file.world) refuse(fabrics.where() + " " + name, "world: only a simulated rig has one; [session] names no world");
+    if (fabrics.section(name).has("world") && !file.world)
+      refuse(fabrics.where() + " " + name, "world: only a simulated rig has one; [session] names no world");
     SwatchPlan swatch;
     swatch.name = name;
     swatch.plan = plan_of(rig_for(file, table, name, swatch.replicates), path.string());
     file.fabrics.push_back(std::move(swatch));
   }
   for (const std::string& key : fabrics.keys())
-    if (std::find(names.begin(), names.end(), key) == names.end()) refuse(fabrics.where() + " " + key, "not among the fabrics of [session]");
+    if (std::find(names.begin(), names.end(), key) == names.end())
+      refuse(fabrics.where() + " " + key, "not among the fabrics of [session]");
   const toml::array& trials = *table["session"]["trials"].as_array();
   for (const auto& [key, value] : *table["session"].as_table()) {
     if (!value.is_table()) continue;
     const std::string name(key.str());
-    if (std::none_of(trials.begin(), trials.end(), [&](const toml::node& t) { return t.value_or(std::string()) == name; }))
+    if (std::none_of(trials.begin(), trials.end(),
+                     [&](const toml::node& t) { return t.value_or(std::string()) == name; }))
       refuse(session.where() + " " + name, "not among the trials of [session]");
   }
   read_steps(toml, file);

@@ -1,5 +1,5 @@
-// A session of several fabrics as one readable file: what is hung, recorded, fitted and diagnosed, and what to do when a
-// step fails. Paths are relative to the file. Unknown keys are refused by name.
+// A session of several fabrics as one readable file: what is hung, recorded, fitted and diagnosed, and what to do when
+// a step fails. Paths are relative to the file. Unknown keys are refused by name.
 //
 //   [session]
 //   rig = "demo-rig.toml"              # devices, calibration grid, stripes; its [fabric] and trials are not used
@@ -41,14 +41,14 @@ namespace selvedge::station {
 
 struct OnFailure {
   enum class Then { stop, skip, ask };
-  int repeats = 0;        // further attempts
+  int repeats = 0;  // further attempts
   Then then = Then::stop;
 };
 
 struct SwatchPlan {
   std::string name;
-  session::SessionPlan plan;                           // its fabric and its trials
-  std::vector<std::vector<std::string>> replicates;    // names of trials that are the same motion
+  session::SessionPlan plan;                         // its fabric and its trials
+  std::vector<std::vector<std::string>> replicates;  // names of trials that are the same motion
 };
 
 struct SessionChecks {
@@ -62,13 +62,13 @@ enum class CalibrationPolicy { once, each, reuse };
 
 struct SessionFile {
   std::filesystem::path path;
-  std::string text;                             // whole, as read
+  std::string text;  // whole, as read
   std::filesystem::path rig;
-  std::optional<std::filesystem::path> world;   // simulated
-  std::string simulated_world;                  // TOML: that world with the swatches of all fabrics; empty without world
+  std::optional<std::filesystem::path> world;  // simulated
+  std::string simulated_world;                 // TOML: that world with the swatches of all fabrics; empty without world
   std::vector<SwatchPlan> fabrics;
   CalibrationPolicy calibration = CalibrationPolicy::once;
-  std::filesystem::path calibration_file;       // with reuse
+  std::filesystem::path calibration_file;  // with reuse
   SessionChecks checks;
   bool fit = true, diagnosis = true;
   int fit_columns = 0;
@@ -83,6 +83,7 @@ SessionFile read_session_file(const std::filesystem::path& path);
 
 // The plan of a fabric's trials that a diagnosis proposes (its next_session.toml), the rest as before; none where the
 // proposal asks for something by hand that no prompt of a trial says, or for nothing.
-std::optional<session::SessionPlan> read_follow_up(const SessionFile& file, size_t fabric, const std::filesystem::path& proposal);
+std::optional<session::SessionPlan> read_follow_up(const SessionFile& file, size_t fabric,
+                                                   const std::filesystem::path& proposal);
 
 }  // namespace selvedge::station

@@ -35,7 +35,8 @@ json trials_of(const SwatchPlan& swatch, const fs::path& folder, const json& ste
     trial["state"] = step.value("state", "not begun");
     if (step.contains("why")) trial["why"] = step["why"];
     json spoiled = json::array();
-    for (int k = 1; fs::exists(folder / fmt::format("{}-spoiled-{}", name, k)); ++k) spoiled.push_back(fmt::format("{}-spoiled-{}", name, k));
+    for (int k = 1; fs::exists(folder / fmt::format("{}-spoiled-{}", name, k)); ++k)
+      spoiled.push_back(fmt::format("{}-spoiled-{}", name, k));
     trial["kept_aside"] = spoiled;
     trials[name] = trial;
   }
@@ -47,7 +48,8 @@ json judge_against(const json& truth, const json& diagnosis) {
   const std::string cause = diagnosis.value("cause", "");
   const std::string hidden = truth.contains("hidden") ? truth["hidden"].at("effect").get<std::string>() : "none";
   const auto& library = diagnose::effect_library();
-  const bool known = hidden == "none" || std::any_of(library.begin(), library.end(), [&](const diagnose::Effect& e) { return e.name == hidden; });
+  const bool known = hidden == "none" || std::any_of(library.begin(), library.end(),
+                                                     [&](const diagnose::Effect& e) { return e.name == hidden; });
   const std::string right = known ? hidden : "unknown";
   json out = {{"hidden", hidden}, {"right_answer", right}, {"named", cause}, {"names_it", cause == right}};
   if (cause == right) return out;
@@ -57,8 +59,10 @@ json judge_against(const json& truth, const json& diagnosis) {
   };
   if (lists("cannot_tell")) out["why_not"] = "these trials cannot tell: refitting the base model absorbs " + hidden;
   else if (lists("confusable")) out["why_not"] = hidden + " is among what these trials cannot tell apart";
-  else out["why_not"] = fmt::format("probability of {} was {}, of {} {}", right, short_number(diagnosis["probabilities"].value(right, 0.0), 2), cause,
-                                    short_number(diagnosis["probabilities"].value(cause, 0.0), 2));
+  else
+    out["why_not"] = fmt::format("probability of {} was {}, of {} {}", right,
+                                 short_number(diagnosis["probabilities"].value(right, 0.0), 2), cause,
+                                 short_number(diagnosis["probabilities"].value(cause, 0.0), 2));
   return out;
 }
 
@@ -66,7 +70,8 @@ json fabric_summary(const SwatchPlan& swatch, const fs::path& folder, const json
   json out = {{"trials", trials_of(swatch, folder, steps)}};
   if (fs::exists(folder / "fit.json")) {
     const json fit = files::read_json(folder / "fit.json");
-    out["fit"] = {{"parameters", fit["parameters"]}, {"held_out_mm", fit["held_out"]["error"]}, {"remarks", fit["remarks"]}};
+    out["fit"] = {
+        {"parameters", fit["parameters"]}, {"held_out_mm", fit["held_out"]["error"]}, {"remarks", fit["remarks"]}};
     if (truth.contains("parameters"))
       for (auto& [name, parameter] : out["fit"]["parameters"].items())
         if (truth["parameters"].contains(name)) parameter["truth"] = truth["parameters"][name]["value"];
@@ -74,7 +79,8 @@ json fabric_summary(const SwatchPlan& swatch, const fs::path& folder, const json
   const fs::path diagnosis = newest_diagnosis_folder(folder);
   if (fs::exists(diagnosis / "diagnosis.json")) {
     const json d = files::read_json(diagnosis / "diagnosis.json");
-    for (const char* key : {"cause", "side", "gap", "probabilities", "confusable", "cannot_tell", "effect_size", "shrink", "next_experiment"})
+    for (const char* key : {"cause", "side", "gap", "probabilities", "confusable", "cannot_tell", "effect_size",
+                            "shrink", "next_experiment"})
       if (d.contains(key)) out["diagnosis"][key] = d[key];
     out["diagnosis"]["folder"] = diagnosis.filename().string();
     if (!truth.is_null()) out["truth"] = judge_against(truth, d);
@@ -88,7 +94,9 @@ std::string recorded(const json& fabric) {
   return fmt::format("{} of {}", done, trials.size());
 }
 
-std::string held_out(const json& fabric) { return fabric.contains("fit") ? number_text(fabric["fit"]["held_out_mm"]) : "–"; }
+std::string held_out(const json& fabric) {
+  return fabric.contains("fit") ? number_text(fabric["fit"]["held_out_mm"]) : "–";
+}
 
 std::string answer(const json& fabric) {
   if (!fabric.contains("diagnosis")) return "not diagnosed";
@@ -102,21 +110,30 @@ std::string truth_text(const json& fabric) {
   const json& t = fabric["truth"];
   const std::string hidden = t["hidden"];
   const std::string had = hidden == "none" ? "nothing hidden" : "hidden: " + hidden;
-  return t["names_it"].get<bool>() ? had + "; the diagnosis is right" : fmt::format("{}; the diagnosis says {}: {}", had, t["named"].get<std::string>(), t.value("why_not", ""));
+  return t["names_it"].get<bool>()
+             ? had + "; the diagnosis is right"
+             : fmt::format("{}; the diagnosis says {}: {}", had, t["named"].get<std::string>(), t.value("why_not", ""));
 }
 
 void add_answers(report::HtmlReport& html, const json& summary) {
-  const bool simulated = std::any_of(summary["fabrics"].begin(), summary["fabrics"].end(), [](const json& f) { return f.contains("truth"); });
-  std::vector<std::string> header = {"fabric", "trials", "held-out error, mm", "gap, mm", "diagnosis", "side", "it closes"};
+  const bool simulated = std::any_of(summary["fabrics"].begin(), summary["fabrics"].end(),
+                                     [](const json& f) { return f.contains("truth"); });
+  std::vector<std::string> header = {"fabric",    "trials", "held-out error, mm", "gap, mm",
+                                     "diagnosis", "side",   "it closes"};
   if (simulated) header.push_back("what the simulated fabric had");
   std::vector<std::vector<std::string>> rows;
   for (const auto& [name, f] : summary["fabrics"].items()) {
     const json d = f.value("diagnosis", json::object());
     const std::string cause = d.value("cause", "");
     const json shrink = d.contains("shrink") && d["shrink"].contains(cause) ? d["shrink"][cause]["fraction"] : json();
-    std::vector<std::string> row = {name, recorded(f), held_out(f),
-                                    d.contains("gap") ? number_text(d["gap"]["value_mm"]) : "–", answer(f), d.value("side", "–"),
-                                    shrink.is_number() ? fmt::format("{:.0f} % of the gap", 100 * shrink.get<double>()) : "–"};
+    std::vector<std::string> row = {
+        name,
+        recorded(f),
+        held_out(f),
+        d.contains("gap") ? number_text(d["gap"]["value_mm"]) : "–",
+        answer(f),
+        d.value("side", "–"),
+        shrink.is_number() ? fmt::format("{:.0f} % of the gap", 100 * shrink.get<double>()) : "–"};
     if (simulated) row.push_back(truth_text(f));
     rows.push_back(row);
   }
@@ -127,11 +144,15 @@ void add_links(report::HtmlReport& html, const json& summary, const fs::path& fo
   for (const auto& [name, f] : summary["fabrics"].items()) {
     std::vector<std::pair<std::string, std::string>> links;
     if (f.contains("fit")) links.emplace_back(name + ": its fit", name + "/report.html");
-    if (f.contains("diagnosis")) links.emplace_back("its diagnosis", fmt::format("{}/{}/report.html", name, f["diagnosis"]["folder"].get<std::string>()));
-    if (fs::exists(folder / name / "calibration" / "report.html")) links.emplace_back("its calibration", name + "/calibration/report.html");
+    if (f.contains("diagnosis"))
+      links.emplace_back("its diagnosis",
+                         fmt::format("{}/{}/report.html", name, f["diagnosis"]["folder"].get<std::string>()));
+    if (fs::exists(folder / name / "calibration" / "report.html"))
+      links.emplace_back("its calibration", name + "/calibration/report.html");
     if (!links.empty()) html.links(links);
   }
-  if (fs::exists(folder / "calibration" / "report.html")) html.links({{"calibration of camera and projector", "calibration/report.html"}});
+  if (fs::exists(folder / "calibration" / "report.html"))
+    html.links({{"calibration of camera and projector", "calibration/report.html"}});
 }
 
 // First frame in motion of a waved or robot trial of each fabric.
@@ -175,7 +196,8 @@ void add_parameters(report::HtmlReport& html, const json& summary) {
         continue;
       }
       row[1] = p["unit"];
-      row.push_back(fmt::format("{} ({} … {}){}{}", number_text(p["value"]), number_text(p["interval"][0]), number_text(p["interval"][1]), p["determined"].get<bool>() ? "" : ", hardly determined",
+      row.push_back(fmt::format("{} ({} … {}){}{}", number_text(p["value"]), number_text(p["interval"][0]),
+                                number_text(p["interval"][1]), p["determined"].get<bool>() ? "" : ", hardly determined",
                                 p.contains("truth") ? fmt::format("; simulated {}", number_text(p["truth"])) : ""));
     }
     rows.push_back(row);
@@ -188,10 +210,15 @@ void add_trials(report::HtmlReport& html, const json& summary) {
   std::vector<std::vector<std::string>> rows;
   for (const auto& [fabric, f] : summary["fabrics"].items())
     for (const auto& [name, t] : f["trials"].items())
-      rows.push_back({fabric, name, t["state"], number_text(t.value("frames", json()), 6), number_text(t.value("frames_lost", json()), 6),
-                      t.contains("occluded_share") ? fmt::format("{:.1f} %", 100 * t["occluded_share"].get<double>()) : "–",
-                      t.contains("started_at_rest") ? (t["started_at_rest"].get<bool>() ? "yes" : "no") : "–", std::to_string(t["kept_aside"].size()), t.value("why", "")});
-  html.table({"fabric", "trial", "state", "frames", "lost", "corner hidden", "began at rest", "attempts kept aside", "last failure"}, rows);
+      rows.push_back(
+          {fabric, name, t["state"], number_text(t.value("frames", json()), 6),
+           number_text(t.value("frames_lost", json()), 6),
+           t.contains("occluded_share") ? fmt::format("{:.1f} %", 100 * t["occluded_share"].get<double>()) : "–",
+           t.contains("started_at_rest") ? (t["started_at_rest"].get<bool>() ? "yes" : "no") : "–",
+           std::to_string(t["kept_aside"].size()), t.value("why", "")});
+  html.table({"fabric", "trial", "state", "frames", "lost", "corner hidden", "began at rest", "attempts kept aside",
+              "last failure"},
+             rows);
 }
 
 void add_steps(report::HtmlReport& html, const json& summary) {
@@ -199,7 +226,8 @@ void add_steps(report::HtmlReport& html, const json& summary) {
   std::vector<std::vector<std::string>> rows;
   for (const json& s : summary["steps_in_order"]) {
     const json& step = summary["steps"][s.get<std::string>()];
-    rows.push_back({s, step["state"], std::to_string(step["attempts"].get<int>()), number_text(step["seconds"], 4), step.value("why", "")});
+    rows.push_back({s, step["state"], std::to_string(step["attempts"].get<int>()), number_text(step["seconds"], 4),
+                    step.value("why", "")});
   }
   html.table({"step", "state", "attempts", "s", "last failure"}, rows);
 }
@@ -218,10 +246,15 @@ json session_summary(const SessionFile& file, const fs::path& folder) {
   for (const auto& [id, step] : steps.items())
     if (listed.insert(id).second) order.push_back(id);
   const json truth = fs::exists(folder / "truth.json") ? files::read_json(folder / "truth.json") : json();
-  json out = {{"format", "session/1"}, {"file", file.path.filename().string()}, {"steps", steps}, {"steps_in_order", order}, {"fabrics", json::object()}};
+  json out = {{"format", "session/1"},
+              {"file", file.path.filename().string()},
+              {"steps", steps},
+              {"steps_in_order", order},
+              {"fabrics", json::object()}};
   if (steps.contains("calibrate")) out["calibration"] = steps["calibrate"].value("result", json::object());
   for (const SwatchPlan& swatch : file.fabrics) {
-    const json known = truth.is_object() && truth.contains("swatches") ? truth["swatches"].value(swatch.name, json()) : json();
+    const json known =
+        truth.is_object() && truth.contains("swatches") ? truth["swatches"].value(swatch.name, json()) : json();
     out["fabrics"][swatch.name] = fabric_summary(swatch, folder / swatch.name, steps, known);
   }
   return out;

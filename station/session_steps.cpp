@@ -15,10 +15,13 @@ namespace {
 
 using State = StepRecord::State;
 
-double since(std::chrono::steady_clock::time_point begin) { return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count(); }
+double since(std::chrono::steady_clock::time_point begin) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+}
 
 // What is to happen after an attempt failed.
-Answer after_failure(const Step& step, const std::string& id, const OnFailure& policy, int failures, const std::string& why, const AskOperator& ask) {
+Answer after_failure(const Step& step, const std::string& id, const OnFailure& policy, int failures,
+                     const std::string& why, const AskOperator& ask) {
   if (failures <= policy.repeats) return Answer::repeat;
   if (policy.then == OnFailure::Then::skip) return Answer::skip;
   if (policy.then == OnFailure::Then::stop) return Answer::stop;
@@ -27,7 +30,8 @@ Answer after_failure(const Step& step, const std::string& id, const OnFailure& p
 }
 
 // Until the step is done or skipped.
-void run_step(const SessionFile& file, const Step& step, Journal& journal, SessionSteps& steps, const AskOperator& ask, const report::ProgressCallback& progress) {
+void run_step(const SessionFile& file, const Step& step, Journal& journal, SessionSteps& steps, const AskOperator& ask,
+              const report::ProgressCallback& progress) {
   const std::string id = step.id(file);
   if (journal.record(id).state == State::begun || journal.record(id).state == State::failed) steps.set_aside(step);
   for (int failures = 0;;) {
@@ -56,7 +60,9 @@ void run_step(const SessionFile& file, const Step& step, Journal& journal, Sessi
 
 }  // namespace
 
-std::string diagnosis_folder_name(int round) { return round == 0 ? "diagnosis" : fmt::format("diagnosis-{}", round + 1); }
+std::string diagnosis_folder_name(int round) {
+  return round == 0 ? "diagnosis" : fmt::format("diagnosis-{}", round + 1);
+}
 
 std::filesystem::path newest_diagnosis_folder(const std::filesystem::path& fabric) {
   int newest = 0;
@@ -75,9 +81,11 @@ std::vector<Step> planned_steps(const SessionFile& file) {
   std::vector<Step> steps;
   for (size_t i = 0; i < file.fabrics.size(); ++i) {
     const session::SessionPlan& plan = file.fabrics[i].plan;
-    const bool calibrates = file.calibration == CalibrationPolicy::each || (file.calibration == CalibrationPolicy::once && i == 0);
+    const bool calibrates =
+        file.calibration == CalibrationPolicy::each || (file.calibration == CalibrationPolicy::once && i == 0);
     if (calibrates) steps.push_back({"calibrate", i, "", 0, expected_calibration_s(plan)});
-    for (const session::TrialPlan& trial : plan.trials) steps.push_back({"record", i, trial.name, 0, expected_trial_s(trial)});
+    for (const session::TrialPlan& trial : plan.trials)
+      steps.push_back({"record", i, trial.name, 0, expected_trial_s(trial)});
   }
   for (size_t i = 0; i < file.fabrics.size(); ++i) {
     if (file.fit) steps.push_back({"fit", i, "", 0, kFit_s});
@@ -86,7 +94,8 @@ std::vector<Step> planned_steps(const SessionFile& file) {
   return steps;
 }
 
-void run_steps(const SessionFile& file, Journal& journal, SessionSteps& steps, const AskOperator& ask, const report::ProgressCallback& progress) {
+void run_steps(const SessionFile& file, Journal& journal, SessionSteps& steps, const AskOperator& ask,
+               const report::ProgressCallback& progress) {
   std::vector<Step> queue = planned_steps(file);
   double at_s = 0;
   for (size_t i = 0; i < queue.size(); ++i) {
@@ -96,7 +105,9 @@ void run_steps(const SessionFile& file, Journal& journal, SessionSteps& steps, c
     for (const Step& s : queue) total_s += s.expected_s;
     const State state = journal.record(id).state;
     if (state != State::done && state != State::skipped)
-      run_step(file, step, journal, steps, ask, [&](double done, const std::string& what) { progress((at_s + done * step.expected_s) / total_s, id + ": " + what); });
+      run_step(file, step, journal, steps, ask, [&](double done, const std::string& what) {
+        progress((at_s + done * step.expected_s) / total_s, id + ": " + what);
+      });
     at_s += step.expected_s;
     if (step.kind != "diagnose" || step.round >= file.follow_up || journal.record(id).state != State::done) continue;
     for (const Step& next : steps.follow_up(step)) queue.push_back(next);

@@ -62,6 +62,7 @@ using AskOperator = std::function<Answer(const std::string& question)>;
 std::vector<Step> planned_steps(const SessionFile& file);
 
 // Throws SessionStopped. A step that fails with BadInput is not repeated, for no repetition mends it.
-void run_steps(const SessionFile& file, Journal& journal, SessionSteps& steps, const AskOperator& ask, const report::ProgressCallback& progress);
+void run_steps(const SessionFile& file, Journal& journal, SessionSteps& steps, const AskOperator& ask,
+               const report::ProgressCallback& progress);
 
 }  // namespace selvedge::station

@@ -25,7 +25,8 @@ std::vector<double> shown_times(const trial::Trial& trial) {
   return times;
 }
 
-void write_one(const fit::FitOutcome& outcome, const std::vector<fit::Parameter>& parameters, size_t index, const trial::Trial& trial, const fs::path& folder) {
+void write_one(const fit::FitOutcome& outcome, const std::vector<fit::Parameter>& parameters, size_t index,
+               const trial::Trial& trial, const fs::path& folder) {
   const fit::Scene& scene = outcome.objective->scenes()[index];
   const cloth::Trajectory run = outcome.objective->trajectory(parameters, outcome.coordinates, index);
   if (!run.finite) return;
@@ -43,12 +44,16 @@ void write_one(const fit::FitOutcome& outcome, const std::vector<fit::Parameter>
   }
   const fs::path path = motion_path(folder, trial.name);
   files::write_whole(fs::path(path).replace_extension(".f32"), bytes);
-  files::write_json(path, {{"format", "motion/1"}, {"trial", trial.name}, {"uv_m", uv}, {"triangles", mesh.triangles}, {"time_s", times}});
+  files::write_json(
+      path,
+      {{"format", "motion/1"}, {"trial", trial.name}, {"uv_m", uv}, {"triangles", mesh.triangles}, {"time_s", times}});
 }
 
 }  // namespace
 
-fs::path motion_path(const fs::path& folder, const std::string& trial) { return folder / "simulated" / (trial + ".json"); }
+fs::path motion_path(const fs::path& folder, const std::string& trial) {
+  return folder / "simulated" / (trial + ".json");
+}
 
 void write_simulated_motions(const fit::FitOutcome& outcome, const trial::Campaign& campaign, const fs::path& folder) {
   fs::create_directories(folder / "simulated");
@@ -66,12 +71,12 @@ SimulatedMotion read_simulated_motion(const fs::path& folder, const std::string&
     for (const json& p : header.at("uv_m")) motion.uv_m.emplace_back(p.at(0).get<double>(), p.at(1).get<double>());
     motion.triangles = header.at("triangles").get<std::vector<std::array<int, 3>>>();
     motion.time_s = header.at("time_s").get<std::vector<double>>();
-  } catch (const json::exception& error) {
-    refuse(path.string(), "{}", error.what());
-  }
+  } catch (const json::exception& error) { refuse(path.string(), "{}", error.what()); }
   const auto vertices = static_cast<Eigen::Index>(motion.uv_m.size());
   const size_t one = sizeof(float) * 3 * motion.uv_m.size();
-  if (bytes.size() != one * motion.time_s.size()) refuse(path.string(), "its .f32 has {} bytes, expected {} for {} vertices at {} times", bytes.size(), one * motion.time_s.size(), vertices, motion.time_s.size());
+  if (bytes.size() != one * motion.time_s.size())
+    refuse(path.string(), "its .f32 has {} bytes, expected {} for {} vertices at {} times", bytes.size(),
+           one * motion.time_s.size(), vertices, motion.time_s.size());
   for (const std::array<int, 3>& t : motion.triangles)
     for (const int v : t)
       if (v < 0 || v >= vertices) refuse(path.string(), "triangle vertex {}, expected 0 to {}", v, vertices - 1);

@@ -18,13 +18,14 @@
 namespace selvedge::station {
 
 struct SimulatedMotion {
-  std::vector<Eigen::Vector2d> uv_m;                 // of each vertex on the flat fabric
+  std::vector<Eigen::Vector2d> uv_m;  // of each vertex on the flat fabric
   std::vector<std::array<int, 3>> triangles;
   std::vector<double> time_s;
-  std::vector<Eigen::Matrix3Xf> position;            // one a time
+  std::vector<Eigen::Matrix3Xf> position;  // one a time
 };
 
-void write_simulated_motions(const fit::FitOutcome& outcome, const trial::Campaign& campaign, const std::filesystem::path& folder);
+void write_simulated_motions(const fit::FitOutcome& outcome, const trial::Campaign& campaign,
+                             const std::filesystem::path& folder);
 
 std::filesystem::path motion_path(const std::filesystem::path& folder, const std::string& trial);
 // Throws BadInput where there is none or it is no good.

@@ -37,13 +37,16 @@ toml::table& section(toml::table& file, const char* name) {
 }
 
 // A UNIX socket's path may have 107 characters, and a run's folder may lie deep.
-fs::path socket_path() { return fs::temp_directory_path() / ("selvedge-projector-" + std::to_string(::getpid()) + ".sock"); }
+fs::path socket_path() {
+  return fs::temp_directory_path() / ("selvedge-projector-" + std::to_string(::getpid()) + ".sock");
+}
 
 }  // namespace
 
 void write_simulated_rig(const SimulatedRigFiles& files, const fs::path& folder) {
   toml::table rig = read_toml(files.rig), world = read_toml(files.world);
-  const int bus_port = free_bus_port(), tracker_port = free_tcp_port(), arm_port = free_tcp_port(), script_port = free_tcp_port();
+  const int bus_port = free_bus_port(), tracker_port = free_tcp_port(), arm_port = free_tcp_port(),
+            script_port = free_tcp_port();
   const std::string camera_address = free_camera_address(), socket = socket_path().string();
 
   section(rig, "bus").insert_or_assign("port", bus_port);
@@ -81,8 +84,10 @@ SimulatedRig::SimulatedRig(const SimulatedRigFiles& files, const fs::path& folde
   const auto start = [&](const std::string& name, const std::vector<std::string>& command) {
     processes_.push_back(std::make_unique<ChildProcess>(name, command, logs / (name + ".log")));
   };
-  start("devices", {program, "simulate-devices", "--config", (folder / "world.toml").string(), "--truth", (folder / "truth.json").string()});
-  for (const std::string& kind : daemon_kinds(folder / "rig.toml")) start(kind, {program, "daemon", kind, "--config", (folder / "rig.toml").string()});
+  start("devices", {program, "simulate-devices", "--config", (folder / "world.toml").string(), "--truth",
+                    (folder / "truth.json").string()});
+  for (const std::string& kind : daemon_kinds(folder / "rig.toml"))
+    start(kind, {program, "daemon", kind, "--config", (folder / "rig.toml").string()});
 }
 
 SimulatedRig::~SimulatedRig() {

@@ -34,10 +34,10 @@ namespace fs = std::filesystem;
 using nlohmann::json;
 using session::DeviceFailed;
 
-constexpr double kGone_s = 1.5;          // both corners gone for so long: the swatch is off
-constexpr double kChange_s = 3600;       // for somebody to change the swatch
+constexpr double kGone_s = 1.5;     // both corners gone for so long: the swatch is off
+constexpr double kChange_s = 3600;  // for somebody to change the swatch
 constexpr double kAnswer_s = 3600;
-constexpr double kTell_s = 0.5;          // between words on the bus while nothing is recorded
+constexpr double kTell_s = 0.5;  // between words on the bus while nothing is recorded
 
 // A trial that was recorded whole, but must not be used.
 class CheckFailed : public std::runtime_error {
@@ -49,18 +49,22 @@ void check(const session::TrialRecord& record, const SessionChecks& checks) {
   const double all = static_cast<double>(record.frames) + static_cast<double>(record.frames_lost);
   if (static_cast<double>(record.frames_lost) > checks.most_frames_lost * all)
     throw CheckFailed(fmt::format("{} of {:.0f} frames were lost", record.frames_lost, all));
-  if (record.occluded_share > checks.most_occluded) throw CheckFailed(fmt::format("a corner was hidden in {:.0f} % of the samples", 100 * record.occluded_share));
-  if (checks.at_rest && !record.started_at_rest) throw CheckFailed(fmt::format("the fabric did not come to rest within {:.0f} s", record.rest_s));
+  if (record.occluded_share > checks.most_occluded)
+    throw CheckFailed(fmt::format("a corner was hidden in {:.0f} % of the samples", 100 * record.occluded_share));
+  if (checks.at_rest && !record.started_at_rest)
+    throw CheckFailed(fmt::format("the fabric did not come to rest within {:.0f} s", record.rest_s));
 }
 
 // What the diagnosis may name.
 std::vector<diagnose::Effect> effects_of(const SessionFile& file) {
   std::vector<diagnose::Effect> chosen;
   for (const diagnose::Effect& effect : diagnose::effect_library())
-    if (file.effects.empty() || std::find(file.effects.begin(), file.effects.end(), effect.name) != file.effects.end()) chosen.push_back(effect);
+    if (file.effects.empty() || std::find(file.effects.begin(), file.effects.end(), effect.name) != file.effects.end())
+      chosen.push_back(effect);
   if (!file.effects.empty() && chosen.size() != file.effects.size()) {
     std::string names;
-    for (const diagnose::Effect& effect : diagnose::effect_library()) names += (names.empty() ? "" : ", ") + effect.name;
+    for (const diagnose::Effect& effect : diagnose::effect_library())
+      names += (names.empty() ? "" : ", ") + effect.name;
     refuse(file.path.string() + " [diagnosis] effects", "found a name that is none of {}", names);
   }
   return chosen;
@@ -71,7 +75,8 @@ std::vector<diagnose::Effect> effects_of(const SessionFile& file) {
 // What is said on the bus beside the RigClient, and what the operator answers.
 struct StationSteps::Desk {
   explicit Desk(const rig::BusConfiguration& configuration) : bus(configuration) {
-    bus.subscribe<selvedge_rig::operator_answer_t>(rig::kOperatorAnswer, [this](const selvedge_rig::operator_answer_t& message) {
+    bus.subscribe<selvedge_rig::operator_answer_t>(rig::kOperatorAnswer,
+                                                   [this](const selvedge_rig::operator_answer_t& message) {
       const std::lock_guard lock(mutex);
       answer = message.answer;
       answered_prompt = message.prompt_id;
@@ -90,14 +95,16 @@ struct StationSteps::Desk {
   rig::Bus bus;
 };
 
-StationSteps::StationSteps(const SessionFile& file, const Journal& journal, const fs::path& folder, const fs::path& source)
+StationSteps::StationSteps(const SessionFile& file, const Journal& journal, const fs::path& folder,
+                           const fs::path& source)
     : file_(file), journal_(journal), folder_(folder), source_(source) {
   effects_of(file);  // refused before anything is recorded
   if (file.world) {
     fs::create_directories(folder);
     files::write_whole(folder / "swatches.toml", file.simulated_world);
     // Where only fits are left to do, their progress is told on the bus of the rig that was.
-    if (fs::exists(folder / "rig.toml")) desk_ = std::make_unique<Desk>(rig::Configuration::load(folder / "rig.toml").bus());
+    if (fs::exists(folder / "rig.toml"))
+      desk_ = std::make_unique<Desk>(rig::Configuration::load(folder / "rig.toml").bus());
   } else {
     configuration_ = rig::Configuration::load(file.rig);
     desk_ = std::make_unique<Desk>(configuration_.bus());
@@ -120,7 +127,8 @@ fs::path StationSteps::calibration_folder(const Step& step) const {
 session::RigClient& StationSteps::rig(const report::ProgressCallback& progress) {
   if (file_.world && !simulated_) {
     desk_.reset();
-    simulated_ = std::make_unique<SimulatedRig>(SimulatedRigFiles{file_.rig, folder_ / "swatches.toml", source_ / "data" / "arms"}, folder_);
+    simulated_ = std::make_unique<SimulatedRig>(
+        SimulatedRigFiles{file_.rig, folder_ / "swatches.toml", source_ / "data" / "arms"}, folder_);
     configuration_ = simulated_->configuration();
     desk_ = std::make_unique<Desk>(configuration_.bus());
     hung_.reset();
@@ -155,7 +163,8 @@ void StationSteps::hang(const Step& step) {
   selvedge_rig::operator_prompt_t prompt{};
   prompt.step = "change_swatch";
   prompt.index = static_cast<int32_t>(step.fabric);
-  prompt.text = fmt::format("take down whatever hangs, this swatch too, and make ready \"{}\" ({:.0f} by {:.0f} mm)", swatch.name, 1e3 * swatch.plan.fabric.width_m, 1e3 * swatch.plan.fabric.height_m);
+  prompt.text = fmt::format("take down whatever hangs, this swatch too, and make ready \"{}\" ({:.0f} by {:.0f} mm)",
+                            swatch.name, 1e3 * swatch.plan.fabric.width_m, 1e3 * swatch.plan.fabric.height_m);
   desk_->take_answer(0);
   int64_t asked = rig_->ask(prompt);
   double until_s = rig::host_now_s() + kChange_s;
@@ -182,7 +191,9 @@ void StationSteps::hang(const Step& step) {
 }
 
 session::RigOptics StationSteps::optics_of(const Step& step) {
-  const fs::path path = file_.calibration == CalibrationPolicy::reuse && !fs::exists(folder_ / "calibration.json") ? file_.calibration_file : calibration_folder(step) / "calibration.json";
+  const fs::path path = file_.calibration == CalibrationPolicy::reuse && !fs::exists(folder_ / "calibration.json")
+                            ? file_.calibration_file
+                            : calibration_folder(step) / "calibration.json";
   const calib::StoredCalibration stored = calib::read_calibration(path);
   if (!stored.projector) refuse(path.string(), "has no projector");
   return {stored.camera, *stored.projector};
@@ -205,13 +216,16 @@ json StationSteps::run(const Step& step, const report::ProgressCallback& progres
 json StationSteps::calibrate(const Step& step, const report::ProgressCallback& progress) {
   const calib::Calibration found = calibrate_session(rig(progress), plan_of(step), calibration_folder(step), progress);
   hung_.reset();
-  return {{"verdict", calib::to_text(found.verdict)}, {"camera_sd_px", files::finite_or_null(found.camera.deviation.mean_sd_px)},
-          {"projector_sd_px", files::finite_or_null(found.projector->deviation.mean_sd_px)}, {"triangulation_sd_mm", files::finite_or_null(found.triangulation_sd_mm)}};
+  return {{"verdict", calib::to_text(found.verdict)},
+          {"camera_sd_px", files::finite_or_null(found.camera.deviation.mean_sd_px)},
+          {"projector_sd_px", files::finite_or_null(found.projector->deviation.mean_sd_px)},
+          {"triangulation_sd_mm", files::finite_or_null(found.triangulation_sd_mm)}};
 }
 
 json StationSteps::record(const Step& step, const report::ProgressCallback& progress) {
   const session::SessionPlan& plan = plan_of(step);
-  const auto trial = std::find_if(plan.trials.begin(), plan.trials.end(), [&](const session::TrialPlan& t) { return t.name == step.trial; });
+  const auto trial = std::find_if(plan.trials.begin(), plan.trials.end(),
+                                  [&](const session::TrialPlan& t) { return t.name == step.trial; });
   session::RigClient& client = rig(progress);
   if (std::exchange(drifted_, false)) {
     calibrate_session(client, plan, calibration_folder(step), progress);
@@ -220,12 +234,19 @@ json StationSteps::record(const Step& step, const report::ProgressCallback& prog
   hang(step);
   const fs::path folder = fabric_folder(step);
   fs::create_directories(folder);
-  const session::TrialRecord record = record_session_trial(client, configuration_, plan, *trial, optics_of(step), folder, progress);
+  const session::TrialRecord record =
+      record_session_trial(client, configuration_, plan, *trial, optics_of(step), folder, progress);
   check(record, file_.checks);
-  json result = {{"frames", record.frames}, {"frames_lost", record.frames_lost}, {"samples", record.samples}, {"occluded_share", record.occluded_share},
-                 {"started_at_rest", record.started_at_rest}, {"rest_s", record.rest_s}, {"attempts", record.attempts}};
+  json result = {{"frames", record.frames},
+                 {"frames_lost", record.frames_lost},
+                 {"samples", record.samples},
+                 {"occluded_share", record.occluded_share},
+                 {"started_at_rest", record.started_at_rest},
+                 {"rest_s", record.rest_s},
+                 {"attempts", record.attempts}};
   if (file_.checks.drift) {
-    const CalibrationWatch watch = watch_calibration(trial::read_campaign(folder / step.trial), [](double, const std::string&) {});
+    const CalibrationWatch watch =
+        watch_calibration(trial::read_campaign(folder / step.trial), [](double, const std::string&) {});
     result["camera"] = watch.camera.sentence;
     result["projector"] = watch.projector.sentence;
     drifted_ = watch.moved();
@@ -250,7 +271,8 @@ void StationSteps::write_campaign(const Step& step) {
   if (names.empty()) throw DeviceFailed("no trial was recorded");
   std::vector<std::vector<std::string>> replicates = swatch.replicates;
   for (std::vector<std::string>& same : replicates)
-    std::erase_if(same, [&](const std::string& name) { return std::find(names.begin(), names.end(), name) == names.end(); });
+    std::erase_if(same,
+                  [&](const std::string& name) { return std::find(names.begin(), names.end(), name) == names.end(); });
   std::erase_if(replicates, [](const auto& same) { return same.size() < 2; });
   write_session_campaign(swatch.name, names, replicates, fabric_folder(step));
 }

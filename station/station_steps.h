@@ -20,7 +20,8 @@ namespace selvedge::station {
 class StationSteps : public SessionSteps {
  public:
   // source: the folder with data/arms.
-  StationSteps(const SessionFile& file, const Journal& journal, const std::filesystem::path& folder, const std::filesystem::path& source);
+  StationSteps(const SessionFile& file, const Journal& journal, const std::filesystem::path& folder,
+               const std::filesystem::path& source);
   ~StationSteps() override;
 
   nlohmann::json run(const Step& step, const report::ProgressCallback& progress) override;
@@ -51,13 +52,13 @@ class StationSteps : public SessionSteps {
   const SessionFile& file_;
   const Journal& journal_;
   const std::filesystem::path folder_, source_;
-  std::map<size_t, session::SessionPlan> appended_;   // plans of follow-ups, by fabric
+  std::map<size_t, session::SessionPlan> appended_;  // plans of follow-ups, by fabric
   rig::Configuration configuration_;
   std::unique_ptr<SimulatedRig> simulated_;
   std::unique_ptr<session::RigClient> rig_;
   std::unique_ptr<Desk> desk_;
-  std::optional<size_t> hung_;                        // fabric
-  bool drifted_ = false;                              // the next trial is recorded after another calibration
+  std::optional<size_t> hung_;  // fabric
+  bool drifted_ = false;        // the next trial is recorded after another calibration
   double told_s_ = 0;
 };
 

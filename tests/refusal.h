@@ -12,9 +12,7 @@ template <class Action>
 std::string refusal_of(Action action) {
   try {
     action();
-  } catch (const BadInput& error) {
-    return error.what();
-  }
+  } catch (const BadInput& error) { return error.what(); }
   return "";
 }
 

@@ -1,5 +1,5 @@
-// A trial that the model itself simulates: a square of 0.3 m held by two corners, still or waved, on a mesh of 13 columns,
-// seen as 25 noisy markers.
+// A trial that the model itself simulates: a square of 0.3 m held by two corners, still or waved, on a mesh of 13
+// columns, seen as 25 noisy markers.
 #pragma once
 
 #include <algorithm>
@@ -26,7 +26,8 @@ struct SimulatedMotion {
   int samples = 13;  // at 120 Hz
 };
 
-inline trial::Trial simulated_trial(const SimulatedSwatch& c, const SimulatedMotion& motion, const std::string& name, unsigned seed) {
+inline trial::Trial simulated_trial(const SimulatedSwatch& c, const SimulatedMotion& motion, const std::string& name,
+                                    unsigned seed) {
   constexpr double kWidth = 0.3, kNoise = 2e-4;
   trial::Trial t;
   t.name = name;
@@ -37,7 +38,9 @@ inline trial::Trial simulated_trial(const SimulatedSwatch& c, const SimulatedMot
   t.mocap_noise_m = kNoise;
   std::mt19937 generator(seed);
   std::normal_distribution<double> noise(0, kNoise);
-  const auto noisy = [&](const Eigen::Vector3d& p) -> Eigen::Vector3d { return p + Eigen::Vector3d(noise(generator), noise(generator), noise(generator)); };
+  const auto noisy = [&](const Eigen::Vector3d& p) -> Eigen::Vector3d {
+    return p + Eigen::Vector3d(noise(generator), noise(generator), noise(generator));
+  };
   Eigen::Matrix3Xd left(3, motion.samples), right(3, motion.samples);
   for (int i = 0; i < motion.samples; ++i) {
     const double s = i / 120.0, w = s < 0.1 ? 0 : 0.5 * (1 - std::cos(2 * M_PI * motion.frequency_hz * (s - 0.1)));
@@ -63,7 +66,8 @@ inline trial::Trial simulated_trial(const SimulatedSwatch& c, const SimulatedMot
     const double at = std::max(0.0, i - 120 * c.delay_s);
     const auto k = static_cast<size_t>(at);
     const double share = at - static_cast<double>(k);
-    const Eigen::Matrix3Xd shape = (1 - share) * run.samples[k] + share * run.samples[std::min(k + 1, run.samples.size() - 1)];
+    const Eigen::Matrix3Xd shape =
+        (1 - share) * run.samples[k] + share * run.samples[std::min(k + 1, run.samples.size() - 1)];
     for (int m = 0; m < 25; ++m) {
       const int column = 1 + 5 * (m % 5) / 2, row = 1 + 5 * (m / 5) / 2;  // vertices 1, 3, 6, 8, 11
       markers.time_s.push_back(i / 120.0);

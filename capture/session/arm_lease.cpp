@@ -35,9 +35,7 @@ ArmLease::ArmLease(RigClient& rig, const std::string& reason) : rig_(rig) {
       control_->arm(reason);
       thread_ = std::thread([this] { renew(); });
       return;
-    } catch (const arm::ControlRefused& refused) {
-      why = refused.what();
-    } catch (const wire::Disconnected& gone) {
+    } catch (const arm::ControlRefused& refused) { why = refused.what(); } catch (const wire::Disconnected& gone) {
       control_.reset();
       why = gone.what();
     }
@@ -86,9 +84,7 @@ void ArmLease::prepare(const arm::ToolPath& path) {
   follow_id_ = 0;
   try {
     message.utime = control_->send(message);
-  } catch (const arm::ControlRefused& refused) {
-    throw ArmStopped(refused.what());
-  }
+  } catch (const arm::ControlRefused& refused) { throw ArmStopped(refused.what()); }
   const double until_s = rig::host_now_s() + kPlanning_s;
   while (rig::host_now_s() < until_s) {
     const auto state = rig_.arm_state();

@@ -23,7 +23,8 @@ void lift(RigClient& rig, int64_t stop_number, const std::string& whose_word) {
     for (const double until_s = rig::host_now_s() + kSettle_s; stop_holds(rig) && rig::host_now_s() < until_s;)
       std::this_thread::sleep_for(std::chrono::milliseconds(5));
   } catch (const std::runtime_error& error) {
-    spdlog::warn("the stop holds: {}", error.what());  // another came meanwhile, or the daemon is away: it is asked again
+    spdlog::warn("the stop holds: {}",
+                 error.what());  // another came meanwhile, or the daemon is away: it is asked again
   }
 }
 
@@ -35,7 +36,8 @@ bool stop_holds(const RigClient& rig) {
 }
 
 void require_no_stop(const RigClient& rig) {
-  if (const auto state = rig.arm_state(); state && state->latched) throw ArmStopped("arm: stopped: " + state->stop_text);
+  if (const auto state = rig.arm_state(); state && state->latched)
+    throw ArmStopped("arm: stopped: " + state->stop_text);
 }
 
 void wait_for_reset(RigClient& rig, const report::ProgressCallback& progress) {
@@ -49,8 +51,10 @@ void wait_for_reset(RigClient& rig, const report::ProgressCallback& progress) {
       asked_stop = state->stop_number;
       selvedge_rig::operator_prompt_t prompt{};
       prompt.step = "reset_stop";
-      prompt.text = fmt::format("the arm was stopped: {}. Nothing goes on before the stop is reset. When everybody is clear of the arm, answer \"reset\"",
-                                state->stop_text);
+      prompt.text = fmt::format(
+          "the arm was stopped: {}. Nothing goes on before the stop is reset. When everybody is clear of the arm, "
+          "answer \"reset\"",
+          state->stop_text);
       prompt_id = rig.ask(prompt);
       spdlog::warn("{}", prompt.text);
       terminal.say(prompt.text + ":");

@@ -38,7 +38,8 @@ void RestDetector::add(const selvedge_rig::corner_sample_t& sample) {
 void RestDetector::add(const Frame& frame) {
   newest_frame_s_ = frame.mid_exposure_s;
   frames_.push_back(frame);
-  while (frames_.size() > 2 && frames_[1].mid_exposure_s <= frame.mid_exposure_s - options_.quiet_frames_s) frames_.pop_front();
+  while (frames_.size() > 2 && frames_[1].mid_exposure_s <= frame.mid_exposure_s - options_.quiet_frames_s)
+    frames_.pop_front();
   if (frames_.front().mid_exposure_s > frame.mid_exposure_s - options_.quiet_frames_s) return;
   moving_share_ = share_that_moved(frames_.front(), frame, options_.least_difference);
   if (*moving_share_ > options_.moving_share) quiet_since_s_.reset();

@@ -41,7 +41,7 @@ class RestDetector {
   bool corners_still() const;
 
   RestOptions options_;
-  std::deque<Corners> corners_;   // of the last quiet_s, both seen
+  std::deque<Corners> corners_;  // of the last quiet_s, both seen
   std::deque<Frame> frames_;
   std::optional<double> moving_share_;
   std::optional<double> quiet_since_s_;

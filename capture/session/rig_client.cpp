@@ -23,8 +23,8 @@ using selvedge_rig::device_status_t;
 using selvedge_rig::projector_command_t;
 using selvedge_rig::projector_status_t;
 
-constexpr double kKept_s = 20;        // of samples that nobody took
-constexpr double kSendAgain_s = 3;    // a datagram may get lost; the projector shows the same twice without harm
+constexpr double kKept_s = 20;      // of samples that nobody took
+constexpr double kSendAgain_s = 3;  // a datagram may get lost; the projector shows the same twice without harm
 constexpr double kFrameSlice_s = 0.2;
 constexpr int64_t kRemind_us = 500'000;
 
@@ -42,12 +42,14 @@ const char* state_text(int8_t state) {
 template <class Message>
 void keep_newest(std::deque<Message>& queue, const Message& message) {
   queue.push_back(message);
-  while (queue.size() > 1 && queue.front().utime < message.utime - static_cast<int64_t>(kKept_s * 1e6)) queue.pop_front();
+  while (queue.size() > 1 && queue.front().utime < message.utime - static_cast<int64_t>(kKept_s * 1e6))
+    queue.pop_front();
 }
 
 projector_command_t to_command(const projector::Pattern& pattern) {
   projector_command_t command{};
-  command.orientation = pattern.orientation == projector::Orientation::vertical ? projector_command_t::COLUMNS : projector_command_t::ROWS;
+  command.orientation = pattern.orientation == projector::Orientation::vertical ? projector_command_t::COLUMNS
+                                                                                : projector_command_t::ROWS;
   command.period_px = pattern.period_px;
   command.duty = pattern.duty;
   command.first_bright_px = pattern.first_bright_row_px;
@@ -80,7 +82,8 @@ RigClient::~RigClient() { bus_.reset(); }
 
 void RigClient::subscribe() {
   for (const std::string device : {"camera", "tracker", "projector", "arm"})
-    bus_->subscribe<device_status_t>(rig::channel(device, rig::kStatus), [this, device](const device_status_t& message) {
+    bus_->subscribe<device_status_t>(rig::channel(device, rig::kStatus),
+                                     [this, device](const device_status_t& message) {
       const std::lock_guard lock(mutex_);
       status_[device] = message;
       news_.notify_all();
@@ -117,7 +120,8 @@ std::string RigClient::words(const std::string& device) const {
   return text;
 }
 
-void RigClient::wait(const std::string& device, const std::string& what, double timeout_s, const std::function<bool()>& ready) {
+void RigClient::wait(const std::string& device, const std::string& what, double timeout_s,
+                     const std::function<bool()>& ready) {
   std::unique_lock lock(mutex_);
   if (news_.wait_for(lock, std::chrono::duration<double>(timeout_s), ready)) return;
   throw DeviceFailed(fmt::format("{}: no {} within {:.0f} s; {}", device, what, timeout_s, words(device)));
@@ -126,7 +130,8 @@ void RigClient::wait(const std::string& device, const std::string& what, double 
 bool RigClient::running(const std::string& device, std::string& missing) const {
   const auto found = status_.find(device);
   const bool fresh = found != status_.end() && found->second.utime > rig::host_now_us() - 5'000'000;
-  if (fresh && (found->second.state == device_status_t::RUNNING || found->second.state == device_status_t::DEGRADED)) return true;
+  if (fresh && (found->second.state == device_status_t::RUNNING || found->second.state == device_status_t::DEGRADED))
+    return true;
   missing = device + ": " + words(device);
   return false;
 }
@@ -183,7 +188,8 @@ std::optional<Frame> RigClient::next_frame(double timeout_s) {
     if (last_number_ > 0 && head.frame_number > last_number_ + 1 && ring_->missed() == missed_before)
       frames_lost_ += head.frame_number - last_number_ - 1;
     last_number_ = head.frame_number;
-    return Frame{head.frame_number, 1e-6 * static_cast<double>(head.utime), head.exposure_s, head.uncertainty_s, ring_frame_.pixels};
+    return Frame{head.frame_number, 1e-6 * static_cast<double>(head.utime), head.exposure_s, head.uncertainty_s,
+                 ring_frame_.pixels};
   } while (rig::host_now_s() < until_s);
   return std::nullopt;
 }
@@ -196,7 +202,8 @@ Frame RigClient::first_frame_after(double host_s, double timeout_s) {
   const double until_s = rig::host_now_s() + timeout_s;
   while (rig::host_now_s() < until_s) {
     auto frame = next_frame(until_s - rig::host_now_s());
-    if (frame && frame->mid_exposure_s - 0.5 * frame->exposure_s >= host_s + std::min(3 * frame->uncertainty_s, 0.02)) return std::move(*frame);
+    if (frame && frame->mid_exposure_s - 0.5 * frame->exposure_s >= host_s + std::min(3 * frame->uncertainty_s, 0.02))
+      return std::move(*frame);
   }
   const std::lock_guard lock(mutex_);
   throw DeviceFailed(fmt::format("camera: no frame within {:.0f} s; {}", timeout_s, words("camera")));
@@ -263,7 +270,8 @@ double RigClient::show(const projector::Pattern& pattern, double timeout_s) {
     std::unique_lock lock(mutex_);
     if (news_.wait_for(lock, std::chrono::duration<double>(std::min(kSendAgain_s, left_s)), answered)) break;
     if (rig::host_now_s() >= until_s)
-      throw DeviceFailed(fmt::format("projector: no answer to a pattern within {:.0f} s; {}", timeout_s, words("projector")));
+      throw DeviceFailed(
+          fmt::format("projector: no answer to a pattern within {:.0f} s; {}", timeout_s, words("projector")));
   }
   const std::lock_guard lock(mutex_);
   if (pattern_->refused) throw DeviceFailed("projector: refuses the pattern: " + pattern_->message);

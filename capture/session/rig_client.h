@@ -42,11 +42,11 @@ class DeviceFailed : public std::runtime_error {
 };
 
 struct Frame {
-  int64_t number = 0;          // of the camera; a step above 1 is a lost frame
+  int64_t number = 0;  // of the camera; a step above 1 is a lost frame
   double mid_exposure_s = 0;
   double exposure_s = 0;
-  double uncertainty_s = 0;    // of mid_exposure_s, one standard deviation
-  std::vector<uint8_t> pixels; // row major, width_px · height_px of the client
+  double uncertainty_s = 0;     // of mid_exposure_s, one standard deviation
+  std::vector<uint8_t> pixels;  // row major, width_px · height_px of the client
 };
 
 class RigClient {
@@ -114,7 +114,7 @@ class RigClient {
   bool has_arm_ = false;
   std::filesystem::path arm_socket_;
 
-  mutable std::mutex mutex_;   // guards all down to ring_
+  mutable std::mutex mutex_;  // guards all down to ring_
   std::condition_variable news_;
   std::map<std::string, selvedge_rig::device_status_t> status_;
   std::optional<selvedge_rig::clock_map_t> camera_clock_, tracker_clock_;

@@ -24,11 +24,11 @@ namespace selvedge::session {
 namespace {
 
 constexpr double kFrameWait_s = 0.05;
-constexpr double kPatience_s = 20;        // beyond the trial's end, for what was taken before it to arrive
-constexpr double kFewestFrames = 0.6;     // of those that the rate promises; fewer spoil the trial
-constexpr double kMostOccluded = 0.3;     // of the samples
+constexpr double kPatience_s = 20;     // beyond the trial's end, for what was taken before it to arrive
+constexpr double kFewestFrames = 0.6;  // of those that the rate promises; fewer spoil the trial
+constexpr double kMostOccluded = 0.3;  // of the samples
 constexpr double kStatus_s = 0.1;
-constexpr double kStartDelay_s = 0.05;    // from the decision to record to the first frame
+constexpr double kStartDelay_s = 0.05;  // from the decision to record to the first frame
 
 // A trial that must be recorded again; the text says why.
 class Spoiled : public std::runtime_error {
@@ -66,7 +66,8 @@ Rest wait_for_rest(RigClient& rig, const SessionPlan& session, const report::Pro
   }
 }
 
-trial::Trial description(const SessionPlan& session, const TrialPlan& plan, const RigOptics& optics, const RigClient& rig, bool at_rest) {
+trial::Trial description(const SessionPlan& session, const TrialPlan& plan, const RigOptics& optics,
+                         const RigClient& rig, bool at_rest) {
   trial::Trial trial;
   trial.name = plan.name;
   trial.experiment = plan.kind;
@@ -75,7 +76,8 @@ trial::Trial description(const SessionPlan& session, const TrialPlan& plan, cons
   trial.gravity_m_s2 = session.gravity_m_s2;
   trial.camera = optics.camera;
   trial.projector = optics.projector;
-  trial.pattern = trial::StripePattern{"horizontal", session.stripes.period_px, session.stripes.duty, session.stripes.first_bright_row_px};
+  trial.pattern = trial::StripePattern{"horizontal", session.stripes.period_px, session.stripes.duty,
+                                       session.stripes.first_bright_row_px};
   trial.frame_rate_hz = session.frame_rate_hz;
   trial.exposure_s = session.exposure_s;
   trial.mocap_rate_hz = rig.tracker_rate_hz();
@@ -102,8 +104,9 @@ class WavedByHand : public Motion {
  public:
   WavedByHand(RigClient& rig, const TrialPlan& plan) : rig_(rig), plan_(plan) {}
   void begin() override {
-    auto message = prompt("wave_right_corner", fmt::format("wave the right corner by {:.0f} mm, {:.1f} times a second, for {:.0f} s", 1e3 * plan_.amplitude_m,
-                                                           plan_.frequency_hz, duration_s()));
+    auto message = prompt("wave_right_corner",
+                          fmt::format("wave the right corner by {:.0f} mm, {:.1f} times a second, for {:.0f} s",
+                                      1e3 * plan_.amplitude_m, plan_.frequency_hz, duration_s()));
     message.amplitude_m = plan_.amplitude_m;
     message.frequency_hz = plan_.frequency_hz;
     message.duration_s = duration_s();
@@ -140,7 +143,8 @@ class MovedByArm : public Motion {
   ArmLease lease_;
 };
 
-std::unique_ptr<Motion> prepare_motion(RigClient& rig, const TrialPlan& plan, const std::optional<Eigen::Isometry3d>& world_from_base) {
+std::unique_ptr<Motion> prepare_motion(RigClient& rig, const TrialPlan& plan,
+                                       const std::optional<Eigen::Isometry3d>& world_from_base) {
   if (plan.kind == trial::Experiment::waving) return std::make_unique<WavedByHand>(rig, plan);
   if (plan.kind == trial::Experiment::robot) return std::make_unique<MovedByArm>(rig, plan, *world_from_base);
   return std::make_unique<NoMotion>();
@@ -149,10 +153,11 @@ std::unique_ptr<Motion> prepare_motion(RigClient& rig, const TrialPlan& plan, co
 // Everything that is stamped within [origin, end] goes to the recorder, in the trial's own time.
 class Recording {
  public:
-  Recording(RigClient& rig, capture::Recorder& recorder, const std::optional<Eigen::Isometry3d>& world_from_base, double origin_s, const std::string& trial,
-            int attempt)
-      : rig_(rig), recorder_(recorder), trial_(trial), attempt_(attempt), with_arm_(world_from_base), world_from_base_(world_from_base.value_or(Eigen::Isometry3d::Identity())),
-        origin_s_(origin_s), lost_before_(rig.frames_lost()) {}
+  Recording(RigClient& rig, capture::Recorder& recorder, const std::optional<Eigen::Isometry3d>& world_from_base,
+            double origin_s, const std::string& trial, int attempt)
+      : rig_(rig), recorder_(recorder), trial_(trial), attempt_(attempt), with_arm_(world_from_base),
+        world_from_base_(world_from_base.value_or(Eigen::Isometry3d::Identity())), origin_s_(origin_s),
+        lost_before_(rig.frames_lost()) {}
 
   void take(double end_s) {
     require_no_stop(rig_);
@@ -160,7 +165,8 @@ class Recording {
       newest_frame_s_ = frame->mid_exposure_s;
       if (within(frame->mid_exposure_s, end_s)) {
         if (frames_ == 0) first_number_ = frame->number;
-        recorder_.add_frame(static_cast<int>(frame->number - first_number_), frame->mid_exposure_s - origin_s_, frame->pixels.data(), rig_.width_px(), rig_.height_px());
+        recorder_.add_frame(static_cast<int>(frame->number - first_number_), frame->mid_exposure_s - origin_s_,
+                            frame->pixels.data(), rig_.width_px(), rig_.height_px());
         ++frames_;
       }
     }
@@ -190,7 +196,9 @@ class Recording {
   size_t frames() const { return frames_; }
   size_t samples() const { return samples_; }
   int64_t frames_lost() const { return rig_.frames_lost() - lost_before_; }
-  double occluded_share() const { return samples_ == 0 ? 1 : static_cast<double>(occluded_) / static_cast<double>(samples_); }
+  double occluded_share() const {
+    return samples_ == 0 ? 1 : static_cast<double>(occluded_) / static_cast<double>(samples_);
+  }
 
  private:
   bool within(double host_s, double end_s) const { return host_s >= origin_s_ && host_s <= end_s; }
@@ -212,7 +220,8 @@ class Recording {
     const double host_s = 1e-6 * static_cast<double>(state.utime);
     if (!within(host_s, end_s) || host_s <= last_arm_s_) return;
     last_arm_s_ = host_s;
-    recorder_.add_robot(host_s - origin_s_, world_from_base_ * Eigen::Vector3d(state.tool_commanded_m), world_from_base_ * Eigen::Vector3d(state.tool_m));
+    recorder_.add_robot(host_s - origin_s_, world_from_base_ * Eigen::Vector3d(state.tool_commanded_m),
+                        world_from_base_ * Eigen::Vector3d(state.tool_m));
   }
 
   RigClient& rig_;
@@ -229,7 +238,8 @@ class Recording {
 };
 
 // Lead-in, motion, tail. Returns when everything up to the end has been handed to the recorder.
-void record(Recording& recording, Motion& motion, const TrialPlan& plan, double origin_s, const report::ProgressCallback& progress) {
+void record(Recording& recording, Motion& motion, const TrialPlan& plan, double origin_s,
+            const report::ProgressCallback& progress) {
   double end_s = std::numeric_limits<double>::infinity();
   bool begun = false;
   while (true) {
@@ -262,26 +272,31 @@ nlohmann::json clocks_json(const RigClient& rig, double origin_s) {
   nlohmann::json clocks = nlohmann::json::object();
   for (const auto& [device, message] : rig.clocks()) {
     const rig::ClockMap map = rig::from_message(message);
-    const double device_s = static_cast<double>(map.reference_ticks) / map.ticks_per_s + (origin_s - map.reference_host_s) / (1 + 1e-6 * map.drift_ppm);
-    clocks[device] = {{"offset_s", files::finite_or_null(origin_s - device_s)}, {"drift_ppm", files::finite_or_null(map.drift_ppm)},
-                      {"uncertainty_s", files::finite_or_null(map.uncertainty_s)}, {"jumps", map.jumps}};
+    const double device_s = static_cast<double>(map.reference_ticks) / map.ticks_per_s +
+                            (origin_s - map.reference_host_s) / (1 + 1e-6 * map.drift_ppm);
+    clocks[device] = {{"offset_s", files::finite_or_null(origin_s - device_s)},
+                      {"drift_ppm", files::finite_or_null(map.drift_ppm)},
+                      {"uncertainty_s", files::finite_or_null(map.uncertainty_s)},
+                      {"jumps", map.jumps}};
   }
   return {{"clocks", clocks}};
 }
 
 // One attempt. Throws Spoiled and ArmStopped where another may do better.
-TrialRecord attempt_trial(RigClient& rig, const rig::Configuration& configuration, const SessionPlan& session, const TrialPlan& plan,
-                          const RigOptics& optics, const std::filesystem::path& folder, const report::ProgressCallback& progress, const std::function<void()>& at_rest,
-                          int attempt) {
+TrialRecord attempt_trial(RigClient& rig, const rig::Configuration& configuration, const SessionPlan& session,
+                          const TrialPlan& plan, const RigOptics& optics, const std::filesystem::path& folder,
+                          const report::ProgressCallback& progress, const std::function<void()>& at_rest, int attempt) {
   const bool robot = plan.kind == trial::Experiment::robot;
-  rig.ask(robot ? prompt("robot_path", "put the right corner into the gripper, the left one on its post, and stand back")
-                : prompt("hang_still", "hang the fabric by both corners and let it come to rest"));
+  rig.ask(robot
+              ? prompt("robot_path", "put the right corner into the gripper, the left one on its post, and stand back")
+              : prompt("hang_still", "hang the fabric by both corners and let it come to rest"));
   rig.show(session.stripes);
   wait_for_rest(rig, session, progress);
   // A fabric that somebody steadies is at rest as long as the hand is there; what counts is the rest after it.
   rig.ask(prompt("stand_back", "let go of the fabric and stand back"));
   const Rest rest = wait_for_rest(rig, session, progress);
-  if (!rest.reached) spdlog::warn("{}: the fabric still moves after {:.0f} s; the trial starts as it is", plan.name, rest.waited_s);
+  if (!rest.reached)
+    spdlog::warn("{}: the fabric still moves after {:.0f} s; the trial starts as it is", plan.name, rest.waited_s);
   if (at_rest) {
     at_rest();
     rig.show(session.stripes);
@@ -305,7 +320,8 @@ TrialRecord attempt_trial(RigClient& rig, const rig::Configuration& configuratio
   const trial::State state = recorder.finish("", clocks_json(rig, origin_s));
   recording.tell();
   if (state != trial::State::complete) throw DeviceFailed(fmt::format("{}: {}", plan.name, recorder.failure()));
-  return {folder / plan.name, recording.frames(), recording.samples(), recording.frames_lost(), recording.occluded_share(), rest.waited_s, rest.reached, 1};
+  return {folder / plan.name,         recording.frames(), recording.samples(), recording.frames_lost(),
+          recording.occluded_share(), rest.waited_s,      rest.reached,        1};
 }
 
 }  // namespace
@@ -313,14 +329,15 @@ TrialRecord attempt_trial(RigClient& rig, const rig::Configuration& configuratio
 void set_trial_aside(const std::filesystem::path& folder, const std::string& name, int attempt) {
   if (!std::filesystem::exists(folder / name)) return;
   std::filesystem::path aside;
-  for (int k = attempt; aside.empty() || std::filesystem::exists(aside); ++k) aside = folder / fmt::format("{}-spoiled-{}", name, k);
+  for (int k = attempt; aside.empty() || std::filesystem::exists(aside); ++k)
+    aside = folder / fmt::format("{}-spoiled-{}", name, k);
   std::filesystem::rename(folder / name, aside);
   files::sync_folder(folder);
 }
 
-TrialRecord run_trial(RigClient& rig, const rig::Configuration& configuration, const SessionPlan& session, const TrialPlan& plan,
-                      const RigOptics& optics, const std::filesystem::path& folder, const report::ProgressCallback& progress,
-                      const std::function<void()>& at_rest) {
+TrialRecord run_trial(RigClient& rig, const rig::Configuration& configuration, const SessionPlan& session,
+                      const TrialPlan& plan, const RigOptics& optics, const std::filesystem::path& folder,
+                      const report::ProgressCallback& progress, const std::function<void()>& at_rest) {
   int spoiled = 0;
   const auto count_spoiled = [&](const std::string& why) {
     if (++spoiled == plan.attempts) throw DeviceFailed(fmt::format("{}: {} ({} attempts)", plan.name, why, spoiled));

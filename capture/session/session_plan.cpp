@@ -8,7 +8,8 @@ namespace selvedge::session {
 
 namespace {
 
-Eigen::Vector3d vector(rig::Section& keys, const std::string& key, const Eigen::Vector3d& fallback, double most, const std::string& unit) {
+Eigen::Vector3d vector(rig::Section& keys, const std::string& key, const Eigen::Vector3d& fallback, double most,
+                       const std::string& unit) {
   const auto v = keys.numbers(key, std::vector<double>{fallback.x(), fallback.y(), fallback.z()}, 3, -most, most, unit);
   return {v[0], v[1], v[2]};
 }
@@ -50,7 +51,8 @@ TrialPlan read_trial_plan(const std::string& name, rig::Section keys) {
     plan.amplitude_m = keys.number("amplitude_m", plan.amplitude_m, 0.001, 1, "m");
     plan.frequency_hz = keys.number("frequency_hz", plan.frequency_hz, 0.05, 10, "Hz");
     if (plan.lead_in_s + plan.tail_s + 0.5 > plan.duration_s)
-      refuse(keys.where() + " duration_s", "found {} s, expected at least half a second beyond lead_in_s and tail_s", plan.duration_s);
+      refuse(keys.where() + " duration_s", "found {} s, expected at least half a second beyond lead_in_s and tail_s",
+             plan.duration_s);
   }
   if (plan.kind == trial::Experiment::robot) {
     plan.ramp_s = keys.number("ramp_s", plan.ramp_s, 0.1, 10, "s");

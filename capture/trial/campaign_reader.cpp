@@ -23,8 +23,7 @@ std::vector<std::string> read_names(const JsonReader& json) {
   return names;
 }
 
-std::vector<std::vector<std::string>> read_replicates(const JsonReader& json,
-                                                      const std::vector<std::string>& names) {
+std::vector<std::vector<std::string>> read_replicates(const JsonReader& json, const std::vector<std::string>& names) {
   const nlohmann::json& groups = json.value("replicates");
   const std::string where = json.where("replicates");
   if (!groups.is_array()) refuse(where, "found {}, expected a list of lists", files::shown(groups));
@@ -68,13 +67,16 @@ Campaign joined(const std::vector<Campaign>& campaigns) {
   for (size_t i = 1; i < campaigns.size(); ++i) {
     const Campaign& more = campaigns[i];
     for (size_t earlier = 0; earlier < i; ++earlier)
-      if (fs::weakly_canonical(fs::absolute(more.folder)) == fs::weakly_canonical(fs::absolute(campaigns[earlier].folder)))
+      if (fs::weakly_canonical(fs::absolute(more.folder)) ==
+          fs::weakly_canonical(fs::absolute(campaigns[earlier].folder)))
         refuse(more.folder.string(), "found the same campaign twice, expected each once");
     if (more.fabric != all.fabric)
-      refuse(more.folder.string(), "found the fabric {}, expected {} as in {}", in_quotes(more.fabric), in_quotes(all.fabric), all.folder.string());
+      refuse(more.folder.string(), "found the fabric {}, expected {} as in {}", in_quotes(more.fabric),
+             in_quotes(all.fabric), all.folder.string());
     const size_t before = all.trials.size();
     const auto taken = [&](const std::string& name) {
-      return std::any_of(all.trials.begin(), all.trials.begin() + static_cast<std::ptrdiff_t>(before), [&](const Trial& t) { return t.name == name; });
+      return std::any_of(all.trials.begin(), all.trials.begin() + static_cast<std::ptrdiff_t>(before),
+                         [&](const Trial& t) { return t.name == name; });
     };
     const auto unused = [&](std::string name) {
       while (taken(name)) name += " of " + more.folder.filename().string();

@@ -35,7 +35,8 @@ std::string damaged_lines(const std::vector<CheckedLines::Range>& ranges) {
 }
 
 // A sentence, or nothing where the table is as it was written. expected_rows: where the recorder has said it.
-std::string table_damage(const std::string& name, const CheckedLines& lines, std::optional<size_t> expected_rows, bool may_be_torn) {
+std::string table_damage(const std::string& name, const CheckedLines& lines, std::optional<size_t> expected_rows,
+                         bool may_be_torn) {
   std::vector<std::string> what;
   // A table that was only just begun when its recorder was killed.
   const bool just_begun = may_be_torn && lines.torn && lines.rows == 0 && lines.damaged.empty();
@@ -81,9 +82,7 @@ std::string image_damage(const fs::path& path, uint32_t crc32) {
     const std::string bytes = files::read_whole(path);
     if (bytes.empty()) return "empty";
     return files::crc32_of(bytes) == crc32 ? "" : "damaged";
-  } catch (const BadInput&) {
-    return "missing";
-  }
+  } catch (const BadInput&) { return "missing"; }
 }
 
 TableReader::TableReader(fs::path folder, State state, const json& trial_json, std::vector<std::string>& damaged)
@@ -101,7 +100,8 @@ bool TableReader::is_recorded(const fs::path& path) const {
   return std::count(bytes.begin(), bytes.end(), '\n') > 1;
 }
 
-std::optional<CsvTable> TableReader::read(const std::string& name, const std::vector<files::CsvColumn>& wanted, bool must) const {
+std::optional<CsvTable> TableReader::read(const std::string& name, const std::vector<files::CsvColumn>& wanted,
+                                          bool must) const {
   const fs::path path = folder_ / name;
   std::optional<CsvTable> table;
   if (checked_) {
@@ -114,7 +114,8 @@ std::optional<CsvTable> TableReader::read(const std::string& name, const std::ve
   return table;
 }
 
-std::optional<CsvTable> TableReader::read_checked(const std::string& name, const std::vector<files::CsvColumn>& wanted) const {
+std::optional<CsvTable> TableReader::read_checked(const std::string& name,
+                                                  const std::vector<files::CsvColumn>& wanted) const {
   const fs::path path = folder_ / name;
   std::optional<size_t> expected;
   if (rows_.contains(name) && rows_[name].is_number_unsigned()) expected = rows_[name].get<size_t>();

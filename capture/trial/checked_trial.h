@@ -1,8 +1,8 @@
 // What a recorded trial carries so that damage to it shows and the rest still reads:
 //   each line of a table ends with its own checksum, column crc32 (files/checked_lines.h);
 //   each row of frames.csv has its picture's, column image_crc32: the CRC-32 of the whole file;
-//   trial.json has "checksums": "crc32", and its own as "crc32": of the same JSON without that key, as dump(2) writes it;
-//   trial-copy.json is a second copy of trial.json.
+//   trial.json has "checksums": "crc32", and its own as "crc32": of the same JSON without that key, as dump(2) writes
+//   it; trial-copy.json is a second copy of trial.json.
 // Source: docs/formats.md, "Checksums".
 #pragma once
 
@@ -41,16 +41,19 @@ std::string image_damage(const std::filesystem::path& path, uint32_t crc32);
 class TableReader {
  public:
   // damaged: where sentences go, in the order of the tables read.
-  TableReader(std::filesystem::path folder, State state, const nlohmann::json& trial_json, std::vector<std::string>& damaged);
+  TableReader(std::filesystem::path folder, State state, const nlohmann::json& trial_json,
+              std::vector<std::string>& damaged);
 
   bool checked() const { return checked_; }
 
-  // Times in one column, at least one row. None where the trial lacks the table. must: without checksums, refuses a trial
-  // that lacks it.
-  std::optional<files::CsvTable> read(const std::string& name, const std::vector<files::CsvColumn>& wanted, bool must) const;
+  // Times in one column, at least one row. None where the trial lacks the table. must: without checksums, refuses a
+  // trial that lacks it.
+  std::optional<files::CsvTable> read(const std::string& name, const std::vector<files::CsvColumn>& wanted,
+                                      bool must) const;
 
  private:
-  std::optional<files::CsvTable> read_checked(const std::string& name, const std::vector<files::CsvColumn>& wanted) const;
+  std::optional<files::CsvTable> read_checked(const std::string& name,
+                                              const std::vector<files::CsvColumn>& wanted) const;
   bool is_recorded(const std::filesystem::path& path) const;
 
   const std::filesystem::path folder_;

@@ -1,4 +1,5 @@
-// What people call things: names that become folders, and the kinds of trial, as session files, mappings and pages say them.
+// What people call things: names that become folders, and the kinds of trial, as session files, mappings and pages say
+// them.
 #pragma once
 
 #include <optional>

@@ -16,7 +16,7 @@
 
 namespace selvedge::trial {
 
-enum class Experiment { static_hang, waving, robot };           // "static", "waving", "robot"
+enum class Experiment { static_hang, waving, robot };  // "static", "waving", "robot"
 enum class Held { corners, top_edge, top_edge_clamped };
 // Whether the recording ran to its end; a trial that is cut or still being recorded holds what its files
 // hold up to their last whole line.
@@ -24,7 +24,7 @@ enum class State { complete, cut, recording };
 
 struct Fabric {
   std::string name;
-  double width_m = 0;   // top edge
+  double width_m = 0;  // top edge
   double height_m = 0;
   double mass_kg = 0;
   bool mass_known = true;
@@ -93,13 +93,13 @@ struct Trial {
 struct Campaign {
   std::filesystem::path folder;
   std::string fabric;
-  std::vector<Trial> trials;                          // campaign.json's order
-  std::vector<std::vector<std::string>> replicates;   // names of trials meant to be the same motion
+  std::vector<Trial> trials;                         // campaign.json's order
+  std::vector<std::vector<std::string>> replicates;  // names of trials meant to be the same motion
 };
 
 // Reads and checks everything but the pixels (sizes of all images are checked from their headers).
-// Throws BadInput as docs/formats.md lists, naming file, line or key and what was expected. In a trial that has checksums a
-// damaged line or image is passed over and named in `damaged`; only its trial.json can still refuse it.
+// Throws BadInput as docs/formats.md lists, naming file, line or key and what was expected. In a trial that has
+// checksums a damaged line or image is passed over and named in `damaged`; only its trial.json can still refuse it.
 Trial read_trial(const std::filesystem::path& folder);
 
 // What trial.json alone says: a trial without samples. Throws BadInput as read_trial does for that file.
@@ -108,9 +108,9 @@ Trial read_header(const std::filesystem::path& trial_json);
 // A folder with campaign.json, or one trial's folder (a campaign of that one trial).
 Campaign read_campaign(const std::filesystem::path& folder);
 
-// One campaign out of several of the same fabric: trials and replicates one after another, a name that an earlier one has
-// followed by " of " and its folder's name. Throws BadInput where a fabric's name differs from the
-// first one's, or where a folder is there twice.
+// One campaign out of several of the same fabric: trials and replicates one after another, a name that an earlier one
+// has followed by " of " and its folder's name. Throws BadInput where a fabric's name differs from the first one's, or
+// where a folder is there twice.
 Campaign joined(const std::vector<Campaign>& campaigns);
 
 // 8-bit grey image of frame `index` into Frames, row major, height_px × width_px of trial.camera.

@@ -29,8 +29,10 @@ Eigen::Vector3d to_vector(const std::vector<double>& numbers) { return {numbers[
 void require_rank_three(const geometry::Projection& projection, const std::string& where) {
   const Eigen::Vector3d values = geometry::singular_values(projection.matrix);
   if (!(values(2) > 1e-9 * values(0)))
-    refuse(where, "found a matrix of rank {}, expected rank 3 (singular values {:.3g}, {:.3g}, {:.3g} with rows of "
-           "length 1)", static_cast<int>((values.array() > 1e-9 * values(0)).count()), values(0), values(1), values(2));
+    refuse(where,
+           "found a matrix of rank {}, expected rank 3 (singular values {:.3g}, {:.3g}, {:.3g} with rows of "
+           "length 1)",
+           static_cast<int>((values.array() > 1e-9 * values(0)).count()), values(0), values(1), values(2));
   const Eigen::Matrix3d left = projection.matrix.leftCols<3>();
   if (std::abs(left.determinant()) < 1e-12 * std::pow(left.norm(), 3))
     refuse(where, "found a singular left 3x3 block (a centre at infinity), expected a pinhole projection");
@@ -42,8 +44,7 @@ geometry::Projection read_projection(const JsonReader& json) {
   projection.height_px = json.positive_whole("height_px");
   const nlohmann::json& rows = json.value("projection");
   const std::string where = json.where("projection");
-  if (!rows.is_array() || rows.size() != 3)
-    refuse(where, "found {}, expected 3 rows of 4 numbers", files::shown(rows));
+  if (!rows.is_array() || rows.size() != 3) refuse(where, "found {}, expected 3 rows of 4 numbers", files::shown(rows));
   for (int i = 0; i < 3; ++i) {
     const std::vector<double> row = files::finite_numbers(rows[i], 4, where + fmt::format("[{}]", i));
     projection.matrix.row(i) = Eigen::Map<const Eigen::RowVector4d>(row.data());
@@ -148,7 +149,9 @@ Corners read_corners(const CsvTable& table, bool whole) {
 void name_images(const std::vector<std::pair<int, std::string>>& images, std::vector<std::string>& damaged) {
   for (size_t i = 0; i < images.size();) {
     size_t next = i + 1;
-    while (next < images.size() && images[next].second == images[i].second && images[next].first == images[next - 1].first + 1) ++next;
+    while (next < images.size() && images[next].second == images[i].second &&
+           images[next].first == images[next - 1].first + 1)
+      ++next;
     std::string text = fmt::format("frames/{:06d}.png", images[i].first);
     if (next > i + 1) text += fmt::format(" to {:06d}.png", images[next - 1].first);
     damaged.push_back(text + ": " + images[i].second);
@@ -232,29 +235,39 @@ void read_images(const JsonReader& json, const TableReader& tables, Trial& trial
 
 void read_tables(const JsonReader& json, const TableReader& tables, Trial& trial) {
   const bool complete = trial.state == State::complete;
-  const auto corners = tables.read("corners.csv", {{"t_s"}, {"left_x", true}, {"left_y", true}, {"left_z", true},
-                                                   {"right_x", true}, {"right_y", true}, {"right_z", true}}, complete);
+  const auto corners = tables.read("corners.csv",
+                                   {{"t_s"},
+                                    {"left_x", true},
+                                    {"left_y", true},
+                                    {"left_z", true},
+                                    {"right_x", true},
+                                    {"right_y", true},
+                                    {"right_z", true}},
+                                   complete);
   if (corners) trial.corners = read_corners(*corners, complete && trial.damaged.empty());
   read_images(json, tables, trial);
-  if (const auto markers = tables.read("markers.csv", {{"t_s"}, {"marker"}, {"u_m"}, {"v_m"}, {"x"}, {"y"}, {"z"}}, false))
+  if (const auto markers =
+          tables.read("markers.csv", {{"t_s"}, {"marker"}, {"u_m"}, {"v_m"}, {"x"}, {"y"}, {"z"}}, false))
     trial.markers = read_markers(*markers);
   if (complete && !trial.frames && !trial.markers && trial.damaged.empty())
     refuse(trial.folder.string(), "found neither frames.csv nor markers.csv, expected one of them or both");
-  if (const auto robot = tables.read("robot.csv", {{"t_s"}, {"commanded_x"}, {"commanded_y"}, {"commanded_z"},
-                                                   {"measured_x"}, {"measured_y"}, {"measured_z"}}, false))
+  if (const auto robot = tables.read(
+          "robot.csv",
+          {{"t_s"}, {"commanded_x"}, {"commanded_y"}, {"commanded_z"}, {"measured_x"}, {"measured_y"}, {"measured_z"}},
+          false))
     trial.robot = Robot{column(*robot, 0), points(*robot, 1), points(*robot, 4)};
 }
 
 // trial.json that still reads but is not what was written; and the copy that would stand in for it.
 void name_changed_json(const fs::path& folder, const nlohmann::json& object, std::vector<std::string>& damaged) {
-  if (!is_as_written(object)) damaged.push_back("trial.json: not as it was written (its checksum differs): damaged, or edited by hand");
+  if (!is_as_written(object))
+    damaged.push_back("trial.json: not as it was written (its checksum differs): damaged, or edited by hand");
   if (!has_checksums(object)) return;
   try {
     const nlohmann::json copy = files::read_json(folder / copy_name);
-    if (!copy.is_object() || !copy.contains("crc32") || !is_as_written(copy)) damaged.push_back(fmt::format("{}: damaged", copy_name));
-  } catch (const BadInput& unreadable) {
-    damaged.push_back(unreadable.what());
-  }
+    if (!copy.is_object() || !copy.contains("crc32") || !is_as_written(copy))
+      damaged.push_back(fmt::format("{}: damaged", copy_name));
+  } catch (const BadInput& unreadable) { damaged.push_back(unreadable.what()); }
 }
 
 }  // namespace

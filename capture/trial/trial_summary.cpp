@@ -21,8 +21,8 @@ Sampling sampling(const std::vector<double>& times_s) {
   const double median = sorted[sorted.size() / 2];
   result.rate_hz = 1 / median;
   result.longest_gap_s = *std::max_element(steps.begin(), steps.end());
-  result.gaps = static_cast<size_t>(
-      std::count_if(steps.begin(), steps.end(), [&](double step) { return step > 1.5 * median; }));
+  result.gaps =
+      static_cast<size_t>(std::count_if(steps.begin(), steps.end(), [&](double step) { return step > 1.5 * median; }));
   return result;
 }
 

@@ -30,8 +30,8 @@ MarkerSummary summary(const Markers& markers);
 // Frame numbers between first and last that are not in the list.
 size_t missing_numbers(const Frames& frames);
 
-// The same samples with hidden ones where steps above 1.5 medians say that some are missing: what smooths a path over the
-// samples then knows how long the gap is.
+// The same samples with hidden ones where steps above 1.5 medians say that some are missing: what smooths a path over
+// the samples then knows how long the gap is.
 Corners with_gaps_hidden(const Corners& corners);
 
 // Share of samples in which that corner is hidden.

@@ -98,9 +98,9 @@ void write_images(const Frames& frames, const fs::path& folder, const std::vecto
         fmt::format("write_trial: {} images for {} frames", images.size(), frames.number.size()));
   fs::create_directories(folder / "frames");
   for (size_t i = 0; i < images.size(); ++i)
-    files::write_whole(frame_path(folder, frames.number[i]),
-                       encode_grey_png(images[i].data(), static_cast<int>(images[i].cols()),
-                                       static_cast<int>(images[i].rows()), 6));
+    files::write_whole(
+        frame_path(folder, frames.number[i]),
+        encode_grey_png(images[i].data(), static_cast<int>(images[i].cols()), static_cast<int>(images[i].rows()), 6));
 }
 
 }  // namespace
@@ -152,10 +152,9 @@ void write_campaign_json(const Campaign& campaign, const fs::path& folder) {
   json trials = json::array();
   for (const Trial& trial : campaign.trials) trials.push_back(trial.name);
   fs::create_directories(folder);
-  files::write_json(folder / "campaign.json", {{"format", "campaign/1"},
-                                               {"fabric", campaign.fabric},
-                                               {"trials", trials},
-                                               {"replicates", campaign.replicates}});
+  files::write_json(
+      folder / "campaign.json",
+      {{"format", "campaign/1"}, {"fabric", campaign.fabric}, {"trials", trials}, {"replicates", campaign.replicates}});
 }
 
 }  // namespace selvedge::trial

@@ -27,8 +27,7 @@ std::filesystem::path frame_path(const std::filesystem::path& folder, int number
 // Makes `folder` and writes every part that `trial` has; trial.json comes last, so that a folder that has
 // one is whole. Images: one for each of trial.frames, in its order; leave empty where the folder has them.
 // `trial.folder`, `trial.name` and the paths in `trial.frames` are not looked at.
-void write_trial(const Trial& trial, const std::filesystem::path& folder,
-                 const std::vector<GreyImage>& images = {});
+void write_trial(const Trial& trial, const std::filesystem::path& folder, const std::vector<GreyImage>& images = {});
 
 // campaign.json alone; the trials go to folder/NAME through write_trial.
 void write_campaign_json(const Campaign& campaign, const std::filesystem::path& folder);

@@ -16,8 +16,10 @@ struct ArvCounts {
 };
 
 // more: arguments besides name, rate and duration, each with a space before it.
-inline ArvCounts run_arv_camera_test(const std::string& name, double rate_hz, double seconds, const std::string& more = "") {
-  const std::string command = fmt::format("arv-camera-test-0.8 -n {} -f {} -e 2000 --duration {:.0f}{} 2>&1", name, rate_hz, seconds, more);
+inline ArvCounts run_arv_camera_test(const std::string& name, double rate_hz, double seconds,
+                                     const std::string& more = "") {
+  const std::string command =
+      fmt::format("arv-camera-test-0.8 -n {} -f {} -e 2000 --duration {:.0f}{} 2>&1", name, rate_hz, seconds, more);
   std::string text;
   char part[4096];
   FILE* const pipe = ::popen(command.c_str(), "r");

@@ -121,7 +121,11 @@ std::vector<Figure> bench_bus(const FigureOptions& options) {
   configuration.port = kSignaturePort;
   rig::ensure_local_multicast(static_cast<uint16_t>(configuration.port));
   const int blocks = options.quick ? 3 : 15;
-  struct Size { const char* name; int markers, messages; double demo_hz; };
+  struct Size {
+    const char* name;
+    int markers, messages;
+    double demo_hz;
+  };
   std::vector<Figure> figures;
   double added_us = 0;  // in a second of the demo's rig
   for (const Size& size : {Size{"a sample of four markers", 4, 2000, kDemoMessages_hz},

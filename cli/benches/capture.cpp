@@ -122,8 +122,8 @@ Client start(const std::function<Result()>& client) {
 struct Recording : Outcome {
   capture::FrameCounts written;
   size_t durable_before_end = 0;  // frames, when the camera stopped
-  size_t gaps = 0;      // in the numbers, as trial.json names them
-  double most_mb = 0;   // of memory, the whole process
+  size_t gaps = 0;                // in the numbers, as trial.json names them
+  double most_mb = 0;             // of memory, the whole process
 };
 
 Recording record_frames(double seconds, const std::filesystem::path& folder) {
@@ -137,7 +137,8 @@ Recording record_frames(double seconds, const std::filesystem::path& folder) {
   capture::Recorder recorder(header, folder);
   Recording result;
   static_cast<Outcome&>(result) = read_frames(seconds, [&](const camera::RingFrame& f) {
-    recorder.add_frame(static_cast<int>(f.head.frame_number), static_cast<double>(f.head.frame_number) / kRate_hz, f.pixels.data(), kWidth_px, kHeight_px);
+    recorder.add_frame(static_cast<int>(f.head.frame_number), static_cast<double>(f.head.frame_number) / kRate_hz,
+                       f.pixels.data(), kWidth_px, kHeight_px);
   });
   result.durable_before_end = recorder.recorded().frames.durable;
   recorder.finish();
@@ -165,7 +166,8 @@ Result collect(const Client& client) {
 
 Outcome stream_by_arv_camera_test(int seconds) {
   const double before_s = children_cpu_s();
-  const ArvCounts counts = run_arv_camera_test(kAddress, kRate_hz, seconds, " --no-packet-socket -i 9000 --packet-request-ratio=2");
+  const ArvCounts counts =
+      run_arv_camera_test(kAddress, kRate_hz, seconds, " --no-packet-socket -i 9000 --packet-request-ratio=2");
   Outcome result;
   result.cpu_s = children_cpu_s() - before_s;
   result.frames = counts.whole;
@@ -179,7 +181,8 @@ void add(std::vector<Figure>& figures, const std::string& who, const Outcome& ou
   const double missing = std::nan("");
   const auto rate = [](const Outcome& o) { return static_cast<double>(o.frames) / o.seconds; };
   const auto cpu_ms = [](const Outcome& o) { return 1e3 * o.cpu_s / static_cast<double>(o.frames); };
-  figures.push_back({who + ": whole frames", rate(ours), peer ? rate(*peer) : missing, "1/s", Relation::shown, reference});
+  figures.push_back(
+      {who + ": whole frames", rate(ours), peer ? rate(*peer) : missing, "1/s", Relation::shown, reference});
   figures.push_back({who + ": frames lost", static_cast<double>(ours.lost),
                      peer ? static_cast<double>(peer->lost) : missing, "", Relation::shown, reference});
   figures.push_back({who + ": processor time a frame", cpu_ms(ours), peer ? cpu_ms(*peer) : missing, "ms",
@@ -212,7 +215,8 @@ std::vector<std::vector<uint8_t>> noisy_stripes(unsigned seed) {
     for (int y = 0; y < kHeight_px; ++y)
       for (int x = 0; x < kWidth_px; ++x) {
         const double grey = 128 + 90 * std::sin(0.25 * y + 0.02 * x + static_cast<double>(p)) + noise(generator);
-        pictures[p][static_cast<size_t>(y) * kWidth_px + static_cast<size_t>(x)] = static_cast<uint8_t>(std::clamp(grey, 0.0, 255.0));
+        pictures[p][static_cast<size_t>(y) * kWidth_px + static_cast<size_t>(x)] =
+            static_cast<uint8_t>(std::clamp(grey, 0.0, 255.0));
       }
   return pictures;
 }
@@ -222,11 +226,14 @@ std::vector<std::vector<uint8_t>> noisy_stripes(unsigned seed) {
 std::vector<Figure> bench_recorder(const FigureOptions& options) {
   const double seconds = options.quick ? 3 : 600;
   rig::ensure_local_multicast(kBusPort);
-  const std::filesystem::path folder = std::filesystem::temp_directory_path() / fmt::format("selvedge-bench-recorder-{}", ::getpid());
+  const std::filesystem::path folder =
+      std::filesystem::temp_directory_path() / fmt::format("selvedge-bench-recorder-{}", ::getpid());
   const double wanted_gib = seconds * kRate_hz * kWidth_px * kHeight_px / (1 << 30);  // where nothing is compressed
   const double free_gib = static_cast<double>(std::filesystem::space(folder.parent_path()).available) / (1 << 30);
   if (free_gib < wanted_gib)
-    refuse(folder.parent_path().string(), "found {:.1f} GiB free, expected {:.1f} for {:.0f} s of pictures; TMPDIR names another folder", free_gib, wanted_gib, seconds);
+    refuse(folder.parent_path().string(),
+           "found {:.1f} GiB free, expected {:.1f} for {:.0f} s of pictures; TMPDIR names another folder", free_gib,
+           wanted_gib, seconds);
   const std::vector<std::vector<uint8_t>> pictures = noisy_stripes(options.seed);
   size_t shown = 0;
   options.progress(0, fmt::format("{:.0f} s of pictures", seconds));
@@ -247,15 +254,24 @@ std::vector<Figure> bench_recorder(const FigureOptions& options) {
   const std::string what = fmt::format("1280×1024 at 60 Hz for {:.0f} s: ", seconds);
   std::vector<Figure> out;
   out.push_back({what + "frames written", written / r.seconds, kRate_hz, "1/s", Relation::shown, "the camera's rate"});
-  out.push_back({what + "frames durable when the camera stopped", static_cast<double>(r.durable_before_end), written, "", Relation::shown, "frames written"});
-  out.push_back({what + "frames lost between camera and ring", static_cast<double>(r.lost), 0, "", Relation::shown, "none"});
-  out.push_back({what + "frames refused by the recorder", static_cast<double>(r.written.refused), 0, "", Relation::shown, "none"});
+  out.push_back({what + "frames durable when the camera stopped", static_cast<double>(r.durable_before_end), written,
+                 "", Relation::shown, "frames written"});
+  out.push_back(
+      {what + "frames lost between camera and ring", static_cast<double>(r.lost), 0, "", Relation::shown, "none"});
+  out.push_back({what + "frames refused by the recorder", static_cast<double>(r.written.refused), 0, "",
+                 Relation::shown, "none"});
   out.push_back({what + "gaps named in the trial", static_cast<double>(r.gaps), 0, "", Relation::shown, "none"});
-  out.push_back({what + "frames stored without compression, to keep up", static_cast<double>(r.written.stored), count, "", Relation::shown, "all frames"});
-  out.push_back({what + "most memory of pictures that wait", static_cast<double>(r.written.most_queued_bytes) / 1048576.0, 256, "MiB", Relation::shown, "the queue's bound"});
-  out.push_back({what + "most memory of daemon and recorder", r.most_mb, 512, "MiB", Relation::shown, "the queue, the ring and room to spare"});
-  out.push_back({what + "on disk, a frame", static_cast<double>(r.written.bytes_on_disk) / written / 1048576.0, 1.25, "MiB", Relation::shown, "its pixels"});
-  out.push_back({what + "processor time a frame, daemon and recorder", 1e3 * r.cpu_s / count, 1e3 / kRate_hz, "ms", Relation::shown, "one core's"});
+  out.push_back({what + "frames stored without compression, to keep up", static_cast<double>(r.written.stored), count,
+                 "", Relation::shown, "all frames"});
+  out.push_back({what + "most memory of pictures that wait",
+                 static_cast<double>(r.written.most_queued_bytes) / 1048576.0, 256, "MiB", Relation::shown,
+                 "the queue's bound"});
+  out.push_back({what + "most memory of daemon and recorder", r.most_mb, 512, "MiB", Relation::shown,
+                 "the queue, the ring and room to spare"});
+  out.push_back({what + "on disk, a frame", static_cast<double>(r.written.bytes_on_disk) / written / 1048576.0, 1.25,
+                 "MiB", Relation::shown, "its pixels"});
+  out.push_back({what + "processor time a frame, daemon and recorder", 1e3 * r.cpu_s / count, 1e3 / kRate_hz, "ms",
+                 Relation::shown, "one core's"});
   options.progress(1, "done");
   return out;
 }
@@ -276,21 +292,23 @@ std::vector<Figure> bench_capture(const FigureOptions& options) {
   const int seconds = options.quick ? 3 : 8, rounds = options.quick ? 1 : 3;
   rig::ensure_local_multicast(kBusPort);
   const bool has_peer = std::system("command -v arv-camera-test-0.8 >/dev/null 2>&1") == 0;
-  const std::string reference =
-      has_peer ? "arv-camera-test-0.8, same camera, same run" : "arv-camera-test-0.8 (package aravis-tools) is not installed";
+  const std::string reference = has_peer ? "arv-camera-test-0.8, same camera, same run"
+                                         : "arv-camera-test-0.8 (package aravis-tools) is not installed";
 
   std::vector<Figure> figures;
   double done = 0;
   for (const double loss : {0.0, 0.01}) {
     std::vector<Outcome> ours, peers;
     for (int round = 0; round < rounds; ++round, done += 0.4 / rounds) {
-      options.progress(done, fmt::format("daemon at {:.0f} % packet loss, round {} of {}", 100 * loss, round + 1, rounds));
+      options.progress(done,
+                       fmt::format("daemon at {:.0f} % packet loss, round {} of {}", 100 * loss, round + 1, rounds));
       const Client client = start<Outcome>([&] { return read_frames(seconds); });
       const auto device = camera_of(loss, options.seed, [shade = uint8_t{0}](uint8_t* pixels) mutable {
         std::memset(pixels, ++shade, size_t{kWidth_px} * kHeight_px);
       });
       ours.push_back(collect<Outcome>(client));
-      options.progress(done + 0.2 / rounds, fmt::format("arv-camera-test at {:.0f} % packet loss, round {} of {}", 100 * loss, round + 1, rounds));
+      options.progress(done + 0.2 / rounds, fmt::format("arv-camera-test at {:.0f} % packet loss, round {} of {}",
+                                                        100 * loss, round + 1, rounds));
       if (has_peer) peers.push_back(stream_by_arv_camera_test(seconds));
     }
     add(figures, fmt::format("1280×1024 at 60 Hz, {:.0f} % loss", 100 * loss), median_of(ours),

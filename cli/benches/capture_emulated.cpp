@@ -1,5 +1,6 @@
-// `./selvedge bench capture-v4l2` and `capture-usb3`: the camera daemon beside another's client, one after the other on the
-// same simulated camera: `v4l2-ctl --stream-mmap` on a V4L2 node, `arv-camera-test` on a USB3 Vision device. Parts of
+// `./selvedge bench capture-v4l2` and `capture-usb3`: the camera daemon beside another's client, one after the other on
+// the same simulated camera: `v4l2-ctl --stream-mmap` on a V4L2 node, `arv-camera-test` on a USB3 Vision device. Parts
+// of
 // `./selvedge bench capture`.
 //
 // Node and bus are umockdev's, whose library must stand between each process and the kernel: this program runs itself
@@ -48,19 +49,23 @@ struct Streamed {
 // camera_keys: of the rig's [camera], besides the rate.
 Streamed stream_by_daemon(const std::string& camera_keys, int frames, const std::filesystem::path& folder) {
   const std::filesystem::path rig = folder / "rig.toml";
-  std::ofstream(rig) << fmt::format("[bus]\nport = {}\n[camera]\n{}rate_hz = {}\n", kEmulatedBusPort, camera_keys, kEmulatedRate_hz);
+  std::ofstream(rig) << fmt::format("[bus]\nport = {}\n[camera]\n{}rate_hz = {}\n", kEmulatedBusPort, camera_keys,
+                                    kEmulatedRate_hz);
   const std::string ring = camera::ring_name(kEmulatedBusPort, "camera");
   camera::FrameRingWriter::remove(ring);
   const double before_s = children_cpu_s();
   Streamed out;
   {
-    const station::ChildProcess daemon("camera daemon", {station::own_program().string(), "daemon", "camera", "--config", rig.string()}, folder / "daemon.log");
+    const station::ChildProcess daemon("camera daemon",
+                                       {station::own_program().string(), "daemon", "camera", "--config", rig.string()},
+                                       folder / "daemon.log");
     std::unique_ptr<camera::FrameRingReader> reader;
     for (const double end_s = rig::host_now_s() + kDaemonStart_s; !reader;) {
       try {
         reader = std::make_unique<camera::FrameRingReader>(ring);
       } catch (const std::runtime_error&) {  // not there yet
-        if (rig::host_now_s() > end_s) throw std::runtime_error("bench: the daemon delivered nothing; see " + (folder / "daemon.log").string());
+        if (rig::host_now_s() > end_s)
+          throw std::runtime_error("bench: the daemon delivered nothing; see " + (folder / "daemon.log").string());
         std::this_thread::sleep_for(std::chrono::milliseconds(5));
       }
     }
@@ -79,7 +84,8 @@ Streamed stream_by_daemon(const std::string& camera_keys, int frames, const std:
     out.seconds = rig::host_now_s() - start_s;
     out.lost = last - first + 1 - out.frames;
   }
-  if (out.frames < 2) throw std::runtime_error("bench: the daemon delivered nothing; see " + (folder / "daemon.log").string());
+  if (out.frames < 2)
+    throw std::runtime_error("bench: the daemon delivered nothing; see " + (folder / "daemon.log").string());
   out.cpu_s = children_cpu_s() - before_s;
   camera::FrameRingWriter::remove(ring);
   return out;
@@ -89,7 +95,8 @@ Streamed stream_by_daemon(const std::string& camera_keys, int frames, const std:
 Streamed stream_by_v4l2_ctl(int frames) {
   const double before_s = children_cpu_s();
   const std::string command =
-      fmt::format("v4l2-ctl -d /dev/video0 --set-parm={:.0f} --stream-mmap --stream-count={} --verbose 2>&1", kEmulatedRate_hz, frames + kFirstFrames);
+      fmt::format("v4l2-ctl -d /dev/video0 --set-parm={:.0f} --stream-mmap --stream-count={} --verbose 2>&1",
+                  kEmulatedRate_hz, frames + kFirstFrames);
   FILE* const pipe = ::popen(command.c_str(), "r");
   Streamed out;
   int64_t first = -1, last = -1;
@@ -116,7 +123,8 @@ Streamed stream_by_v4l2_ctl(int frames) {
 }
 
 // It sums its counts up at the end; what the camera had no room for it does not know of.
-Streamed stream_from_usb3_by_arv_camera_test(const std::string& address, int frames, const std::function<int64_t()>& lost_by_camera) {
+Streamed stream_from_usb3_by_arv_camera_test(const std::string& address, int frames,
+                                             const std::function<int64_t()>& lost_by_camera) {
   const double before_s = children_cpu_s();
   const int64_t lost_before = lost_by_camera();
   Streamed out;
@@ -135,20 +143,22 @@ struct Peer {
   std::function<Streamed(int frames)> stream;
 };
 
-std::vector<Figure> compare(const FigureOptions& options, const std::filesystem::path& folder, const std::string& wire, const std::string& camera_keys,
-                            const Peer& peer) {
+std::vector<Figure> compare(const FigureOptions& options, const std::filesystem::path& folder, const std::string& wire,
+                            const std::string& camera_keys, const Peer& peer) {
   const int frames = options.quick ? 120 : 1200;
   rig::ensure_local_multicast(kEmulatedBusPort);
   const Streamed ours = stream_by_daemon(camera_keys, frames, folder);
   const bool has_peer = std::system(("command -v " + peer.program + " > /dev/null 2>&1").c_str()) == 0;
   const Streamed theirs = has_peer ? peer.stream(frames) : Streamed{};
-  const std::string reference = has_peer ? peer.program + ", same device, same run" : fmt::format("{} (package {}) is not installed", peer.program, peer.package);
+  const std::string reference = has_peer ? peer.program + ", same device, same run"
+                                         : fmt::format("{} (package {}) is not installed", peer.program, peer.package);
   const auto beside = [&](double value) { return has_peer ? value : std::nan(""); };
   const auto rate = [](const Streamed& s) { return static_cast<double>(s.frames - 1) / s.seconds; };
   const auto cpu_ms = [](const Streamed& s) { return 1e3 * s.cpu_s / static_cast<double>(s.frames + kFirstFrames); };
   const std::string who = wire + ", 1280×1024 at 60 Hz";
   return {{who + ": frames", rate(ours), beside(rate(theirs)), "1/s", Relation::shown, reference},
-          {who + ": frames lost", static_cast<double>(ours.lost), beside(static_cast<double>(theirs.lost)), "", Relation::shown, reference},
+          {who + ": frames lost", static_cast<double>(ours.lost), beside(static_cast<double>(theirs.lost)), "",
+           Relation::shown, reference},
           {who + ": processor time a frame", cpu_ms(ours), beside(cpu_ms(theirs)), "ms", Relation::shown, reference}};
 }
 
@@ -166,7 +176,8 @@ std::vector<Figure> compare_on_node(const FigureOptions& options, const std::fil
   camera.height_px = kEmulatedHeight_px;
   camera.rate_hz = kEmulatedRate_hz;
   const hardware_sim::V4l2Camera device(camera, flat_pictures());
-  return compare(options, folder, "V4L2", "backend = \"v4l2\"\naddress = \"/dev/video0\"\n", {"v4l2-ctl", "v4l-utils", stream_by_v4l2_ctl});
+  return compare(options, folder, "V4L2", "backend = \"v4l2\"\naddress = \"/dev/video0\"\n",
+                 {"v4l2-ctl", "v4l-utils", stream_by_v4l2_ctl});
 }
 
 std::vector<Figure> compare_on_bus(const FigureOptions& options, const std::filesystem::path& folder) {
@@ -175,7 +186,9 @@ std::vector<Figure> compare_on_bus(const FigureOptions& options, const std::file
   camera.height_px = kEmulatedHeight_px;
   const sim::Usb3Camera device(camera, flat_pictures());
   const Peer peer = {"arv-camera-test-0.8", "aravis-tools",
-                     [&](int frames) { return stream_from_usb3_by_arv_camera_test(device.name(), frames, [&] { return device.counts().frames_lost; }); }};
+                     [&](int frames) {
+    return stream_from_usb3_by_arv_camera_test(device.name(), frames, [&] { return device.counts().frames_lost; });
+                     }};
   return compare(options, folder, "USB3 Vision", fmt::format("address = \"{}\"\n", device.name()), peer);
 }
 
@@ -183,7 +196,9 @@ std::vector<Figure> figures_in(const std::filesystem::path& json) {
   std::vector<Figure> out;
   const nlohmann::json all = files::read_json(json);
   for (const auto& f : all.at("figures"))
-    out.push_back({f.at("what"), f.at("measured"), f.at("reference").is_number() ? f.at("reference").get<double>() : std::nan(""), f.at("unit"), Relation::shown, f.at("source")});
+    out.push_back({f.at("what"), f.at("measured"),
+                   f.at("reference").is_number() ? f.at("reference").get<double>() : std::nan(""), f.at("unit"),
+                   Relation::shown, f.at("source")});
   return out;
 }
 
@@ -191,15 +206,19 @@ using Comparison = std::vector<Figure> (*)(const FigureOptions&, const std::file
 
 // bench: the name under which this program measures it.
 std::vector<Figure> under_wrapper(const std::string& bench, Comparison compare_there, const FigureOptions& options) {
-  const std::filesystem::path folder = std::filesystem::temp_directory_path() / fmt::format("selvedge-{}-{}", bench, ::getpid());
+  const std::filesystem::path folder =
+      std::filesystem::temp_directory_path() / fmt::format("selvedge-{}-{}", bench, ::getpid());
   std::filesystem::create_directories(folder);
   std::vector<Figure> figures;
-  if (const char* preloaded = std::getenv("LD_PRELOAD"); preloaded != nullptr && std::strstr(preloaded, "umockdev") != nullptr) {
+  if (const char* preloaded = std::getenv("LD_PRELOAD");
+      preloaded != nullptr && std::strstr(preloaded, "umockdev") != nullptr) {
     figures = compare_there(options, folder);
   } else {
     const std::string self = station::own_program(), json = folder / "figures.json", log = folder / "bench.log";
-    const std::string command = fmt::format("umockdev-wrapper '{}' bench {} {}--json '{}' > '{}' 2>&1", self, bench, options.quick ? "--quick " : "", json, log);
-    if (std::system(command.c_str()) != 0) throw std::runtime_error(fmt::format("bench {}: no figures under umockdev-wrapper; see {}", bench, log));
+    const std::string command = fmt::format("umockdev-wrapper '{}' bench {} {}--json '{}' > '{}' 2>&1", self, bench,
+                                            options.quick ? "--quick " : "", json, log);
+    if (std::system(command.c_str()) != 0)
+      throw std::runtime_error(fmt::format("bench {}: no figures under umockdev-wrapper; see {}", bench, log));
     figures = figures_in(json);
   }
   std::filesystem::remove_all(folder);
@@ -208,7 +227,11 @@ std::vector<Figure> under_wrapper(const std::string& bench, Comparison compare_t
 
 }  // namespace
 
-std::vector<Figure> bench_capture_v4l2(const FigureOptions& options) { return under_wrapper("capture-v4l2", compare_on_node, options); }
-std::vector<Figure> bench_capture_usb3(const FigureOptions& options) { return under_wrapper("capture-usb3", compare_on_bus, options); }
+std::vector<Figure> bench_capture_v4l2(const FigureOptions& options) {
+  return under_wrapper("capture-v4l2", compare_on_node, options);
+}
+std::vector<Figure> bench_capture_usb3(const FigureOptions& options) {
+  return under_wrapper("capture-usb3", compare_on_bus, options);
+}
 
 }  // namespace selvedge::cli

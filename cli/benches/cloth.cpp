@@ -53,7 +53,8 @@ struct Timed {
 double wall_s() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
 
 // clock: cpu_s for one thread, wall_s for all cores.
-Timed timed(double (*clock)(), const cloth::Sheet& sheet, const std::vector<Experiment>& lanes, const cloth::Options& options, int repeats) {
+Timed timed(double (*clock)(), const cloth::Sheet& sheet, const std::vector<Experiment>& lanes,
+            const cloth::Options& options, int repeats) {
   Timed out;
   std::vector<double> times;
   for (int i = 0; i < repeats; ++i) {
@@ -119,7 +120,8 @@ std::vector<std::pair<std::string, cloth::Options>> implicit_settings() {
   return out;
 }
 
-void add_fabric(const cloth::Sheet& sheet, const BenchFabric& fabric, const FigureOptions& options, std::vector<Figure>& out) {
+void add_fabric(const cloth::Sheet& sheet, const BenchFabric& fabric, const FigureOptions& options,
+                std::vector<Figure>& out) {
   const int repeats = options.quick ? 1 : 3;
   const Experiment e = swatch(sheet, fabric);
   cloth::Options tight;
@@ -129,18 +131,25 @@ void add_fabric(const cloth::Sheet& sheet, const BenchFabric& fabric, const Figu
   const Timed own = timed(cpu_s, sheet, {e}, {}, repeats);
   Experiment touching = e;
   const cloth::contact::Surface surface = cloth::contact::make_surface(sheet.mesh);
-  touching.make_step_filter = [&] { return cloth::contact::make_filter(surface, {}, {}, std::make_shared<cloth::contact::Statistics>()); };
+  touching.make_step_filter = [&] {
+    return cloth::contact::make_filter(surface, {}, {}, std::make_shared<cloth::contact::Statistics>());
+  };
   const Timed with_contact = timed(cpu_s, sheet, {touching}, {}, repeats);
-  const std::string label = fmt::format("{}, {} vertices: ", fabric.name, sheet.data.vertex_count), unit = "s per simulated s";
-  out.push_back({label + "leapfrog", own.seconds, fabric.target_s, unit, Relation::shown, "target at 33x33; peers 0.7 to 25.6"});
-  out.push_back({label + "leapfrog's distance from the tight reference", apart_mm(own.motion[0], reference), kEqualError_mm, "mm rms",
-                 Relation::at_most, "equal error asked"});
-  out.push_back({label + "leapfrog, contact on", with_contact.seconds, own.seconds, unit, Relation::shown, "contact off, same run"});
+  const std::string label = fmt::format("{}, {} vertices: ", fabric.name, sheet.data.vertex_count),
+                    unit = "s per simulated s";
+  out.push_back(
+      {label + "leapfrog", own.seconds, fabric.target_s, unit, Relation::shown, "target at 33x33; peers 0.7 to 25.6"});
+  out.push_back({label + "leapfrog's distance from the tight reference", apart_mm(own.motion[0], reference),
+                 kEqualError_mm, "mm rms", Relation::at_most, "equal error asked"});
+  out.push_back({label + "leapfrog, contact on", with_contact.seconds, own.seconds, unit, Relation::shown,
+                 "contact off, same run"});
   const auto add = [&](const std::string& integrator, const Cheapest& c) {
     const std::string what = label + integrator + ", " + c.setting;
     out.push_back({what, c.seconds, own.seconds, unit, Relation::shown, "leapfrog, same run"});
-    out.push_back({what + ": distance from the tight reference", c.error_mm, kEqualError_mm, "mm rms", Relation::shown, "equal error asked"});
-    out.push_back({what + ", contact on", timed(cpu_s, sheet, {touching}, c.options, 1).seconds, c.seconds, unit, Relation::shown, "contact off, same run"});
+    out.push_back({what + ": distance from the tight reference", c.error_mm, kEqualError_mm, "mm rms", Relation::shown,
+                   "equal error asked"});
+    out.push_back({what + ", contact on", timed(cpu_s, sheet, {touching}, c.options, 1).seconds, c.seconds, unit,
+                   Relation::shown, "contact off, same run"});
   };
   add("Runge-Kutta 4(5)", cheapest(sheet, e, reference, runge_kutta_settings()));
   add("implicit Euler", cheapest(sheet, e, reference, implicit_settings()));
@@ -156,13 +165,16 @@ void add_batch(const cloth::Sheet& sheet, const FigureOptions& options, std::vec
     return batch;
   };
   const std::vector<Experiment> batch = batch_of(8);
-  const double one_s = timed(wall_s, sheet, {knit}, {}, repeats).seconds, all_s = timed(wall_s, sheet, batch, {}, repeats).seconds;
+  const double one_s = timed(wall_s, sheet, {knit}, {}, repeats).seconds,
+               all_s = timed(wall_s, sheet, batch, {}, repeats).seconds;
   const double many_s = timed(wall_s, sheet, batch_of(8 * cores), {}, repeats).seconds;
   double one_thread_s = 0;
   tbb::task_arena(1).execute([&] { one_thread_s = timed(wall_s, sheet, batch, {}, repeats).seconds; });
-  out.push_back({"knit: throughput of batches of 8, one for each core, against one at a time on one thread", static_cast<double>(8 * cores) * one_s / many_s, 4,
-                 "times", Relation::shown, fmt::format("target; {} cores", cores)});
-  out.push_back({"knit: the same of one batch of 8 alone", 8 * one_s / all_s, 4, "times", Relation::shown, "where eight lanes are one group, one core"});
+  out.push_back({"knit: throughput of batches of 8, one for each core, against one at a time on one thread",
+                 static_cast<double>(8 * cores) * one_s / many_s, 4, "times", Relation::shown,
+                 fmt::format("target; {} cores", cores)});
+  out.push_back({"knit: the same of one batch of 8 alone", 8 * one_s / all_s, 4, "times", Relation::shown,
+                 "where eight lanes are one group, one core"});
   out.push_back({"knit: the same on one thread", 8 * one_s / one_thread_s, 1, "times", Relation::shown, "lanes alone"});
 }
 
@@ -182,16 +194,18 @@ std::vector<Figure> bench_cloth(const FigureOptions& options) {
   const cloth::Sheet coarse = bench_sheet(small), fine = bench_sheet(large);
   const double coarse_s = timed(cpu_s, coarse, {swatch(coarse, kFabrics[0])}, {}, options.quick ? 1 : 3).seconds;
   const double fine_s = timed(cpu_s, fine, {swatch(fine, kFabrics[0])}, {}, 1).seconds;
-  out.push_back({fmt::format("knit: cost from {0}x{0} to {1}x{1}", small, large), fine_s / coarse_s, 1, "times", Relation::shown, "same run"});
+  out.push_back({fmt::format("knit: cost from {0}x{0} to {1}x{1}", small, large), fine_s / coarse_s, 1, "times",
+                 Relation::shown, "same run"});
   out.push_back({"knit: exponent of the cost in the number of vertices",
-                 std::log(fine_s / coarse_s) / (2 * std::log(static_cast<double>(large) / small)), 1.5, "", Relation::shown,
-                 "1 for the vertices, 0.5 for the step"});
+                 std::log(fine_s / coarse_s) / (2 * std::log(static_cast<double>(large) / small)), 1.5, "",
+                 Relation::shown, "1 for the vertices, 0.5 for the step"});
   // What arcs cost; docs/decisions/0010 has how near each comes to 65x65.
   for (const int n : {small, 2 * small - 1}) {
     const cloth::Sheet arcs = bench_sheet(n, cloth::Sides::arcs), straight = bench_sheet(n);
-    out.push_back({fmt::format("knit, {0}x{0}: leapfrog with arcs", n), timed(cpu_s, arcs, {swatch(arcs, kFabrics[0])}, {}, options.quick ? 1 : 3).seconds,
-                   timed(cpu_s, straight, {swatch(straight, kFabrics[0])}, {}, options.quick ? 1 : 3).seconds, "s per simulated s", Relation::shown,
-                   "straight sides, same run"});
+    out.push_back({fmt::format("knit, {0}x{0}: leapfrog with arcs", n),
+                   timed(cpu_s, arcs, {swatch(arcs, kFabrics[0])}, {}, options.quick ? 1 : 3).seconds,
+                   timed(cpu_s, straight, {swatch(straight, kFabrics[0])}, {}, options.quick ? 1 : 3).seconds,
+                   "s per simulated s", Relation::shown, "straight sides, same run"});
   }
   options.progress(1, "done");
   return out;

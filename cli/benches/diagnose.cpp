@@ -26,8 +26,10 @@ std::vector<Figure> bench_diagnose(const FigureOptions& options) {
   const diagnose::Diagnosis d = diagnose::diagnose(trial::read_campaign(folder), diagnose::effect_library(), o);
   fs::remove_all(folder);
   std::vector<Figure> figures;
-  for (const auto& [stage, seconds] : d.stage_s) figures.push_back({"seven marker trials: " + stage, seconds, 0, "s", Relation::shown, "this run"});
-  figures.push_back({"seven marker trials: processor time", d.cpu_s, 240, "s", Relation::at_most, "two minutes on two cores"});
+  for (const auto& [stage, seconds] : d.stage_s)
+    figures.push_back({"seven marker trials: " + stage, seconds, 0, "s", Relation::shown, "this run"});
+  figures.push_back(
+      {"seven marker trials: processor time", d.cpu_s, 240, "s", Relation::at_most, "two minutes on two cores"});
   figures.push_back({"seven marker trials: wall time", d.wall_s, 120, "s", Relation::shown, "two cores to itself"});
   return figures;
 }

@@ -14,8 +14,11 @@
 namespace selvedge::cli {
 
 std::vector<Figure> bench_fit(const FigureOptions& options) {
-  const std::filesystem::path folder = std::filesystem::temp_directory_path() / fmt::format("selvedge_bench_fit_{}", std::chrono::steady_clock::now().time_since_epoch().count());
-  const experiments::ExperimentFile file = experiments::read_experiment(shared_folder() / "examples" / "experiments" / "waving.toml");
+  const std::filesystem::path folder =
+      std::filesystem::temp_directory_path() /
+      fmt::format("selvedge_bench_fit_{}", std::chrono::steady_clock::now().time_since_epoch().count());
+  const experiments::ExperimentFile file =
+      experiments::read_experiment(shared_folder() / "examples" / "experiments" / "waving.toml");
   const experiments::Fabric knit = file.fabrics.back();
   experiments::TrialProtocol record = file.protocol;
   record.trials.resize(1);
@@ -48,8 +51,10 @@ std::vector<Figure> bench_fit(const FigureOptions& options) {
       {what + "error at the coarse start", out.trials.front().start_mm, 0, "mm", Relation::shown, ""},
       {what + "error at the end", out.trials.front().end_mm, 0, "mm", Relation::shown, ""},
       {what + "bend off", 100 * (value("bend") / truth.bend - 1), 5, "%", Relation::shown, "recorded on 25 columns"},
-      {what + "stretch off", 100 * (value("stretch") / truth.stretch - 1), 5, "%", Relation::shown, "recorded on 25 columns"},
-      {what + "drag_normal off", 100 * (value("drag_normal") / truth.drag_normal - 1), 5, "%", Relation::shown, "recorded on 25 columns"},
+      {what + "stretch off", 100 * (value("stretch") / truth.stretch - 1), 5, "%", Relation::shown,
+       "recorded on 25 columns"},
+      {what + "drag_normal off", 100 * (value("drag_normal") / truth.drag_normal - 1), 5, "%", Relation::shown,
+       "recorded on 25 columns"},
   };
 }
 

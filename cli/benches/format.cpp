@@ -62,8 +62,8 @@ trial::GreyImage noisy_stripes(unsigned seed, int width_px, int height_px) {
   trial::GreyImage image(height_px, width_px);
   for (int row = 0; row < height_px; ++row)
     for (int c = 0; c < width_px; ++c)
-      image(row, c) = static_cast<unsigned char>(
-          std::clamp(90 + 60 * std::tanh(3 * std::sin(0.4 * row + 2 * std::sin(0.01 * c))) + noise(random), 0.0, 255.0));
+      image(row, c) = static_cast<unsigned char>(std::clamp(
+          90 + 60 * std::tanh(3 * std::sin(0.4 * row + 2 * std::sin(0.01 * c))) + noise(random), 0.0, 255.0));
   return image;
 }
 
@@ -94,8 +94,9 @@ std::vector<Figure> bench_format(const FigureOptions& options) {
   const double stored_s = median_s(repeats, [&] { encode(0); });
   const cv::Mat mat(1024, 1280, CV_8U, const_cast<unsigned char*>(image.data()));
   std::vector<unsigned char> sink;
-  const double opencv_encode_s =
-      median_s(repeats, [&] { cv::imencode(".png", mat, sink, {cv::IMWRITE_PNG_COMPRESSION, 1}); });
+  const double opencv_encode_s = median_s(repeats, [&] {
+    cv::imencode(".png", mat, sink, {cv::IMWRITE_PNG_COMPRESSION, 1});
+  });
   options.progress(1, "PNG");
 
   const std::string here = "same file, same run";

@@ -51,8 +51,8 @@ cv::Mat angle_by_filter2d(const cv::Mat& grey, const fit::FoldMetricOptions& opt
   const cv::Mat hb = response([](double x, double y) { return 0.978 * (x * x - 0.7515) * y; });
   const cv::Mat hc = response([](double x, double y) { return 0.978 * (y * y - 0.7515) * x; });
   const cv::Mat hd = response([](double, double y) { return 0.978 * (y * y * y - 2.254 * y); });
-  cv::Mat c2 = 0.5 * (a.mul(a) - c.mul(c)) + 0.46875 * (ha.mul(ha) - hd.mul(hd)) +
-               0.28125 * (hb.mul(hb) - hc.mul(hc)) + 0.1875 * (ha.mul(hc) - hb.mul(hd));
+  cv::Mat c2 = 0.5 * (a.mul(a) - c.mul(c)) + 0.46875 * (ha.mul(ha) - hd.mul(hd)) + 0.28125 * (hb.mul(hb) - hc.mul(hc)) +
+               0.1875 * (ha.mul(hc) - hb.mul(hd));
   cv::Mat c3 = -a.mul(b) - b.mul(c) - 0.9375 * (hc.mul(hd) + ha.mul(hb)) - 1.6875 * hb.mul(hc) - 0.1875 * ha.mul(hd);
   const int blur = int(std::ceil(3 * options.coefficient_blur_px));
   cv::GaussianBlur(c2, c2, {2 * blur + 1, 2 * blur + 1}, options.coefficient_blur_px, 0, cv::BORDER_REPLICATE);
@@ -87,17 +87,20 @@ std::vector<Figure> bench_metric(const FigureOptions& options) {
   const int repeats = options.quick ? 5 : 41;
   const fit::AngleMap recorded = metric.angle_map(image, inside);
   double kept = 0;
-  const double fabric = median_ms(repeats, [&] { kept += metric.compare(recorded, metric.angle_map(image, inside)).total; });
+  const double fabric =
+      median_ms(repeats, [&] { kept += metric.compare(recorded, metric.angle_map(image, inside)).total; });
   const double whole = median_ms(repeats, [&] { kept += metric.angle_map(image).angle_rad[0]; });
   cv::Mat grey;
   cv::Mat(480, 640, CV_8U, const_cast<unsigned char*>(image.data())).convertTo(grey, CV_32F);
-  const double plain = median_ms(options.quick ? 3 : 15, [&] { kept += angle_by_filter2d(grey, metric.options()).at<float>(0, 0); });
+  const double plain =
+      median_ms(options.quick ? 3 : 15, [&] { kept += angle_by_filter2d(grey, metric.options()).at<float>(0, 0); });
   std::vector<float> row, column, depth;
   const double scanline = median_ms(repeats, [&] {
     map.rasterise(position, mesh.triangles);
     map.fill(row, column, depth);
   });
-  const double osmesa = median_ms(options.quick ? 3 : 21, [&] { kept += renderer.render(position, mesh.triangles)(240, 320); });
+  const double osmesa =
+      median_ms(options.quick ? 3 : 21, [&] { kept += renderer.render(position, mesh.triangles)(240, 320); });
   if (!std::isfinite(kept)) throw std::runtime_error("bench metric: the work gave no number");
 
   const std::string frame = "640x480 frame: ";
@@ -106,8 +109,10 @@ std::vector<Figure> bench_metric(const FigureOptions& options) {
       {frame + "angle map of every pixel", whole, 10, "ms", Relation::shown, "aim on an idle core"},
       {frame + "the same bank in plain cv::filter2D", plain, 10, "ms", Relation::shown, ""},
       {"cv::filter2D over ours, every pixel", plain / whole, 1, "x", Relation::shown, "the same run"},
-      {frame + "projector rows of 2048 triangles by scanlines", scanline, 3, "ms", Relation::shown, "aim on an idle core"},
-      {frame + "picture of 2048 triangles through OSMesa", osmesa, 20, "ms", Relation::shown, "docs: 13 (20 loaded) ms without shadows"},
+      {frame + "projector rows of 2048 triangles by scanlines", scanline, 3, "ms", Relation::shown,
+       "aim on an idle core"},
+      {frame + "picture of 2048 triangles through OSMesa", osmesa, 20, "ms", Relation::shown,
+       "docs: 13 (20 loaded) ms without shadows"},
   };
 }
 

@@ -42,7 +42,8 @@ arm_status_t state_of(const rig::Configuration& configuration) {
     }
     std::this_thread::sleep_for(std::chrono::milliseconds(10));
   }
-  throw std::runtime_error(fmt::format("arm: its daemon says nothing within {} s; a stop reaches it all the same", kState_s));
+  throw std::runtime_error(
+      fmt::format("arm: its daemon says nothing within {} s; a stop reaches it all the same", kState_s));
 }
 
 std::string sentence(const arm_status_t& state) {

@@ -36,7 +36,9 @@ struct BlindArguments {
 };
 
 // A conversion to an unsigned number would take -1 for the largest one.
-std::string not_negative(const std::string& text) { return text.starts_with('-') ? "found " + text + ", expected a whole number from 0 on" : ""; }
+std::string not_negative(const std::string& text) {
+  return text.starts_with('-') ? "found " + text + ", expected a whole number from 0 on" : "";
+}
 
 std::string hex_words(std::mt19937_64& g, int words) {
   std::string text;
@@ -49,7 +51,8 @@ void make_bank(const BlindArguments& a) {
   expect_folder("DIR", a.folder);
   std::mt19937_64 g(a.seed);
   std::vector<std::string> kinds;
-  for (const auto& [kind, count] : {std::pair{"none", a.none}, std::pair{"known", a.known}, std::pair{"outside", a.outside}, std::pair{"pair", a.pairs}})
+  for (const auto& [kind, count] : {std::pair{"none", a.none}, std::pair{"known", a.known},
+                                    std::pair{"outside", a.outside}, std::pair{"pair", a.pairs}})
     kinds.insert(kinds.end(), static_cast<size_t>(count), kind);
   std::shuffle(kinds.begin(), kinds.end(), g);
   std::vector<hardware_sim::BankKey> keys;
@@ -68,7 +71,9 @@ void make_bank(const BlindArguments& a) {
   const diagnose::BlindRecord record = diagnose::read_record(a.folder);
   for (size_t i = 0; i < sealed.size(); ++i)
     if (i >= record.ids.size() || record.ids[i] != sealed[i].id)
-      refuse((a.folder / "record.json").string(), "found a blind check of another seed or other numbers, expected --seed, --none, --known, --outside and --pairs as when it was made");
+      refuse((a.folder / "record.json").string(),
+             "found a blind check of another seed or other numbers, expected --seed, --none, --known, --outside and "
+             "--pairs as when it was made");
   const auto progress = report::terminal_progress("blind make");
   for (size_t i = 0; i < keys.size(); ++i) {
     progress(static_cast<double>(i) / static_cast<double>(keys.size()), record.ids[i]);
@@ -76,36 +81,44 @@ void make_bank(const BlindArguments& a) {
       hardware_sim::write_bank_campaign(keys[i], record.ids[i], a.folder / "campaigns" / record.ids[i]);
   }
   progress(1, "done");
-  fmt::print("{} campaigns in {}; their keys are sealed in record.json\n", keys.size(), (a.folder / "campaigns").string());
+  fmt::print("{} campaigns in {}; their keys are sealed in record.json\n", keys.size(),
+             (a.folder / "campaigns").string());
 }
 
 void answer_bank(const BlindArguments& a) {
   const auto begin = std::chrono::steady_clock::now();
-  const auto enough = [&] { return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count() > 60 * a.minutes; };
+  const auto enough = [&] {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count() > 60 * a.minutes;
+  };
   const size_t total = diagnose::read_record(a.folder).ids.size();
   const auto one = [&](const fs::path& campaign) {
     diagnose::DiagnosisOptions options;
     options.study.progress = report::terminal_progress("blind answer " + campaign.filename().string());
     const trial::Campaign recorded = trial::read_campaign(campaign);
-    diagnose::keep_base_fit(options, a.folder / "answers" / campaign.filename() / "base_fit.json", recorded.trials.size());
+    diagnose::keep_base_fit(options, a.folder / "answers" / campaign.filename() / "base_fit.json",
+                            recorded.trials.size());
     return diagnose::diagnose(recorded, diagnose::effect_library(), options);
   };
   const size_t answered = diagnose::answer_all(a.folder, one, enough);
-  fmt::print("{} of {} campaigns are answered{}\n", answered, total, answered == total ? "; the answers are final" : "; run the command again to go on");
+  fmt::print("{} of {} campaigns are answered{}\n", answered, total,
+             answered == total ? "; the answers are final" : "; run the command again to go on");
 }
 
 void print_rows(const std::vector<diagnose::ScoreRow>& rows) {
   for (const diagnose::ScoreRow& r : rows)
-    fmt::print("{:<66} {:>4} of {:<4} {:>6} {:>17}  {}\n", r.what, r.hits, r.of, r.of ? fmt::format("{:.0f} %", 100.0 * r.hits / r.of) : "–",
+    fmt::print("{:<66} {:>4} of {:<4} {:>6} {:>17}  {}\n", r.what, r.hits, r.of,
+               r.of ? fmt::format("{:.0f} %", 100.0 * r.hits / r.of) : "–",
                r.of ? fmt::format("({:.0f} … {:.0f} %)", 100 * r.low, 100 * r.high) : "", r.wanted);
 }
 
 // Fresh trials of each campaign whose cause was named right, simulated when the keys are open.
-std::optional<double> shrink_in_fresh_trials(const fs::path& folder, const diagnose::SealedKey& key, const nlohmann::json& diagnosis, const std::string& effect) {
+std::optional<double> shrink_in_fresh_trials(const fs::path& folder, const diagnose::SealedKey& key,
+                                             const nlohmann::json& diagnosis, const std::string& effect) {
   if (!key.key.contains("fabric") || !diagnosis.contains("free_fit")) return {};  // made or answered elsewhere
   const fs::path fresh = folder / "fresh" / key.id;
   try {
-    if (!fs::exists(fresh / "campaign.json")) hardware_sim::write_fresh_trials(hardware_sim::bank_key(key.key), key.id, fresh);
+    if (!fs::exists(fresh / "campaign.json"))
+      hardware_sim::write_fresh_trials(hardware_sim::bank_key(key.key), key.id, fresh);
   } catch (const std::runtime_error& error) {  // the simulated world blew up
     fmt::print(stderr, "{}: how far its gap shrinks is not scored: {}\n", key.id, error.what());
     return {};
@@ -120,15 +133,23 @@ std::optional<diagnose::TrueParameter> true_size(const diagnose::SealedKey& key)
 }
 
 void open_bank(const BlindArguments& a) {
-  const diagnose::BlindScore s = diagnose::open_keys(a.folder, a.partial, [&](const diagnose::SealedKey& key, const nlohmann::json& diagnosis, const std::string& effect) {
+  const diagnose::BlindScore s = diagnose::open_keys(
+      a.folder, a.partial,
+      [&](const diagnose::SealedKey& key, const nlohmann::json& diagnosis, const std::string& effect) {
     return shrink_in_fresh_trials(a.folder, key, diagnosis, effect);
-  }, true_size);
+      },
+      true_size);
   fmt::print("{} campaigns answered; shares with their exact 95 % intervals (Clopper and Pearson)\n\n", s.answered);
   print_rows(s.rows);
   fmt::print("\n");
   print_rows(s.baselines);
-  fmt::print("\ncalibration error {:.3f} (at most 0.10); Brier score {:.3f}, of the base rates {:.3f}\n\n", s.calibration_error, s.brier, s.brier_base_rates);
-  if (s.shrinks > 0) fmt::print("shrink of the gap, told against that of fresh trials: median error {:.2f} over {} causes named right (at most 0.10)\n\n", s.shrink_error, s.shrinks);
+  fmt::print("\ncalibration error {:.3f} (at most 0.10); Brier score {:.3f}, of the base rates {:.3f}\n\n",
+             s.calibration_error, s.brier, s.brier_base_rates);
+  if (s.shrinks > 0)
+    fmt::print(
+        "shrink of the gap, told against that of fresh trials: median error {:.2f} over {} causes named right (at most "
+        "0.10)\n\n",
+        s.shrink_error, s.shrinks);
   for (const std::string& line : s.sizes) fmt::print("{}\n", line);
   if (!s.sizes.empty()) fmt::print("\n");
   for (const std::string& line : s.confusion) fmt::print("{}\n", line);
@@ -147,10 +168,12 @@ void answer_without(const BlindArguments& a) {
     diagnose::DiagnosisOptions options;
     options.study.progress = report::terminal_progress("blind without " + c.id);
     const trial::Campaign recorded = trial::read_campaign(a.folder / "campaigns" / c.id);
-    options.study.base_fit = diagnose::read_base_fit(a.folder / "answers" / c.id / "base_fit.json", recorded.trials.size());
+    options.study.base_fit =
+        diagnose::read_base_fit(a.folder / "answers" / c.id / "base_fit.json", recorded.trials.size());
     const diagnose::Diagnosis d = diagnose::diagnose(recorded, effects, options);
     diagnose::write_diagnosis(d, out);
-    fmt::print("{}: {} with its effect deleted is answered {} ({:.2f})\n", c.id, c.cause, d.cause, d.probability.at(d.cause));
+    fmt::print("{}: {} with its effect deleted is answered {} ({:.2f})\n", c.id, c.cause, d.cause,
+               d.probability.at(d.cause));
   }
   print_rows(diagnose::score_without(a.folder, campaigns));
 }
@@ -158,26 +181,39 @@ void answer_without(const BlindArguments& a) {
 }  // namespace
 
 void add_blind(CLI::App& app, int&) {
-  auto* command = app.add_subcommand("blind", "diagnose campaigns whose keys are sealed, and score the answers afterwards");
+  auto* command =
+      app.add_subcommand("blind", "diagnose campaigns whose keys are sealed, and score the answers afterwards");
   command->require_subcommand(1);
   auto a = std::make_shared<BlindArguments>();
-  auto* made = command->add_subcommand("make", "draw campaigns of the simulated world and seal their keys; goes on where it stopped");
+  auto* made = command->add_subcommand(
+      "make", "draw campaigns of the simulated world and seal their keys; goes on where it stopped");
   made->add_option("DIR", a->folder, "folder of the blind check")->required();
-  made->add_option("--seed", a->seed, "draw it after library and thresholds are frozen")->required()->check(not_negative);
+  made->add_option("--seed", a->seed, "draw it after library and thresholds are frozen")
+      ->required()
+      ->check(not_negative);
   made->add_option("--none", a->none, "campaigns without an effect")->check(CLI::Range(0, 1000))->capture_default_str();
-  made->add_option("--known", a->known, "with an effect of the library")->check(CLI::Range(0, 1000))->capture_default_str();
-  made->add_option("--outside", a->outside, "with an effect outside it")->check(CLI::Range(0, 1000))->capture_default_str();
-  made->add_option("--pairs", a->pairs, "with two effects of the library at once")->check(CLI::Range(0, 1000))->capture_default_str();
+  made->add_option("--known", a->known, "with an effect of the library")
+      ->check(CLI::Range(0, 1000))
+      ->capture_default_str();
+  made->add_option("--outside", a->outside, "with an effect outside it")
+      ->check(CLI::Range(0, 1000))
+      ->capture_default_str();
+  made->add_option("--pairs", a->pairs, "with two effects of the library at once")
+      ->check(CLI::Range(0, 1000))
+      ->capture_default_str();
   made->callback([a] { make_bank(*a); });
   auto* answered = command->add_subcommand("answer", "diagnose every campaign that has no answer yet");
   answered->add_option("DIR", a->folder, "folder of the blind check")->required();
-  answered->add_option("--minutes", a->minutes, "begin no further campaign after this time")->check(CLI::PositiveNumber);
+  answered->add_option("--minutes", a->minutes, "begin no further campaign after this time")
+      ->check(CLI::PositiveNumber);
   answered->callback([a] { answer_bank(*a); });
   auto* opened = command->add_subcommand("open", "check seals and answers, then score");
   opened->add_option("DIR", a->folder, "folder of the blind check")->required();
   opened->add_flag("--partial", a->partial, "score what is answered so far");
   opened->callback([a] { open_bank(*a); });
-  auto* without = command->add_subcommand("without", "diagnose what was named right once more, with the true effect deleted from the library; opens the keys");
+  auto* without = command->add_subcommand(
+      "without",
+      "diagnose what was named right once more, with the true effect deleted from the library; opens the keys");
   without->add_option("DIR", a->folder, "folder of the blind check")->required();
   without->add_option("--minutes", a->minutes, "begin no further campaign after this time")->check(CLI::PositiveNumber);
   without->add_flag("--partial", a->partial, "of what is answered so far");

@@ -37,15 +37,20 @@ std::string px(double value) { return std::isfinite(value) ? fmt::format("{:.3f}
 std::vector<std::string> device_row(const std::string& name, const calib::DeviceCalibration& device) {
   const calib::DeviceSolution& d = device.solution;
   if (!d.solved) return {name, "-", "-", "-", "-", "-"};
-  return {name, px(d.rms_px), px(d.leave_one_pose_out_px), px(device.deviation.mean_sd_px),
-          std::to_string(d.worst_pose), std::to_string(d.worst_marker)};
+  return {name,
+          px(d.rms_px),
+          px(d.leave_one_pose_out_px),
+          px(device.deviation.mean_sd_px),
+          std::to_string(d.worst_pose),
+          std::to_string(d.worst_marker)};
 }
 
 void print(const calib::Calibration& calibration) {
   std::vector<std::vector<std::string>> rows{device_row("camera", calibration.camera)};
   if (calibration.projector) rows.push_back(device_row("projector", *calibration.projector));
-  fmt::print("{}", report::text_table({"device", "residual px", "unseen pose px", "expected error px", "worst pose",
-                                       "worst marker"}, rows));
+  fmt::print("{}",
+             report::text_table(
+                 {"device", "residual px", "unseen pose px", "expected error px", "worst pose", "worst marker"}, rows));
   if (std::isfinite(calibration.triangulation_sd_mm))
     fmt::print("triangulated point: {:.3f} mm expected error\n", calibration.triangulation_sd_mm);
   fmt::print("rejected: {} sightings\nverdict: {}\n{}\n", calibration.rejected.size(),
@@ -91,7 +96,8 @@ void run(const CalibrateArguments& a) {
     calib::write_calibration(calibration, out / "calibration.json");
   }
   if (calibration.verdict == calib::Verdict::refused)
-    refuse(live ? a.rig : a.folder, "calibration refused (see {}): {}", (out / "report.html").string(), calibration.advice);
+    refuse(live ? a.rig : a.folder, "calibration refused (see {}): {}", (out / "report.html").string(),
+           calibration.advice);
   if (a.exports) {
     export_device(calibration.camera, out, "camera");
     if (calibration.projector) export_device(*calibration.projector, out, "projector");
@@ -103,15 +109,20 @@ void run(const CalibrateArguments& a) {
 }  // namespace
 
 void add_calibrate(CLI::App& app, int&) {
-  CLI::App* sub = app.add_subcommand("calibrate", "Solve camera and projector from grid poses, and say how far to trust them");
+  CLI::App* sub =
+      app.add_subcommand("calibrate", "Solve camera and projector from grid poses, and say how far to trust them");
   auto a = std::make_shared<CalibrateArguments>();
-  auto* folder = sub->add_option("FOLDER", a->folder, "Folder with poses.json and correspondences.csv, or with tracker.csv and images; or a calibration.json, to solve it again");
-  auto* rig = sub->add_option("--rig", a->rig, "Capture the poses on this running rig instead (its configuration, TOML)");
+  auto* folder = sub->add_option("FOLDER", a->folder,
+                                 "Folder with poses.json and correspondences.csv, or with tracker.csv and images; or a "
+                                 "calibration.json, to solve it again");
+  auto* rig =
+      sub->add_option("--rig", a->rig, "Capture the poses on this running rig instead (its configuration, TOML)");
   folder->excludes(rig);
   sub->add_option("--out", a->out, "Folder for calibration.json and report.html")->required();
   sub->add_flag("--export", a->exports, "Also write OpenCV's YAML and mrcal's camera model of each device");
   sub->callback([a] {
-    if (a->folder.empty() && a->rig.empty()) refuse("calibrate", "found neither FOLDER nor --rig FILE, expected one of them");
+    if (a->folder.empty() && a->rig.empty())
+      refuse("calibrate", "found neither FOLDER nor --rig FILE, expected one of them");
     run(*a);
   });
 }

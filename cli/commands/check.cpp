@@ -20,8 +20,7 @@ using trial::Trial;
 std::string percent(double share) { return short_number(100 * share, 3) + " %"; }
 
 std::string span(const trial::Sampling& sampling) {
-  return fmt::format("{} s at {} Hz", short_number(sampling.last_s - sampling.first_s),
-                     short_number(sampling.rate_hz));
+  return fmt::format("{} s at {} Hz", short_number(sampling.last_s - sampling.first_s), short_number(sampling.rate_hz));
 }
 
 std::string gaps(const trial::Sampling& sampling) {
@@ -89,8 +88,7 @@ void print_trial(const Trial& trial) {
 std::vector<std::string> campaign_row(const Trial& trial) {
   const trial::Sampling corners = trial::sampling(trial.corners.time_s);
   const trial::MarkerSummary markers = trial.markers ? trial::summary(*trial.markers) : trial::MarkerSummary{};
-  const double hidden =
-      (trial::hidden_share(trial.corners.left) + trial::hidden_share(trial.corners.right)) / 2;
+  const double hidden = (trial::hidden_share(trial.corners.left) + trial::hidden_share(trial.corners.right)) / 2;
   return {trial.name,
           to_text(trial.experiment),
           to_text(trial.held),
@@ -125,8 +123,9 @@ void print_campaign(const trial::Campaign& campaign) {
   for (const auto& group : campaign.replicates) fmt::print("same motion: {}\n", fmt::join(group, ", "));
   std::vector<std::vector<std::string>> rows;
   for (const Trial& trial : campaign.trials) rows.push_back(campaign_row(trial));
-  std::vector<std::string> header = {"trial", "experiment", "held", "state", "s", "corners Hz", "hidden", "gaps",
-                                     "frames", "Hz", "missing", "markers", "times", "Hz", "hidden"};
+  std::vector<std::string> header = {"trial",      "experiment", "held",  "state",  "s",
+                                     "corners Hz", "hidden",     "gaps",  "frames", "Hz",
+                                     "missing",    "markers",    "times", "Hz",     "hidden"};
   drop_empty_columns(header, rows);
   fmt::print("\n{}", report::text_table(header, rows));
 }
@@ -140,9 +139,8 @@ void print_damage(const Trial& trial) {
 void print_remarks(const Trial& trial) {
   const trial::Sampling corners = trial::sampling(trial.corners.time_s);
   const auto remark = [&](const char* what, const std::vector<double>& times_s) {
-    const auto outside = std::count_if(times_s.begin(), times_s.end(), [&](double t) {
-      return t < corners.first_s || t > corners.last_s;
-    });
+    const auto outside = std::count_if(times_s.begin(), times_s.end(),
+                                       [&](double t) { return t < corners.first_s || t > corners.last_s; });
     if (outside > 0)
       fmt::print("note: {}: {} of {} {} lie outside the corners' times, {} to {} s\n", trial.name, outside,
                  times_s.size(), what, short_number(corners.first_s), short_number(corners.last_s));

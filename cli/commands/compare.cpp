@@ -19,13 +19,15 @@ struct CompareArguments {
 void run_compare(const CompareArguments& a) {
   expect_folder("--out", a.out);
   const nlohmann::json summary = station::write_comparison(station::read_comparison(a.a, a.b), a.out);
-  fmt::print("{}wrote {} and {}\n", station::comparison_text(summary), (a.out / "compare.json").string(), (a.out / "report.html").string());
+  fmt::print("{}wrote {} and {}\n", station::comparison_text(summary), (a.out / "compare.json").string(),
+             (a.out / "report.html").string());
 }
 
 }  // namespace
 
 void add_compare(CLI::App& app, int&) {
-  auto* command = app.add_subcommand("compare", "two fits, diagnoses or sessions side by side: parameters, held-out errors, gaps, what is left");
+  auto* command = app.add_subcommand(
+      "compare", "two fits, diagnoses or sessions side by side: parameters, held-out errors, gaps, what is left");
   auto a = std::make_shared<CompareArguments>();
   command->add_option("A", a->a, "folder with fit.json, diagnosis.json or session.json")->required();
   command->add_option("B", a->b, "the other one")->required();

@@ -55,7 +55,8 @@ fs::path make_folder(const DemoArguments& a) {
   return folder;
 }
 
-station::SessionResult capture(const DemoArguments& a, const fs::path& folder, const report::ProgressCallback& progress) {
+station::SessionResult capture(const DemoArguments& a, const fs::path& folder,
+                               const report::ProgressCallback& progress) {
   station::SimulatedRig rig({a.rig, a.world, shared_folder() / "data" / "arms"}, folder);
   return station::run_session(rig.configuration(), folder, [&](double done, const std::string& what) {
     rig.require_running();
@@ -67,7 +68,9 @@ fit::FitOutcome fit_run(const DemoArguments& a, const fs::path& folder, const re
   const trial::Campaign campaign = trial::read_campaign(folder);
   fit::FitOptions options;
   options.columns = a.columns;
-  options.progress = [&](double done, const std::string& what) { progress(kCaptured + (1 - kCaptured) * done, "fitting: " + what); };
+  options.progress = [&](double done, const std::string& what) {
+    progress(kCaptured + (1 - kCaptured) * done, "fitting: " + what);
+  };
   fit::FitOutcome outcome = fit::fit_campaign(campaign, options);
   fit::write_fit(outcome, campaign, folder);
   return outcome;
@@ -75,11 +78,14 @@ fit::FitOutcome fit_run(const DemoArguments& a, const fs::path& folder, const re
 
 void print_session(const station::SessionResult& session) {
   const calib::Calibration& c = session.calibration;
-  fmt::print("calibration {}: expected error at the fabric {:.2f} px camera, {:.2f} px projector, {:.2f} mm triangulated\n", calib::to_text(c.verdict),
-             c.camera.deviation.mean_sd_px, c.projector->deviation.mean_sd_px, c.triangulation_sd_mm);
+  fmt::print(
+      "calibration {}: expected error at the fabric {:.2f} px camera, {:.2f} px projector, {:.2f} mm triangulated\n",
+      calib::to_text(c.verdict), c.camera.deviation.mean_sd_px, c.projector->deviation.mean_sd_px,
+      c.triangulation_sd_mm);
   for (const session::TrialRecord& trial : session.trials)
-    fmt::print("{:<10} {} frames, {} lost, {} corner samples{}{}\n", trial.folder.filename().string(), trial.frames, trial.frames_lost, trial.samples,
-               trial.started_at_rest ? "" : ", not at rest at its start", trial.attempts > 1 ? fmt::format(", attempt {}", trial.attempts) : "");
+    fmt::print("{:<10} {} frames, {} lost, {} corner samples{}{}\n", trial.folder.filename().string(), trial.frames,
+               trial.frames_lost, trial.samples, trial.started_at_rest ? "" : ", not at rest at its start",
+               trial.attempts > 1 ? fmt::format(", attempt {}", trial.attempts) : "");
   fmt::print("{}\n{}\n", session.watch.camera.sentence, session.watch.projector.sentence);
 }
 
@@ -105,13 +111,17 @@ int run_demo(const DemoArguments& a) {
 }  // namespace
 
 void add_demo(CLI::App& app, int& exit_status) {
-  auto* command = app.add_subcommand("demo", "capture and fit a fabric on the simulated rig; exit 1 where the fit falls outside its bounds");
+  auto* command = app.add_subcommand(
+      "demo", "capture and fit a fabric on the simulated rig; exit 1 where the fit falls outside its bounds");
   auto a = std::make_shared<DemoArguments>();
-  command->add_option("--name", a->name, "folder below --runs for everything that is recorded and found; default: demo, demo-2 …");
+  command->add_option("--name", a->name,
+                      "folder below --runs for everything that is recorded and found; default: demo, demo-2 …");
   command->add_option("--runs", a->runs, "where that folder is made")->capture_default_str();
   command->add_option("--rig", a->rig, "the rig and its session (TOML)")->capture_default_str();
   command->add_option("--world", a->world, "what the simulated devices are like (TOML)")->capture_default_str();
-  command->add_option("--columns", a->columns, "mesh vertices along the width in the fit")->check(CLI::Range(9, 65))->capture_default_str();
+  command->add_option("--columns", a->columns, "mesh vertices along the width in the fit")
+      ->check(CLI::Range(9, 65))
+      ->capture_default_str();
   command->callback([a, &exit_status] { exit_status = run_demo(*a); });
 }
 

@@ -35,13 +35,16 @@ std::vector<diagnose::Effect> chosen_effects(const DiagnoseArguments& a) {
   std::vector<std::string> unknown = a.effects;
   unknown.insert(unknown.end(), a.without.begin(), a.without.end());
   for (const diagnose::Effect& effect : diagnose::effect_library()) {
-    const auto named = [&](const std::vector<std::string>& list) { return std::find(list.begin(), list.end(), effect.name) != list.end(); };
+    const auto named = [&](const std::vector<std::string>& list) {
+      return std::find(list.begin(), list.end(), effect.name) != list.end();
+    };
     unknown.erase(std::remove(unknown.begin(), unknown.end(), effect.name), unknown.end());
     if ((a.effects.empty() || named(a.effects)) && !named(a.without)) out.push_back(effect);
   }
   if (!unknown.empty()) {
     std::string names;
-    for (const diagnose::Effect& effect : diagnose::effect_library()) names += (names.empty() ? "" : ", ") + effect.name;
+    for (const diagnose::Effect& effect : diagnose::effect_library())
+      names += (names.empty() ? "" : ", ") + effect.name;
     refuse("--effects, --without", "found {}, expected some of {}", unknown[0], names);
   }
   return out;
@@ -49,31 +52,41 @@ std::vector<diagnose::Effect> chosen_effects(const DiagnoseArguments& a) {
 
 // What the base fit rests on: every file of the campaign but its pictures, and the options.
 std::string input_hash(const trial::Campaign& campaign, const DiagnoseArguments& a) {
-  std::string all = fmt::format("{} {} {} {}\n", a.base, a.options.study.columns, a.options.study.fine_columns, a.options.study.pull_per_s);
+  std::string all = fmt::format("{} {} {} {}\n", a.base, a.options.study.columns, a.options.study.fine_columns,
+                                a.options.study.pull_per_s);
   for (const trial::Trial& trial : campaign.trials)
     for (const char* name : {"trial.json", "corners.csv", "markers.csv", "frames.csv"})
-      if (std::filesystem::exists(trial.folder / name)) all += diagnose::sha256_hex(files::read_whole(trial.folder / name));
+      if (std::filesystem::exists(trial.folder / name))
+        all += diagnose::sha256_hex(files::read_whole(trial.folder / name));
   return diagnose::sha256_hex(all);
 }
 
 void print_diagnosis(const diagnose::Diagnosis& d) {
   fmt::print("{}: cause {} (probability {:.2f}), side {}\n", d.campaign, d.cause, d.probability.at(d.cause), d.side);
-  fmt::print("held-out error {:.2f} mm, noise {:.2f} mm, a right model about {:.2f} mm; gap {:.2f} mm ({:.2f} … {:.2f}), p {:.3g}\n", d.before_mm, d.noise_floor_mm,
-             d.right_floor_mm, d.gap_mm, d.low_mm, d.high_mm, d.p_value);
+  fmt::print(
+      "held-out error {:.2f} mm, noise {:.2f} mm, a right model about {:.2f} mm; gap {:.2f} mm ({:.2f} … {:.2f}), p "
+      "{:.3g}\n",
+      d.before_mm, d.noise_floor_mm, d.right_floor_mm, d.gap_mm, d.low_mm, d.high_mm, d.p_value);
   fmt::print("none {:.3f}, unknown {:.3f}\n", d.probability.at("none"), d.probability.at("unknown"));
-  fmt::print("{:<20} {:>11} {:>11} {:>20} {:>12} {:>8}  {}\n", "effect", "probability", fmt::format("{:g} s ahead", diagnose::kAhead_s), "of the gap (90 %)", "running free", "absorbed",
+  fmt::print("{:<20} {:>11} {:>11} {:>20} {:>12} {:>8}  {}\n", "effect", "probability",
+             fmt::format("{:g} s ahead", diagnose::kAhead_s), "of the gap (90 %)", "running free", "absorbed",
              "size (90 %)");
   for (const diagnose::EffectFinding& f : d.effects) {
     if (!f.finalist) continue;
     std::string size;
-    for (const diagnose::SizedParameter& p : f.size) size += fmt::format(" {} {:.3g} {} ({:.2g} … {:.2g})", p.name, p.value, p.unit, p.low, p.high);
-    fmt::print("{:<20} {:>11.3f} {:>11} {:>20} {:>12} {:>8.2f} {}\n", f.name, f.probability, f.shrink.is_ahead ? diagnose::before_and_after(f.shrink) : "–",
-               diagnose::share_closed(f.shrink), diagnose::before_and_after(f.free_shrink), f.absorbed, size);
+    for (const diagnose::SizedParameter& p : f.size)
+      size += fmt::format(" {} {:.3g} {} ({:.2g} … {:.2g})", p.name, p.value, p.unit, p.low, p.high);
+    fmt::print("{:<20} {:>11.3f} {:>11} {:>20} {:>12} {:>8.2f} {}\n", f.name, f.probability,
+               f.shrink.is_ahead ? diagnose::before_and_after(f.shrink) : "–", diagnose::share_closed(f.shrink),
+               diagnose::before_and_after(f.free_shrink), f.absorbed, size);
   }
-  if (!d.pair.empty()) fmt::print("two effects at once: {} (probability {:.2f}, shared by the two) leave {:.2f} of {:.2f} mm\n", d.pair, d.pair_probability, d.pair_shrink.after_mm, d.pair_shrink.before_mm);
+  if (!d.pair.empty())
+    fmt::print("two effects at once: {} (probability {:.2f}, shared by the two) leave {:.2f} of {:.2f} mm\n", d.pair,
+               d.pair_probability, d.pair_shrink.after_mm, d.pair_shrink.before_mm);
   if (!d.forecast.motion.empty())
-    fmt::print("forecast: in {} the base model will be {:.1f} mm off ({:.1f} … {:.1f}), with {} {:.1f} mm\n", d.forecast.motion, d.forecast.before_mm, d.forecast.low_mm,
-               d.forecast.high_mm, d.cause, d.forecast.after_mm);
+    fmt::print("forecast: in {} the base model will be {:.1f} mm off ({:.1f} … {:.1f}), with {} {:.1f} mm\n",
+               d.forecast.motion, d.forecast.before_mm, d.forecast.low_mm, d.forecast.high_mm, d.cause,
+               d.forecast.after_mm);
   if (d.cause != "none") {
     std::string set;
     for (const std::string& name : d.confusable) set += " " + name;
@@ -94,23 +107,39 @@ void run_diagnose(DiagnoseArguments& a) {
   const diagnose::Diagnosis d = diagnose::diagnose(campaign, effects, a.options);
   diagnose::write_diagnosis(d, a.out);
   print_diagnosis(d);
-  fmt::print("wrote {} and {}; {} simulations, {:.0f} s of processor time\n", (a.out / "diagnosis.json").string(), (a.out / "report.html").string(), d.evaluations, d.cpu_s);
+  fmt::print("wrote {} and {}; {} simulations, {:.0f} s of processor time\n", (a.out / "diagnosis.json").string(),
+             (a.out / "report.html").string(), d.evaluations, d.cpu_s);
 }
 
 }  // namespace
 
 void add_diagnose(CLI::App& app, int&) {
-  auto* command = app.add_subcommand("diagnose", "where the simulated fabric departs from the recorded one, which effect causes it, how far it shrinks");
+  auto* command = app.add_subcommand(
+      "diagnose",
+      "where the simulated fabric departs from the recorded one, which effect causes it, how far it shrinks");
   auto a = std::make_shared<DiagnoseArguments>();
   command->add_option("CAMPAIGN", a->path, "folder of a campaign (or of one trial)")->required();
   command->add_option("--out", a->out, "folder for diagnosis.json and report.html")->required();
-  command->add_option("--with", a->with, "a further campaign of the same fabric on the same rig, diagnosed together with it; may be given more than once");
-  command->add_option("--base", a->base, "drag law of the base model")->check(CLI::IsMember({"nonlinear_drag", "linear_drag", "no_drag"}))->capture_default_str();
+  command->add_option(
+      "--with", a->with,
+      "a further campaign of the same fabric on the same rig, diagnosed together with it; may be given more than once");
+  command->add_option("--base", a->base, "drag law of the base model")
+      ->check(CLI::IsMember({"nonlinear_drag", "linear_drag", "no_drag"}))
+      ->capture_default_str();
   command->add_option("--effects", a->effects, "try these effects alone, comma between")->delimiter(',');
   command->add_option("--without", a->without, "leave these effects out, comma between")->delimiter(',');
-  command->add_option("--columns", a->options.study.columns, "mesh vertices along the width, for derivatives (9 to 33)")->check(CLI::Range(9, 33))->capture_default_str();
-  command->add_option("--fine-columns", a->options.study.fine_columns, "of the mesh that predictions are brought to (13 to 65)")->check(CLI::Range(13, 65))->capture_default_str();
-  command->add_flag_callback("--one-pass", [a] { a->options.finer_columns = 0; }, "never once more on finer meshes, as is done before most trials that follow other folds there are called unknown");
+  command->add_option("--columns", a->options.study.columns, "mesh vertices along the width, for derivatives (9 to 33)")
+      ->check(CLI::Range(9, 33))
+      ->capture_default_str();
+  command
+      ->add_option("--fine-columns", a->options.study.fine_columns,
+                   "of the mesh that predictions are brought to (13 to 65)")
+      ->check(CLI::Range(13, 65))
+      ->capture_default_str();
+  command->add_flag_callback(
+      "--one-pass", [a] { a->options.finer_columns = 0; },
+      "never once more on finer meshes, as is done before most trials that follow other folds there are called "
+      "unknown");
   command->callback([a] { run_diagnose(*a); });
 }
 

@@ -1,4 +1,5 @@
-// ./selvedge export TRIAL --hdf5 FILE | --lcm FILE | --obj DIR, and ./selvedge import MAPPING --out DIR: trials to and from formats of others.
+// ./selvedge export TRIAL --hdf5 FILE | --lcm FILE | --obj DIR, and ./selvedge import MAPPING --out DIR: trials to and
+// from formats of others.
 #include <filesystem>
 #include <memory>
 
@@ -22,7 +23,8 @@ struct ExportArguments {
 };
 
 void run_export(const ExportArguments& a) {
-  if (a.hdf5.empty() && a.lcm.empty() && a.obj.empty()) refuse("export", "expected --hdf5 FILE, --lcm FILE, --obj DIR, or several of them");
+  if (a.hdf5.empty() && a.lcm.empty() && a.obj.empty())
+    refuse("export", "expected --hdf5 FILE, --lcm FILE, --obj DIR, or several of them");
   expect_folder("--obj", a.obj);
   if (!a.lcm.empty()) {
     const station::LcmExported log = station::export_lcm(a.trial, a.lcm);
@@ -36,17 +38,20 @@ void run_export(const ExportArguments& a) {
   }
   if (a.obj.empty()) return;
   const std::filesystem::path fit = a.fit.empty() ? std::filesystem::weakly_canonical(a.trial).parent_path() : a.fit;
-  fmt::print("wrote {} files to {}\n", station::write_obj_sequence(station::read_simulated_motion(fit, trial.name), a.obj), a.obj.string());
+  fmt::print("wrote {} files to {}\n",
+             station::write_obj_sequence(station::read_simulated_motion(fit, trial.name), a.obj), a.obj.string());
 }
 
 }  // namespace
 
 void add_exchange(CLI::App& app, int&) {
-  auto* out = app.add_subcommand("export", "a trial as HDF5 or as the bus's messages (LCM log), its fitted motion as OBJ files");
+  auto* out = app.add_subcommand("export",
+                                 "a trial as HDF5 or as the bus's messages (LCM log), its fitted motion as OBJ files");
   auto a = std::make_shared<ExportArguments>();
   out->add_option("TRIAL", a->trial, "folder of a trial; for --lcm also a campaign or a run")->required();
   out->add_option("--hdf5", a->hdf5, "file to write: all that was recorded, units as attributes");
-  out->add_option("--lcm", a->lcm, "LCM event log to write: the bus's messages at their recorded times, for lcm-logplayer");
+  out->add_option("--lcm", a->lcm,
+                  "LCM event log to write: the bus's messages at their recorded times, for lcm-logplayer");
   out->add_option("--obj", a->obj, "folder to write: the fitted motion, one file a frame");
   out->add_option("--fit", a->fit, "folder of the fit, for --obj; default: the one that the trial lies in");
   out->callback([a] { run_export(*a); });

@@ -32,13 +32,18 @@ struct FitArguments {
 void print_outcome(const fit::FitOutcome& out) {
   fmt::print("{:<16} {:>11} {:<11} {:>23}  {:>9}\n", "parameter", "value", "unit", "90 % interval", "1 % error");
   for (const fit::FittedParameter& p : out.parameters)
-    fmt::print("{:<16} {:>11.4g} {:<11} {:>11.3g} {:>11.3g}  {:>7.1f} %  {}\n", p.parameter.name, p.value, p.parameter.unit,
-               p.lower_interval, p.upper_interval, p.variability_percent,
-               p.at_bound ? "at its bound" : p.determined ? "" : "hardly determined");
-  fmt::print("\n{:<16} {:>10} {:>10} {:>12} {:>17} {:>14}\n", "trial, mm", "start", "fitted", "held out", "90 % interval", "rigid plate");
+    fmt::print("{:<16} {:>11.4g} {:<11} {:>11.3g} {:>11.3g}  {:>7.1f} %  {}\n", p.parameter.name, p.value,
+               p.parameter.unit, p.lower_interval, p.upper_interval, p.variability_percent,
+               p.at_bound     ? "at its bound"
+               : p.determined ? ""
+                              : "hardly determined");
+  fmt::print("\n{:<16} {:>10} {:>10} {:>12} {:>17} {:>14}\n", "trial, mm", "start", "fitted", "held out",
+             "90 % interval", "rigid plate");
   for (const fit::TrialError& t : out.trials)
     fmt::print("{:<16} {:>10.2f} {:>10.2f} {:>12.2f} {:>17} {:>14}\n", t.name, t.start_mm, t.end_mm, t.held_out_mm,
-               t.held_out_interval_mm ? fmt::format("{:.2f} to {:.2f}", t.held_out_interval_mm->first, t.held_out_interval_mm->second) : "",
+               t.held_out_interval_mm
+                   ? fmt::format("{:.2f} to {:.2f}", t.held_out_interval_mm->first, t.held_out_interval_mm->second)
+                   : "",
                t.rigid_plate_mm ? fmt::format("{:.2f}", *t.rigid_plate_mm) : "");
   fmt::print("\nheld-out error {:.2f} mm", fit::held_out_mm(out));
   if (const auto plate = fit::rigid_plate_mm(out)) fmt::print(", a rigid plate on the same bar {:.2f} mm", *plate);
@@ -48,7 +53,8 @@ void print_outcome(const fit::FitOutcome& out) {
 // What only the searches use is not passed over in silence.
 void refuse_what_least_squares_has_not(const CLI::App& command) {
   for (const char* name : {"--error", "--evaluations", "--seed", "--search"})
-    if (command.count(name) > 0) refuse(name, "found it with --optimiser least_squares, expected it with annealing, evolution, cma or grid alone");
+    if (command.count(name) > 0)
+      refuse(name, "found it with --optimiser least_squares, expected it with annealing, evolution, cma or grid alone");
 }
 
 // One rank of an MPI job speaks for all.
@@ -67,9 +73,12 @@ void run_fit(FitArguments& a, const CLI::App& command) {
   expect_folder("--out", a.out);
   const trial::Campaign campaign = trial::read_campaign(a.path);
   for (const trial::Trial& t : campaign.trials)
-    for (const std::string& sentence : t.damaged) fmt::print(stderr, "passed over as damaged: {}: {}\n", t.name, sentence);
+    for (const std::string& sentence : t.damaged)
+      fmt::print(stderr, "passed over as damaged: {}: {}\n", t.name, sentence);
   a.options.drag = fit::drag_named(a.base);
-  a.options.hold_out = a.hold_out == "trials" ? fit::HoldOut::trials : a.hold_out == "frames" ? fit::HoldOut::frames : fit::HoldOut::automatic;
+  a.options.hold_out = a.hold_out == "trials"   ? fit::HoldOut::trials
+                       : a.hold_out == "frames" ? fit::HoldOut::frames
+                                                : fit::HoldOut::automatic;
   if (a.integrator == "runge_kutta_45") a.options.integrator = cloth::Options::Integrator::runge_kutta_45;
   if (speaks) a.options.progress = report::terminal_progress("fit " + campaign.folder.filename().string());
   a.options.journal = a.out / "iterations.txt";
@@ -92,20 +101,38 @@ void run_fit(FitArguments& a, const CLI::App& command) {
 }  // namespace
 
 void add_fit(CLI::App& app, int&) {
-  auto* command = app.add_subcommand("fit", "fit a trial or campaign: parameters with intervals, held-out error, report");
+  auto* command =
+      app.add_subcommand("fit", "fit a trial or campaign: parameters with intervals, held-out error, report");
   auto a = std::make_shared<FitArguments>();
   command->add_option("PATH", a->path, "folder of a trial or campaign")->required();
   command->add_option("--out", a->out, "folder for fit.json and report.html")->required();
-  command->add_option("--base", a->base, "drag law of the base model")->check(CLI::IsMember({"nonlinear_drag", "linear_drag", "no_drag"}))->capture_default_str();
-  command->add_option("--columns", a->options.columns, "mesh vertices along the width (9 to 65); 17 by default, or 13 where more than 30 s of motion are fitted")->check(CLI::Range(9, 65));
-  command->add_option("--hold-out", a->hold_out, "what is held out")->check(CLI::IsMember({"automatic", "frames", "trials"}))->capture_default_str();
-  command->add_option("--integrator", a->integrator, "time integrator")->check(CLI::IsMember({"leapfrog", "runge_kutta_45"}))->capture_default_str();
+  command->add_option("--base", a->base, "drag law of the base model")
+      ->check(CLI::IsMember({"nonlinear_drag", "linear_drag", "no_drag"}))
+      ->capture_default_str();
+  command
+      ->add_option(
+          "--columns", a->options.columns,
+          "mesh vertices along the width (9 to 65); 17 by default, or 13 where more than 30 s of motion are fitted")
+      ->check(CLI::Range(9, 65));
+  command->add_option("--hold-out", a->hold_out, "what is held out")
+      ->check(CLI::IsMember({"automatic", "frames", "trials"}))
+      ->capture_default_str();
+  command->add_option("--integrator", a->integrator, "time integrator")
+      ->check(CLI::IsMember({"leapfrog", "runge_kutta_45"}))
+      ->capture_default_str();
   command->add_option("--optimiser", a->optimiser, "what refines the start")
-      ->check(CLI::IsMember({"least_squares", "annealing", "evolution", "cma", "grid"}))->capture_default_str();
-  command->add_option("--error", a->error, "what those minimise: robust residuals in mm, or the fold metric's E")->check(CLI::IsMember({"residuals", "folds"}))->capture_default_str();
-  command->add_option("--evaluations", a->search.evaluations, "their budget")->check(CLI::PositiveNumber)->capture_default_str();
+      ->check(CLI::IsMember({"least_squares", "annealing", "evolution", "cma", "grid"}))
+      ->capture_default_str();
+  command->add_option("--error", a->error, "what those minimise: robust residuals in mm, or the fold metric's E")
+      ->check(CLI::IsMember({"residuals", "folds"}))
+      ->capture_default_str();
+  command->add_option("--evaluations", a->search.evaluations, "their budget")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
   command->add_option("--seed", a->search.seed, "of their random choices")->type_name("N")->capture_default_str();
-  command->add_option("--search", a->search.parameters, "parameters they search, with commas between; all by default")->delimiter(',')->type_name("NAMES");
+  command->add_option("--search", a->search.parameters, "parameters they search, with commas between; all by default")
+      ->delimiter(',')
+      ->type_name("NAMES");
   command->callback([a, command] { run_fit(*a, *command); });
 }
 

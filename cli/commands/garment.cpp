@@ -31,21 +31,26 @@ void run_garment(const GarmentArguments& a) {
     fmt::print("wrote {}\n", a.walk_to.string());
     return;
   }
-  if (a.pattern.empty() || a.out.empty()) refuse("garment", "found no {}, expected a garment's file and --out DIR", a.pattern.empty() ? "FILE" : "--out");
+  if (a.pattern.empty() || a.out.empty())
+    refuse("garment", "found no {}, expected a garment's file and --out DIR", a.pattern.empty() ? "FILE" : "--out");
   expect_folder("--out", a.out);
   const garment::Pattern pattern = garment::read_pattern(a.pattern, a.spacing_m);
   const garment::Wearer wearer = garment::read_wearer(a.pattern, a.motion);
   garment::body_of(wearer, pattern.where + ": limbs");  // names checked before the long work
   const garment::Garment garment = garment::sew(pattern);
   fmt::print("{} triangles, {} vertices held\n", garment.surface.triangles.size(), garment.held.size());
-  const garment::Worn worn = garment::wear(pattern, garment, wearer,
-                                           {a.seconds, a.frames_per_s, report::terminal_progress("garment " + a.pattern.stem().string())});
-  if (!worn.finite) throw std::runtime_error("garment: the motion of the fabric blew up; a smaller spacing or a softer fabric may help");
+  const garment::Worn worn =
+      garment::wear(pattern, garment, wearer,
+                    {a.seconds, a.frames_per_s, report::terminal_progress("garment " + a.pattern.stem().string())});
+  if (!worn.finite)
+    throw std::runtime_error(
+        "garment: the motion of the fabric blew up; a smaller spacing or a softer fabric may help");
   fs::create_directories(a.out);
   garment::write_obj_sequence(garment, wearer, worn, a.out);
   garment::write_report(pattern, garment, wearer, worn, a.out / "report.html");
-  fmt::print("{:.1f} s of motion, {:.1f} s of wall time per simulated second; {} of {} frames with intersecting triangles\n", worn.time_s.back(),
-             worn.wall_s / worn.simulated_s, worn.frames_that_intersect, worn.frames.size());
+  fmt::print(
+      "{:.1f} s of motion, {:.1f} s of wall time per simulated second; {} of {} frames with intersecting triangles\n",
+      worn.time_s.back(), worn.wall_s / worn.simulated_s, worn.frames_that_intersect, worn.frames.size());
   fmt::print("wrote {} and {} frames\n", (a.out / "report.html").string(), worn.frames.size());
 }
 
@@ -57,9 +62,12 @@ void add_garment(CLI::App& app, int&) {
   command->add_option("FILE", a->pattern, "the garment: panels, seams, fabric, body (docs/garment.md)");
   command->add_option("--out", a->out, "folder for the OBJ sequence and report.html");
   command->add_option("--motion", a->motion, "another BVH file than the one the garment names");
-  command->add_option("--spacing", a->spacing_m, "between vertices, m, instead of the file's")->check(CLI::Range(0.002, 0.2));
+  command->add_option("--spacing", a->spacing_m, "between vertices, m, instead of the file's")
+      ->check(CLI::Range(0.002, 0.2));
   command->add_option("--seconds", a->seconds, "of the motion; all of it by default")->check(CLI::Range(0.1, 1e9));
-  command->add_option("--frames-per-second", a->frames_per_s, "that are kept")->check(CLI::Range(1.0, 1000.0))->capture_default_str();
+  command->add_option("--frames-per-second", a->frames_per_s, "that are kept")
+      ->check(CLI::Range(1.0, 1000.0))
+      ->capture_default_str();
   command->add_option("--write-walk", a->walk_to, "only writes a synthetic walk to this BVH file");
   command->callback([a] { run_garment(*a); });
 }

@@ -1,5 +1,6 @@
-// `./selvedge recover TRIAL`: mends what a recorder that was killed, a loss of power or a failing disk left of a trial, and
-// says what was kept and what is a gap. Of a campaign's folder, each trial in it, whether campaign.json lists it or not.
+// `./selvedge recover TRIAL`: mends what a recorder that was killed, a loss of power or a failing disk left of a trial,
+// and says what was kept and what is a gap. Of a campaign's folder, each trial in it, whether campaign.json lists it or
+// not.
 #include <filesystem>
 #include <memory>
 
@@ -33,7 +34,8 @@ void print_recovery(const fs::path& folder, const capture::Recovery& recovery) {
   fmt::print("{}: {}, {}\n", t.name, to_text(t.state), recovery.mended ? "mended" : "nothing to mend");
   for (const std::string& sentence : recovery.done) fmt::print("  {}\n", sentence);
   fmt::print("  kept: {} corner samples, {} frames, {} marker samples, {} arm samples\n", rows(t.corners.time_s),
-             t.frames ? rows(t.frames->time_s) : 0, t.markers ? rows(t.markers->time_s) : 0, t.robot ? rows(t.robot->time_s) : 0);
+             t.frames ? rows(t.frames->time_s) : 0, t.markers ? rows(t.markers->time_s) : 0,
+             t.robot ? rows(t.robot->time_s) : 0);
   const std::string gaps = gaps_in_numbers(folder);
   if (!gaps.empty()) fmt::print("  gap: frames {}\n", gaps);
   for (const std::string& sentence : t.damaged) fmt::print("  gap: {}\n", sentence);
@@ -45,9 +47,7 @@ void recover(const fs::path& path) {
   for (const fs::path& folder : trials) {
     try {
       print_recovery(folder, capture::recover(folder));
-    } catch (const BadInput& error) {
-      refused.push_back(error.what());
-    }
+    } catch (const BadInput& error) { refused.push_back(error.what()); }
   }
   if (refused.empty()) return;
   std::string text = refused.front();
@@ -58,7 +58,9 @@ void recover(const fs::path& path) {
 }  // namespace
 
 void add_recover(CLI::App& app, int&) {
-  CLI::App* sub = app.add_subcommand("recover", "mend a trial whose recorder was killed or whose disk lost something; say what was kept and what is a gap");
+  CLI::App* sub = app.add_subcommand(
+      "recover",
+      "mend a trial whose recorder was killed or whose disk lost something; say what was kept and what is a gap");
   auto path = std::make_shared<fs::path>();
   sub->add_option("TRIAL", *path, "folder of a trial, or of a campaign: each trial in it")->required();
   sub->callback([path] { recover(*path); });

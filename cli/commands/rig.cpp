@@ -27,17 +27,19 @@ const char* state_text(const station::DaemonState& state) {
 }
 
 bool runs(const station::DaemonState& state) {
-  return state.pid && state.status && (state.status->state == device_status_t::RUNNING || state.status->state == device_status_t::DEGRADED);
+  return state.pid && state.status &&
+         (state.status->state == device_status_t::RUNNING || state.status->state == device_status_t::DEGRADED);
 }
 
 // Returns whether all of them run.
 bool print(const std::vector<station::DaemonState>& states) {
-  fmt::print("{:<10} {:>8} {:<12} {:>9} {:>11} {:>8} {:>8}  {}\n", "device", "process", "state", "rate", "delivered", "drops", "refused", "");
+  fmt::print("{:<10} {:>8} {:<12} {:>9} {:>11} {:>8} {:>8}  {}\n", "device", "process", "state", "rate", "delivered",
+             "drops", "refused", "");
   bool all = true;
   for (const station::DaemonState& state : states) {
     const device_status_t status = state.status.value_or(device_status_t{});
-    fmt::print("{:<10} {:>8} {:<12} {:>6.1f}/s {:>11} {:>8} {:>8}  {}\n", state.kind, state.pid.value_or(0), state_text(state),
-               status.rate_hz, status.delivered, status.drops, status.refused, status.message);
+    fmt::print("{:<10} {:>8} {:<12} {:>6.1f}/s {:>11} {:>8} {:>8}  {}\n", state.kind, state.pid.value_or(0),
+               state_text(state), status.rate_hz, status.delivered, status.drops, status.refused, status.message);
     all = all && runs(state);
   }
   for (const station::DaemonState& state : states)
@@ -57,7 +59,8 @@ void add_rig(CLI::App& app, int& exit_status) {
     return sub;
   };
   add("up", "start the daemons that do not run yet")->callback([file] {
-    for (const auto& state : station::rig_up(*file)) fmt::print("{}: process {}, log {}\n", state.kind, state.pid.value_or(0), state.log.string());
+    for (const auto& state : station::rig_up(*file))
+      fmt::print("{}: process {}, log {}\n", state.kind, state.pid.value_or(0), state.log.string());
   });
   add("status", "what each daemon says; exit 1 where one does not run")->callback([file, &exit_status] {
     if (!print(station::rig_status(*file, 2.0))) exit_status = 1;

@@ -1,5 +1,5 @@
-// ./selvedge session run FILE [--out DIR]: several fabrics captured, fitted and diagnosed unattended; goes on where it was
-// where DIR holds a session that was broken off.
+// ./selvedge session run FILE [--out DIR]: several fabrics captured, fitted and diagnosed unattended; goes on where it
+// was where DIR holds a session that was broken off.
 #include <filesystem>
 #include <memory>
 
@@ -41,8 +41,9 @@ int run_session(const SessionArguments& a) {
   station::StationSteps steps(file, journal, folder, shared_folder());
   int status = 0;
   try {
-    station::run_steps(file, journal, steps, [&](const std::string& question) { return steps.ask(question); },
-                       report::terminal_progress("session " + a.file.stem().string()));
+    station::run_steps(
+        file, journal, steps, [&](const std::string& question) { return steps.ask(question); },
+        report::terminal_progress("session " + a.file.stem().string()));
   } catch (const station::SessionStopped& stopped) {
     fmt::print(stderr, "stopped: {}\nrun the same command again to go on from there\n", stopped.what());
     status = 1;
@@ -60,7 +61,9 @@ void add_session(CLI::App& app, int& exit_status) {
   auto* command = app.add_subcommand("session", "several fabrics in a row, unattended, from one file");
   command->require_subcommand(1);
   auto a = std::make_shared<SessionArguments>();
-  auto* run = command->add_subcommand("run", "capture, fit and diagnose what FILE lists; goes on where a broken-off run was; exit 1 where a step was given up");
+  auto* run = command->add_subcommand("run",
+                                      "capture, fit and diagnose what FILE lists; goes on where a broken-off run was; "
+                                      "exit 1 where a step was given up");
   run->add_option("FILE", a->file, "the session (TOML), see examples/four-fabrics.toml")->required();
   run->add_option("--out", a->out, "folder for everything that is recorded and found; default: runs/ and FILE's name");
   run->callback([a, &exit_status] { exit_status = run_session(*a); });

@@ -23,9 +23,11 @@ struct SimulateDevicesArguments {
 }  // namespace
 
 void add_simulate_devices(CLI::App& app, int&) {
-  auto* command = app.add_subcommand("simulate-devices", "run a rig's simulated devices around one simulated fabric until Ctrl-C");
+  auto* command =
+      app.add_subcommand("simulate-devices", "run a rig's simulated devices around one simulated fabric until Ctrl-C");
   auto a = std::make_shared<SimulateDevicesArguments>();
-  command->add_option("--config", a->configuration, "the world's file (TOML): fabric, camera, projector, devices")->required();
+  command->add_option("--config", a->configuration, "the world's file (TOML): fabric, camera, projector, devices")
+      ->required();
   command->add_option("--truth", a->truth, "also write what the world is like, for comparing afterwards (JSON)");
   command->callback([a] {
     const auto configuration = hardware_sim::read_simulated_rig(a->configuration);

@@ -23,7 +23,8 @@ namespace {
 int run_soak(SoakOptions options, const std::filesystem::path& runs) {
   expect_folder("--runs", runs);
   options.folder = std::filesystem::absolute(runs / fmt::format("soak-{}", options.seed));
-  for (int i = 2; std::filesystem::exists(options.folder); ++i) options.folder = std::filesystem::absolute(runs / fmt::format("soak-{}-{}", options.seed, i));
+  for (int i = 2; std::filesystem::exists(options.folder); ++i)
+    options.folder = std::filesystem::absolute(runs / fmt::format("soak-{}-{}", options.seed, i));
   std::filesystem::create_directories(options.folder / "logs");
   spdlog::set_default_logger(spdlog::basic_logger_mt("soak", (options.folder / "logs" / "soak.log").string()));
   options.progress = report::terminal_progress("soak");
@@ -36,16 +37,20 @@ int run_soak(SoakOptions options, const std::filesystem::path& runs) {
 }  // namespace
 
 void add_soak(CLI::App& app, int& exit_status) {
-  auto* command = app.add_subcommand("soak", "run a simulated rig under faults; exit 1 where a written frame is lost or the arm moves after a stop");
+  auto* command = app.add_subcommand(
+      "soak", "run a simulated rig under faults; exit 1 where a written frame is lost or the arm moves after a stop");
   auto options = std::make_shared<SoakOptions>();
   const std::filesystem::path source = shared_folder();
   options->rig = source / "data" / "soak" / "rig.toml";
   options->world = source / "data" / "soak" / "world.toml";
   options->arms = source / "data" / "arms";
   auto runs = std::make_shared<std::filesystem::path>("runs");
-  command->add_option("--hours", options->hours, "how long faults are injected")->check(CLI::Range(0.003, 1000.0))->capture_default_str();
+  command->add_option("--hours", options->hours, "how long faults are injected")
+      ->check(CLI::Range(0.003, 1000.0))
+      ->capture_default_str();
   command->add_option("--seed", options->seed, "of the faults")->capture_default_str();
-  command->add_option("--runs", *runs, "where the run's folder is made: soak-SEED, with soak.json and logs")->capture_default_str();
+  command->add_option("--runs", *runs, "where the run's folder is made: soak-SEED, with soak.json and logs")
+      ->capture_default_str();
   command->callback([options, runs, &exit_status] { exit_status = run_soak(*options, *runs); });
 
   // What the soak starts, kills and starts again.

@@ -1,5 +1,6 @@
-// A library to be preloaded into a process that records: notes every call that changes files below one folder, and stands
-// for a disk that is slow, that fails, and whose power is cut. What of it all reaches the disk, disk_model.h decides.
+// A library to be preloaded into a process that records: notes every call that changes files below one folder, and
+// stands for a disk that is slow, that fails, and whose power is cut. What of it all reaches the disk, disk_model.h
+// decides.
 //
 // Set by environment variables:
 //   SELVEDGE_CUT_ROOT     the folder; calls outside it pass
@@ -53,7 +54,9 @@ struct Disk {
 
   Disk() {
     const std::string path = variable("SELVEDGE_CUT_JOURNAL");
-    if (!path.empty()) journal = static_cast<int>(::syscall(SYS_openat, AT_FDCWD, path.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0644));
+    if (!path.empty())
+      journal = static_cast<int>(
+          ::syscall(SYS_openat, AT_FDCWD, path.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0644));
   }
 };
 
@@ -87,12 +90,12 @@ std::string path_of(int descriptor) {
 bool is_ours(int descriptor) { return disk().journal >= 0 && is_below(path_of(descriptor)); }
 
 uint64_t inode_of(int descriptor) {
-  struct stat status{};
+  struct stat status {};
   return ::fstat(descriptor, &status) == 0 ? status.st_ino : 0;
 }
 
 uint64_t inode_at(const std::string& path) {
-  struct stat status{};
+  struct stat status {};
   return ::lstat(path.c_str(), &status) == 0 ? status.st_ino : 0;
 }
 
@@ -131,13 +134,15 @@ ssize_t write_part(int descriptor, const void* bytes, size_t count, uint64_t off
   const bool cut = power_is_cut();
   if (count > 1 && (cut || disk().random() % 4 == 0)) count = 1 + disk().random() % (count - 1);
   const ssize_t done = write(count);
-  if (done > 0) note({Call::write, 0, 0, 0, inode_of(descriptor), offset}, "", std::string(static_cast<const char*>(bytes), static_cast<size_t>(done)));
+  if (done > 0)
+    note({Call::write, 0, 0, 0, inode_of(descriptor), offset}, "",
+         std::string(static_cast<const char*>(bytes), static_cast<size_t>(done)));
   if (cut) ::_exit(99);
   return done;
 }
 
-// Others go on writing while a sync takes its time: what they write then is not part of it. The machine's own disk is left
-// in peace: what counts is what the model has of it.
+// Others go on writing while a sync takes its time: what they write then is not part of it. The machine's own disk is
+// left in peace: what counts is what the model has of it.
 int sync_slowly(uint64_t inode) {
   uint32_t number = 0;
   unsigned delay_us = 0;
@@ -221,10 +226,13 @@ ssize_t pwrite(int descriptor, const void* bytes, size_t count, off_t offset) {
   static const auto call = real<ssize_t (*)(int, const void*, size_t, off_t)>("pwrite");
   if (!is_ours(descriptor)) return call(descriptor, bytes, count, offset);
   const std::lock_guard lock(disk().mutex);
-  return write_part(descriptor, bytes, count, static_cast<uint64_t>(offset), [&](size_t some) { return call(descriptor, bytes, some, offset); });
+  return write_part(descriptor, bytes, count, static_cast<uint64_t>(offset),
+                    [&](size_t some) { return call(descriptor, bytes, some, offset); });
 }
 
-ssize_t pwrite64(int descriptor, const void* bytes, size_t count, off64_t offset) { return pwrite(descriptor, bytes, count, offset); }
+ssize_t pwrite64(int descriptor, const void* bytes, size_t count, off64_t offset) {
+  return pwrite(descriptor, bytes, count, offset);
+}
 
 int ftruncate(int descriptor, off_t length) {
   static const auto call = real<int (*)(int, off_t)>("ftruncate");

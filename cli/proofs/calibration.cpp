@@ -77,21 +77,31 @@ void prove_accuracy(std::vector<Figure>& figures, const FigureOptions& options) 
     projector.predicted.add(solved.projector->deviation.mean_sd_px);
     const auto of_camera = camera_sightings(truth.poses), of_projector = projector_sightings(truth.poses);
     const CameraParameters camera_start = linear_start(of_camera), projector_start = linear_start(of_projector);
-    const auto error = [&](const geometry::Projection& p, const geometry::Projection& t) { return volume_error_px(p, t, truth.poses); };
+    const auto error = [&](const geometry::Projection& p, const geometry::Projection& t) {
+      return volume_error_px(p, t, truth.poses);
+    };
     opencv_camera.add(error(solve_with_opencv(of_camera, truth.poses.camera, camera_start), truth.camera));
-    opencv_projector.add(error(solve_with_opencv(of_projector, truth.poses.projector, projector_start), truth.projector));
+    opencv_projector.add(
+        error(solve_with_opencv(of_projector, truth.poses.projector, projector_start), truth.projector));
     mrcal_camera.add(error(solve_with_mrcal(of_camera, truth.poses.camera, camera_start), truth.camera));
     mrcal_projector.add(error(solve_with_mrcal(of_projector, truth.poses.projector, projector_start), truth.projector));
   }
   const std::string over = " over " + std::to_string(draws) + " draws of 12 poses, per axis";
-  push(figures, "camera: error in truth at the fabric" + over, camera.truth.root(), 0.08, "px", Relation::at_most, kIssue);
-  push(figures, "projector: error in truth at the fabric" + over, projector.truth.root(), 0.15, "px", Relation::at_most, kIssue);
-  push(figures, "camera: |true / predicted deviation - 1|", std::abs(camera.truth.root() / camera.predicted.root() - 1), 0.25, "", Relation::at_most, kIssue);
-  push(figures, "projector: |true / predicted deviation - 1|", std::abs(projector.truth.root() / projector.predicted.root() - 1), 0.25, "", Relation::at_most, kIssue);
-  push(figures, "camera: ours beside cv::calibrateCamera", camera.truth.root(), opencv_camera.root(), "px", Relation::shown, kPeer);
+  push(figures, "camera: error in truth at the fabric" + over, camera.truth.root(), 0.08, "px", Relation::at_most,
+       kIssue);
+  push(figures, "projector: error in truth at the fabric" + over, projector.truth.root(), 0.15, "px", Relation::at_most,
+       kIssue);
+  push(figures, "camera: |true / predicted deviation - 1|", std::abs(camera.truth.root() / camera.predicted.root() - 1),
+       0.25, "", Relation::at_most, kIssue);
+  push(figures, "projector: |true / predicted deviation - 1|",
+       std::abs(projector.truth.root() / projector.predicted.root() - 1), 0.25, "", Relation::at_most, kIssue);
+  push(figures, "camera: ours beside cv::calibrateCamera", camera.truth.root(), opencv_camera.root(), "px",
+       Relation::shown, kPeer);
   push(figures, "camera: ours beside mrcal", camera.truth.root(), mrcal_camera.root(), "px", Relation::shown, kPeer);
-  push(figures, "projector: ours beside cv::calibrateCamera", projector.truth.root(), opencv_projector.root(), "px", Relation::shown, kPeer);
-  push(figures, "projector: ours beside mrcal", projector.truth.root(), mrcal_projector.root(), "px", Relation::shown, kPeer);
+  push(figures, "projector: ours beside cv::calibrateCamera", projector.truth.root(), opencv_projector.root(), "px",
+       Relation::shown, kPeer);
+  push(figures, "projector: ours beside mrcal", projector.truth.root(), mrcal_projector.root(), "px", Relation::shown,
+       kPeer);
 }
 
 bool mentions(const Calibration& calibration, const std::string& text) {
@@ -118,12 +128,16 @@ void prove_wrong_labels(std::vector<Figure>& figures, const FigureOptions& optio
     }
     error.add(volume_error_px(solved.camera.projection(), truth.camera, truth.poses));
     const auto sightings = camera_sightings(truth.poses);
-    peer.add(volume_error_px(solve_with_opencv(sightings, truth.poses.camera, linear_start(sightings)), truth.camera, truth.poses));
+    peer.add(volume_error_px(solve_with_opencv(sightings, truth.poses.camera, linear_start(sightings)), truth.camera,
+                             truth.poses));
   }
   push(figures, "20 % wrong labels: wrong ones kept", missed, 0, "", Relation::at_most, kIssue);
-  push(figures, "20 % wrong labels: right ones rejected", blamed, options.quick ? 2 : 5, "", Relation::at_most, "chance at 4.5 deviations");
-  push(figures, "20 % wrong labels: camera error in truth", error.root(), 0.10, "px", Relation::at_most, "1.25 x the clean bound");
-  push(figures, "20 % wrong labels: ours beside cv::calibrateCamera", error.root(), peer.root(), "px", Relation::shown, kPeer);
+  push(figures, "20 % wrong labels: right ones rejected", blamed, options.quick ? 2 : 5, "", Relation::at_most,
+       "chance at 4.5 deviations");
+  push(figures, "20 % wrong labels: camera error in truth", error.root(), 0.10, "px", Relation::at_most,
+       "1.25 x the clean bound");
+  push(figures, "20 % wrong labels: ours beside cv::calibrateCamera", error.root(), peer.root(), "px", Relation::shown,
+       kPeer);
 }
 
 // Poses and devices that move: found at the right pose, in how many of the draws.
@@ -142,17 +156,22 @@ void prove_events(std::vector<Figure>& figures, const FigureOptions& options) {
     const Calibration bumped = calibrate(make_synthetic_poses(knocked).poses, without_leave_one_out());
     const auto& events = bumped.camera.solution.events;
     const bool named = events.size() == 1 && events[0].knocked && events[0].pose == knocked.knocked_pose;
-    knocks += named && bumped.verdict != Verdict::good && mentions(bumped, fmt::format("camera moved between poses {} and {}", knocked.knocked_pose - 1, knocked.knocked_pose));
+    knocks += named && bumped.verdict != Verdict::good &&
+              mentions(bumped, fmt::format("camera moved between poses {} and {}", knocked.knocked_pose - 1,
+                                           knocked.knocked_pose));
     if (named) angle_error.add(events[0].shift.head<3>().norm() * 180 / M_PI - 0.5);
     SyntheticOptions moved = made;
     moved.moved_pose = draw;
     const Calibration displaced = calibrate(make_synthetic_poses(moved).poses, without_leave_one_out());
     const auto& board = displaced.camera.solution.events;
-    boards += board.size() == 1 && !board[0].knocked && board[0].pose == draw && mentions(displaced, "Pose " + std::to_string(draw));
+    boards += board.size() == 1 && !board[0].knocked && board[0].pose == draw &&
+              mentions(displaced, "Pose " + std::to_string(draw));
   }
-  push(figures, "camera turned by 0.5 degrees between poses: named at the right pose", 1.0 * knocks / draws, 1, "share", Relation::at_least, kIssue);
+  push(figures, "camera turned by 0.5 degrees between poses: named at the right pose", 1.0 * knocks / draws, 1, "share",
+       Relation::at_least, kIssue);
   push(figures, "the turn found, off by", angle_error.root(), 0.1, "deg", Relation::at_most, "a fifth of it");
-  push(figures, "board moved by 4.5 mm in one pose: named", 1.0 * boards / draws, 1, "share", Relation::at_least, kIssue);
+  push(figures, "board moved by 4.5 mm in one pose: named", 1.0 * boards / draws, 1, "share", Relation::at_least,
+       kIssue);
   push(figures, "nothing moved: false alarms", alarms, 0, "", Relation::at_most, kIssue);
 }
 
@@ -167,11 +186,12 @@ void prove_refusals(std::vector<Figure>& figures, const FigureOptions& options) 
     const Calibration solved = calibrate(make_synthetic_poses(made).poses, without_leave_one_out());
     refused += solved.verdict == Verdict::refused && mentions(solved, fold == 0 ? "flat" : "single pose");
   }
-  push(figures, "flat grid, flat grid in 12 poses, single pose: refused with what is missing", refused, 3, "", Relation::at_least, kIssue);
+  push(figures, "flat grid, flat grid in 12 poses, single pose: refused with what is missing", refused, 3, "",
+       Relation::at_least, kIssue);
 }
 
 struct ImageRun {
-  double camera_px = 0, projector_px = 0;   // of markers, per axis
+  double camera_px = 0, projector_px = 0;  // of markers, per axis
   double labelled = 0;
   ImageReading reading;
   Calibration calibration;
@@ -198,7 +218,8 @@ ImageRun run_images(const BoardLook& board, int poses, unsigned seed, const Figu
       right += off.norm() < 3;
       camera.add(off.norm() / std::sqrt(2.0));
     }
-    if (row.projector) projector.add((*row.projector - geometry::project(run.truth.projector, point)).norm() / std::sqrt(2.0));
+    if (row.projector)
+      projector.add((*row.projector - geometry::project(run.truth.projector, point)).norm() / std::sqrt(2.0));
   }
   run.camera_px = camera.root();
   run.projector_px = projector.root();
@@ -210,32 +231,46 @@ void prove_images(std::vector<Figure>& figures, const FigureOptions& options) {
   const int poses = options.quick ? 4 : 6;
   const ImageRun sharp = run_images({}, poses, options.seed + 9, options, 0.75);
   push(figures, "images: marker centres, per axis", sharp.camera_px, 0.1, "px", Relation::at_most, kIssue);
-  push(figures, "images: projector pixel at the markers, per axis", sharp.projector_px, 0.2, "px", Relation::at_most, "the noise assumed above");
-  push(figures, "images: markers labelled rightly, no camera known beforehand", sharp.labelled, 1, "share", Relation::at_least, kIssue);
+  push(figures, "images: projector pixel at the markers, per axis", sharp.projector_px, 0.2, "px", Relation::at_most,
+       "the noise assumed above");
+  push(figures, "images: markers labelled rightly, no camera known beforehand", sharp.labelled, 1, "share",
+       Relation::at_least, kIssue);
   const auto sightings = camera_sightings(sharp.reading.poses);
-  const auto error = [&](const geometry::Projection& p) { return volume_error_px(p, sharp.truth.camera, sharp.truth.poses); };
+  const auto error = [&](const geometry::Projection& p) {
+    return volume_error_px(p, sharp.truth.camera, sharp.truth.poses);
+  };
   const double ours = error(sharp.calibration.camera.projection());
   const CameraParameters start = linear_start(sightings);
-  push(figures, "same images: camera, ours beside cv::calibrateCamera", ours, error(solve_with_opencv(sightings, sharp.truth.poses.camera, start)), "px", Relation::shown, kPeer);
-  push(figures, "same images: camera, ours beside mrcal", ours, error(solve_with_mrcal(sightings, sharp.truth.poses.camera, start)), "px", Relation::shown, kPeer);
+  push(figures, "same images: camera, ours beside cv::calibrateCamera", ours,
+       error(solve_with_opencv(sightings, sharp.truth.poses.camera, start)), "px", Relation::shown, kPeer);
+  push(figures, "same images: camera, ours beside mrcal", ours,
+       error(solve_with_mrcal(sightings, sharp.truth.poses.camera, start)), "px", Relation::shown, kPeer);
 
   BoardLook curved;
   curved.gamma = 2.2;
   const ImageRun gamma = run_images(curved, options.quick ? 4 : poses, options.seed + 9, options, 0.8);
-  push(figures, "images, gamma 2.2: measured gamma off by", std::abs(gamma.reading.gamma - 2.2), 0.1, "", Relation::at_most, kIssue);
-  push(figures, "images, gamma 2.2: projector pixel", gamma.projector_px, 0.2, "px", Relation::at_most, "as without gamma");
+  push(figures, "images, gamma 2.2: measured gamma off by", std::abs(gamma.reading.gamma - 2.2), 0.1, "",
+       Relation::at_most, kIssue);
+  push(figures, "images, gamma 2.2: projector pixel", gamma.projector_px, 0.2, "px", Relation::at_most,
+       "as without gamma");
 
   BoardLook soft;
   soft.projector_blur_px = 5;
   const ImageRun blurred = run_images(soft, 4, options.seed + 9, options, 0.85);
-  push(figures, "projector out of focus by 5 px: blur measured off by", std::abs(blurred.reading.projector_blur_px - 5), 1, "px", Relation::at_most, kIssue);
-  push(figures, "projector out of focus: named, and not called good", mentions(blurred.calibration, "out of focus") && blurred.calibration.verdict != Verdict::good, 1, "", Relation::at_least, kIssue);
-  push(figures, "projector out of focus: projector pixel", blurred.projector_px, 0.2, "px", Relation::at_most, "survived");
+  push(figures, "projector out of focus by 5 px: blur measured off by", std::abs(blurred.reading.projector_blur_px - 5),
+       1, "px", Relation::at_most, kIssue);
+  push(figures, "projector out of focus: named, and not called good",
+       mentions(blurred.calibration, "out of focus") && blurred.calibration.verdict != Verdict::good, 1, "",
+       Relation::at_least, kIssue);
+  push(figures, "projector out of focus: projector pixel", blurred.projector_px, 0.2, "px", Relation::at_most,
+       "survived");
 
   BoardLook bright;
   bright.exposure = 1.9;
   const ImageRun clipped = run_images(bright, 4, options.seed + 9, options, 0.9);
-  push(figures, "clipped highlights: named, and not called good", mentions(clipped.calibration, "lipped") && clipped.calibration.verdict != Verdict::good, 1, "", Relation::at_least, kIssue);
+  push(figures, "clipped highlights: named, and not called good",
+       mentions(clipped.calibration, "lipped") && clipped.calibration.verdict != Verdict::good, 1, "",
+       Relation::at_least, kIssue);
 }
 
 void prove_delay(std::vector<Figure>& figures, const FigureOptions& options) {
@@ -266,12 +301,15 @@ void prove_delay(std::vector<Figure>& figures, const FigureOptions& options) {
     refused += !estimate_time_offset(camera, still.tracks, still.sightings).known;
   }
   const std::string over = std::to_string(draws) + " draws";
-  push(figures, "camera 13.7 ms late, markers move 120 mm at 1.2 Hz for 6 s: delay off by", error.root(), 0.03, "ms", Relation::at_most, "trial run: 0.011");
+  push(figures, "camera 13.7 ms late, markers move 120 mm at 1.2 Hz for 6 s: delay off by", error.root(), 0.03, "ms",
+       Relation::at_most, "trial run: 0.011");
   push(figures, "delay: predicted deviation", predicted.root(), 0.03, "ms", Relation::at_most, over);
   push(figures, "delay: true / predicted deviation", error.root() / predicted.root(), 1, "", Relation::shown, over);
-  push(figures, "delay: residual with, beside without", with.root(), without.root(), "px", Relation::shown, "trial run: 0.48 and 9.0");
+  push(figures, "delay: residual with, beside without", with.root(), without.root(), "px", Relation::shown,
+       "trial run: 0.48 and 9.0");
   push(figures, "delay from 20 mm at 0.5 Hz: off by", gentle_error.root(), 1, "ms", Relation::at_most, over);
-  push(figures, "delay from 20 mm at 0.5 Hz: true / predicted deviation", gentle_error.root() / gentle_predicted.root(), 2, "", Relation::at_most, over);
+  push(figures, "delay from 20 mm at 0.5 Hz: true / predicted deviation", gentle_error.root() / gentle_predicted.root(),
+       2, "", Relation::at_most, over);
   push(figures, "delay from 1 mm at 0.5 Hz: refused", 1.0 * refused / draws, 1, "share", Relation::at_least, kIssue);
 }
 

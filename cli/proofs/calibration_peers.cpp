@@ -23,7 +23,8 @@ geometry::Projection solve_with_opencv(const std::vector<Sighting>& sightings, c
     pixels[0].emplace_back(s.pixel.x(), s.pixel.y());
   }
   // OpenCV refuses a principal point outside the image, where wrong labels may put that of the linear start.
-  const double cx = std::clamp(start[2], 1.0, size.width_px - 2.0), cy = std::clamp(start[3], 1.0, size.height_px - 2.0);
+  const double cx = std::clamp(start[2], 1.0, size.width_px - 2.0),
+               cy = std::clamp(start[3], 1.0, size.height_px - 2.0);
   cv::Mat matrix = (cv::Mat_<double>(3, 3) << start[0], 0, cx, 0, start[1], cy, 0, 0, 1);
   cv::Mat distortion = cv::Mat::zeros(1, 5, CV_64F);
   std::vector<cv::Mat> rotations, translations;
@@ -31,7 +32,8 @@ geometry::Projection solve_with_opencv(const std::vector<Sighting>& sightings, c
                       translations, cv::CALIB_USE_INTRINSIC_GUESS | cv::CALIB_FIX_K3,
                       cv::TermCriteria(cv::TermCriteria::COUNT + cv::TermCriteria::EPS, 100, 1e-12));
   CameraParameters camera = CameraParameters::Zero();
-  camera.head<4>() << matrix.at<double>(0, 0), matrix.at<double>(1, 1), matrix.at<double>(0, 2), matrix.at<double>(1, 2);
+  camera.head<4>() << matrix.at<double>(0, 0), matrix.at<double>(1, 1), matrix.at<double>(0, 2),
+      matrix.at<double>(1, 2);
   for (int i = 0; i < 4; ++i) camera[calib::kDistortion + i] = distortion.at<double>(i);
   for (int i = 0; i < 3; ++i) {
     camera[calib::kRotation + i] = rotations[0].at<double>(i);

@@ -1,5 +1,5 @@
-// Figures of the calibration's watch (station/calibration_watch.h) on campaigns recorded from the simulated world, whose
-// knocks and delays are known.
+// Figures of the calibration's watch (station/calibration_watch.h) on campaigns recorded from the simulated world,
+// whose knocks and delays are known.
 #pragma once
 
 #include <vector>

@@ -59,7 +59,8 @@ Eigen::Vector3d disc_at(int disc, double t) {
 
 void draw_discs(const geometry::Projection& camera, double t, uint8_t* pixels) {
   std::array<Eigen::Vector2d, kDiscs> centres;
-  for (int disc = 0; disc < kDiscs; ++disc) centres[static_cast<size_t>(disc)] = geometry::project(camera, disc_at(disc, t));
+  for (int disc = 0; disc < kDiscs; ++disc)
+    centres[static_cast<size_t>(disc)] = geometry::project(camera, disc_at(disc, t));
   for (int row = 0; row < kDiscHeight_px; ++row)
     for (int column = 0; column < kDiscWidth_px; ++column) {
       double grey = 10;
@@ -105,39 +106,49 @@ class ClockBench {
  public:
   explicit ClockBench(const ClockRunOptions& options)
       : options_(options), camera_address_(station::free_camera_address()), picture_(disc_camera()),
-        vicon_([&] {
-          hardware_sim::DatastreamServerOptions o;
-          o.rate_hz = kSamples_hz;
-          o.latency_s = kLatency_s;
-          o.stated_latency_s = kLatency_s - options.delay_s;
-          o.awake_s = 2e-4;
-          o.seed = options.seed;
-          return o;
-        }(), [this](double t) { return vicon_times_.look(t); }),
-        optitrack_([&] {
-          hardware_sim::NatnetServerOptions o;
-          o.rate_hz = kSamples_hz;
-          o.clock_offset_s = options.clock_offset_s;
-          o.clock_drift_ppm = options.clock_drift_ppm;
-          o.seed = options.seed + 1000;
-          return o;
-        }(), [this](double t) { return optitrack_times_.look(t); }),
-        camera_([&] {
-          sim::GigeCameraOptions o;
-          o.address = camera_address_;
-          o.width_px = kDiscWidth_px;
-          o.height_px = kDiscHeight_px;
-          o.clock_offset_s = options.clock_offset_s;
-          o.clock_drift_ppm = options.clock_drift_ppm;
-          o.seed = options.seed;
-          return o;
-        }(), [this](double t, uint8_t* pixels) { draw_discs(picture_, t, pixels); return true; }),
-        configuration_(rig::Configuration::parse(
-            fmt::format("[bus]\nport = {}\n[camera]\naddress = \"{}\"\nrate_hz = {}\npacket_size_bytes = 9000\npreview_rate_hz = 0\n"
-                        "[vicon]\nport = {}\n[optitrack]\nbackend = \"natnet\"\nport = {}\n",
-                        station::free_bus_port(), camera_address_, kFrames_hz, vicon_.port(), optitrack_.port()),
-            "prove rig", {"bus", "camera", "vicon", "optitrack"})),
-        bus_(configuration_.bus()) {
+        vicon_(
+            [&] {
+    hardware_sim::DatastreamServerOptions o;
+    o.rate_hz = kSamples_hz;
+    o.latency_s = kLatency_s;
+    o.stated_latency_s = kLatency_s - options.delay_s;
+    o.awake_s = 2e-4;
+    o.seed = options.seed;
+    return o;
+            }(),
+            [this](double t) { return vicon_times_.look(t); }),
+  optitrack_(
+      [&] {
+    hardware_sim::NatnetServerOptions o;
+    o.rate_hz = kSamples_hz;
+    o.clock_offset_s = options.clock_offset_s;
+    o.clock_drift_ppm = options.clock_drift_ppm;
+    o.seed = options.seed + 1000;
+    return o;
+      }(),
+      [this](double t) { return optitrack_times_.look(t); }),
+  camera_(
+      [&] {
+    sim::GigeCameraOptions o;
+    o.address = camera_address_;
+    o.width_px = kDiscWidth_px;
+    o.height_px = kDiscHeight_px;
+    o.clock_offset_s = options.clock_offset_s;
+    o.clock_drift_ppm = options.clock_drift_ppm;
+    o.seed = options.seed;
+    return o;
+      }(),
+      [this](double t, uint8_t* pixels) {
+    draw_discs(picture_, t, pixels);
+    return true;
+  }),
+  configuration_(rig::Configuration::parse(
+      fmt::format(
+          "[bus]\nport = {}\n[camera]\naddress = \"{}\"\nrate_hz = {}\npacket_size_bytes = 9000\npreview_rate_hz = 0\n"
+          "[vicon]\nport = {}\n[optitrack]\nbackend = \"natnet\"\nport = {}\n",
+          station::free_bus_port(), camera_address_, kFrames_hz, vicon_.port(), optitrack_.port()),
+      "prove rig", {"bus", "camera", "vicon", "optitrack"})),
+  bus_(configuration_.bus()) {
     bus_.subscribe<selvedge_rig::clock_map_t>(rig::channel("camera", rig::kClock), [this](const auto& message) {
       const std::lock_guard lock(mutex_);
       camera_clock_ = message;
@@ -161,7 +172,8 @@ class ClockBench {
   ClockRun run() {
     read_frames();
     const std::lock_guard lock(mutex_);
-    if (!camera_clock_ || !vicon_word_.clock || !optitrack_word_.clock || vicon_word_.samples.empty() || optitrack_word_.samples.empty() || !by_arrivals_->map())
+    if (!camera_clock_ || !vicon_word_.clock || !optitrack_word_.clock || vicon_word_.samples.empty() ||
+        optitrack_word_.samples.empty() || !by_arrivals_->map())
       throw std::runtime_error("prove rig: a daemon said nothing");
     ClockRun result;
     const rig::ClockMap map = rig::from_message(*camera_clock_);
@@ -180,7 +192,8 @@ class ClockBench {
       const std::lock_guard lock(mutex_);
       word.clock = message;
     });
-    bus_.subscribe<selvedge_rig::corner_sample_t>(rig::channel(device, rig::kCorners), [this, &word](const auto& message) {
+    bus_.subscribe<selvedge_rig::corner_sample_t>(rig::channel(device, rig::kCorners),
+                                                  [this, &word](const auto& message) {
       const std::lock_guard lock(mutex_);
       word.samples.push_back(message);
     });
@@ -214,7 +227,8 @@ class ClockBench {
   }
 
   void note_discs(const camera::RingFrame& frame) {
-    const auto pixels = Eigen::Map<const Eigen::Matrix<uint8_t, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>>(frame.pixels.data(), kDiscHeight_px, kDiscWidth_px);
+    const auto pixels = Eigen::Map<const Eigen::Matrix<uint8_t, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>>(
+        frame.pixels.data(), kDiscHeight_px, kDiscWidth_px);
     const auto blobs = calib::find_blobs(pixels);
     if (blobs.size() != kDiscs) return;
     Eigen::Vector2d middle = Eigen::Vector2d::Zero();
@@ -233,7 +247,8 @@ class ClockBench {
   // late_s: what the samples must be late by.
   static Found tracker_error(const TrackerWord& word, const SampleTimes& truth, double late_s) {
     const auto& sample = word.samples.back();
-    return {1e-6 * static_cast<double>(sample.utime) - truth.of_frame(sample.frame_number) - late_s, word.clock->uncertainty_s};
+    return {1e-6 * static_cast<double>(sample.utime) - truth.of_frame(sample.frame_number) - late_s,
+            word.clock->uncertainty_s};
   }
 
   Found delay_error(const ClockRun& clocks) const {

@@ -3,7 +3,8 @@
 //
 //   camera       GigE Vision, clock off by clock_offset_s and drifting
 //   optitrack    NatNet, clock off likewise
-//   vicon        DataStream, which has no clock; it states a latency that is delay_s short, so that its samples come out
+//   vicon        DataStream, which has no clock; it states a latency that is delay_s short, so that its samples come
+//   out
 //                delay_s late
 // Four discs move rigidly before the camera; the trackers follow them. The delay is what calib/time_offset.h finds from
 // the discs in the frames and the Vicon samples.
@@ -12,17 +13,17 @@
 namespace selvedge::cli {
 
 struct ClockRunOptions {
-  double settle_s = 6;             // before anything counts
-  double watch_s = 10;             // that the moving discs are watched
+  double settle_s = 6;  // before anything counts
+  double watch_s = 10;  // that the moving discs are watched
   double clock_offset_s = 5;
-  double clock_drift_ppm = 50;     // positive: the device's clock is fast
+  double clock_drift_ppm = 50;  // positive: the device's clock is fast
   double delay_s = 0.0137;
   unsigned seed = 1;
 };
 
 struct Found {
   double error_s = 0;
-  double sd_s = 0;                 // as the daemons state it
+  double sd_s = 0;  // as the daemons state it
   bool covered() const { return error_s <= 2 * sd_s && error_s >= -2 * sd_s; }
 };
 

@@ -111,7 +111,8 @@ struct Energy {
 
 // At the steps nearest to look_s. The kinetic part is ½ v₋·M v₊ of the two half steps: with it leapfrog keeps the
 // energy of each mode exactly.
-std::vector<Energy> energies_at(const Sheet& sheet, Experiment e, const Options& options, const std::vector<double>& look_s) {
+std::vector<Energy> energies_at(const Sheet& sheet, Experiment e, const Options& options,
+                                const std::vector<double>& look_s) {
   for (const double t : look_s)
     for (int d = -1; d <= 1; ++d) e.sample_s.push_back((std::round(t / options.step_s) + d) * options.step_s);
   const Trajectory t = cloth::simulate(sheet, {e}, options)[0];
@@ -176,7 +177,8 @@ Compared pendulum_period(int rows) {
     const Eigen::Vector2d& uv = sheet.mesh.rest_uv[static_cast<size_t>(i)];
     // Stretched by its weight below, so that no up-and-down swing is excited.
     const double stretched = uv.y() + 0.16 * kGravity_m_s2 / 300 * (kSwatch_m * uv.y() - uv.y() * uv.y() / 2);
-    e.start_shape.col(i) << uv.x() - 2 * spacing, 2e-3 * bessel_j0(2.404826 * std::sqrt(1 - uv.y() / kSwatch_m)), -stretched;
+    e.start_shape.col(i) << uv.x() - 2 * spacing, 2e-3 * bessel_j0(2.404826 * std::sqrt(1 - uv.y() / kSwatch_m)),
+        -stretched;
   }
   for (int k = 1; k <= 1000; ++k) e.sample_s.push_back(k * 1e-3);
   const Trajectory t = cloth::simulate(sheet, {e})[0];
@@ -200,7 +202,8 @@ Compared terminal_speed(int rows) {
   in.sheet = &sheet.data;
   in.materials.push_back(Material());
   in.surroundings.emplace_back();
-  for (const Eigen::Vector2d& uv : sheet.mesh.rest_uv) in.start_position.insert(in.start_position.end(), {uv.x(), uv.y(), 0});
+  for (const Eigen::Vector2d& uv : sheet.mesh.rest_uv)
+    in.start_position.insert(in.start_position.end(), {uv.x(), uv.y(), 0});
   in.step_s = cloth::stable_step_s(sheet, in.materials[0]) / 3;
   in.stages = cloth::stages_for(cloth::spectrum_of(sheet, in.materials[0]), in.step_s);
   in.steps = static_cast<int>(2 / in.step_s);
@@ -222,7 +225,8 @@ Compared cylinder_energy(const geometry::TriangleMesh& mesh, double angle_rad) {
     x.col(i) << radius * std::sin(turn), along.dot(uv), radius * std::cos(turn);
   }
   Material m;
-  const double energy = cloth::energy_of(sheet, m, Eigen::Vector3d::Zero(), x, Eigen::Matrix3Xd::Zero(3, x.cols())).bend;
+  const double energy =
+      cloth::energy_of(sheet, m, Eigen::Vector3d::Zero(), x, Eigen::Matrix3Xd::Zero(3, x.cols())).bend;
   return {energy, 0.5 * m.bend / (radius * radius) * mesh.width_m * mesh.height_m};
 }
 
@@ -295,6 +299,8 @@ double distance_m(const Waving& a, const Waving& b) {
   return std::sqrt(sum / static_cast<double>(points.rest_uv.size() * a.motion.samples.size()));
 }
 
-double order_of(double coarse_difference, double fine_difference) { return std::log2(coarse_difference / fine_difference); }
+double order_of(double coarse_difference, double fine_difference) {
+  return std::log2(coarse_difference / fine_difference);
+}
 
 }  // namespace selvedge::cli

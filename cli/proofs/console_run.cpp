@@ -33,7 +33,8 @@ namespace fs = std::filesystem;
 double cpu_s() {
   rusage used{};
   ::getrusage(RUSAGE_SELF, &used);
-  return static_cast<double>(used.ru_utime.tv_sec + used.ru_stime.tv_sec) + 1e-6 * static_cast<double>(used.ru_utime.tv_usec + used.ru_stime.tv_usec);
+  return static_cast<double>(used.ru_utime.tv_sec + used.ru_stime.tv_sec) +
+         1e-6 * static_cast<double>(used.ru_utime.tv_usec + used.ru_stime.tv_usec);
 }
 
 double cores_over(double seconds) {
@@ -65,7 +66,8 @@ void read_events(int port, const std::atomic<bool>& ending, Latencies& latencies
   to.sin_family = AF_INET;
   to.sin_port = htons(static_cast<uint16_t>(port));
   to.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-  if (::connect(socket, reinterpret_cast<sockaddr*>(&to), sizeof to) != 0) throw std::runtime_error("the console does not answer");
+  if (::connect(socket, reinterpret_cast<sockaddr*>(&to), sizeof to) != 0)
+    throw std::runtime_error("the console does not answer");
   const timeval patience{1, 0};
   ::setsockopt(socket, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
   const std::string request = fmt::format("GET /api/events HTTP/1.1\r\nHost: 127.0.0.1:{}\r\n\r\n", port);
@@ -91,7 +93,8 @@ geometry::Projection projection_of(const nlohmann::json& json) {
   p.width_px = json.at("width_px");
   p.height_px = json.at("height_px");
   for (size_t r = 0; r < 3; ++r)
-    for (size_t c = 0; c < 4; ++c) p.matrix(static_cast<int>(r), static_cast<int>(c)) = json.at("projection").at(r).at(c);
+    for (size_t c = 0; c < 4; ++c)
+      p.matrix(static_cast<int>(r), static_cast<int>(c)) = json.at("projection").at(r).at(c);
   p.distortion = json.at("distortion").get<std::array<double, 5>>();
   return p;
 }
@@ -99,11 +102,14 @@ geometry::Projection projection_of(const nlohmann::json& json) {
 }  // namespace
 
 ConsoleRun run_console_with_pages(double seconds, const report::ProgressCallback& progress) {
-  const fs::path source = shared_folder(), folder = fs::temp_directory_path() / fmt::format("selvedge-console-run-{}", ::getpid());
+  const fs::path source = shared_folder(),
+                 folder = fs::temp_directory_path() / fmt::format("selvedge-console-run-{}", ::getpid());
   fs::create_directories(folder);
   ConsoleRun out;
   {
-    station::SimulatedRig rig({source / "examples" / "demo-rig.toml", source / "examples" / "demo-world.toml", source / "data" / "arms"}, folder);
+    station::SimulatedRig rig(
+        {source / "examples" / "demo-rig.toml", source / "examples" / "demo-world.toml", source / "data" / "arms"},
+        folder);
     session::RigClient client(rig.configuration());
     client.wait_until_running(120, [&](const std::string& missing) {
       rig.require_running();
@@ -116,7 +122,9 @@ ConsoleRun run_console_with_pages(double seconds, const report::ProgressCallback
 
     Latencies bus_latencies, page_latencies;
     rig::Bus bus(rig.configuration().bus());
-    bus.subscribe<selvedge_rig::preview_t>(rig::channel("camera", rig::kPreview), [&](const selvedge_rig::preview_t& preview) { bus_latencies.take(preview.utime); });
+    bus.subscribe<selvedge_rig::preview_t>(
+        rig::channel("camera", rig::kPreview),
+        [&](const selvedge_rig::preview_t& preview) { bus_latencies.take(preview.utime); });
     bus.start();
     console::ServerOptions options;
     options.token = console::random_token();
@@ -136,7 +144,8 @@ ConsoleRun run_console_with_pages(double seconds, const report::ProgressCallback
     session::TrialPlan trial = plan.trials.front();
     trial.duration_s = seconds;
     try {
-      const session::TrialRecord record = session::run_trial(client, rig.configuration(), plan, trial, optics, folder / "trials", [](double, const std::string&) {});
+      const session::TrialRecord record = session::run_trial(client, rig.configuration(), plan, trial, optics,
+                                                             folder / "trials", [](double, const std::string&) {});
       out.frames = static_cast<int64_t>(record.frames);
       out.frames_lost = record.frames_lost;
     } catch (...) {

@@ -19,7 +19,9 @@ constexpr double kSide_m = 0.3;
 
 // Knit to stiff cotton.
 cloth::Material fabric_of(std::mt19937& random) {
-  const auto between = [&](double low, double high) { return low * std::pow(high / low, std::generate_canonical<double, 32>(random)); };
+  const auto between = [&](double low, double high) {
+    return low * std::pow(high / low, std::generate_canonical<double, 32>(random));
+  };
   cloth::Material m;
   m.density = between(0.1, 0.3);
   m.stretch = between(30, 150);
@@ -53,10 +55,13 @@ ContactScene sheet_over_rod(unsigned seed, int columns, double duration_s) {
   const Eigen::Vector3d centre(0.06 * unit(random), 0.06 * unit(random), height + 0.08);
   for (size_t i = 0; i < s.mesh.rest_uv.size(); ++i) {
     const Eigen::Vector2d p = s.mesh.rest_uv[i] - Eigen::Vector2d::Constant(kSide_m / 2);
-    s.experiment.start_shape.col(static_cast<Eigen::Index>(i)) = centre + turned * Eigen::Vector3d(p.x(), p.y(), 1e-4 * unit(random));
+    s.experiment.start_shape.col(static_cast<Eigen::Index>(i)) =
+        centre + turned * Eigen::Vector3d(p.x(), p.y(), 1e-4 * unit(random));
   }
   const double radius = 0.006 + 0.004 * (unit(random) + 1);
-  s.body.capsules_at = [=](double) { return std::vector<cloth::contact::Capsule>{{{-0.4, 0, height}, {0.4, 0, height}, radius}}; };
+  s.body.capsules_at = [=](double) {
+    return std::vector<cloth::contact::Capsule>{{{-0.4, 0, height}, {0.4, 0, height}, radius}};
+  };
   s.body.half_spaces = {{Eigen::Vector3d::UnitZ(), 0}};
   s.options.body_friction = 0.2 + 0.2 * (unit(random) + 1);
   return s;
@@ -88,10 +93,12 @@ ContactScene patch_on_incline(double angle_rad, double friction, double duration
   s.experiment.start_shape.resize(3, 81);
   s.options.body_friction = friction;
   s.experiment.material.drag_normal = s.experiment.material.drag_tangent = 0;
-  const Eigen::Vector3d downhill(std::cos(angle_rad), 0, -std::sin(angle_rad)), normal(std::sin(angle_rad), 0, std::cos(angle_rad));
+  const Eigen::Vector3d downhill(std::cos(angle_rad), 0, -std::sin(angle_rad)),
+      normal(std::sin(angle_rad), 0, std::cos(angle_rad));
   for (size_t i = 0; i < 81; ++i) {
     const Eigen::Vector2d p = s.mesh.rest_uv[i];
-    s.experiment.start_shape.col(static_cast<Eigen::Index>(i)) = p.x() * downhill + p.y() * Eigen::Vector3d::UnitY() + 1e-3 * normal;
+    s.experiment.start_shape.col(static_cast<Eigen::Index>(i)) =
+        p.x() * downhill + p.y() * Eigen::Vector3d::UnitY() + 1e-3 * normal;
   }
   s.body.half_spaces = {{normal, 0}};
   return s;
@@ -104,7 +111,8 @@ ContactScene waved_swatch(int columns, double duration_s) {
   Eigen::Matrix3Xd left(3, times.size()), right = left;
   for (size_t i = 0; i < times.size(); ++i) {
     left.col(Eigen::Index(i)) = Eigen::Vector3d(-0.125, 0, 0);
-    right.col(Eigen::Index(i)) = Eigen::Vector3d(0.125, 0.05 * (1 - std::cos(2 * std::numbers::pi * 1.5 * times[i])), 0);
+    right.col(Eigen::Index(i)) =
+        Eigen::Vector3d(0.125, 0.05 * (1 - std::cos(2 * std::numbers::pi * 1.5 * times[i])), 0);
   }
   s.experiment.path = cloth::make_path(cloth::Hold::corners, times, left, right);
   s.experiment.material.density = 0.187;
@@ -119,14 +127,16 @@ ContactOutcome run_contact_scene(const ContactScene& scene, bool with_contact, c
   const cloth::contact::Surface surface = cloth::contact::make_surface(scene.mesh);
   const auto statistics = std::make_shared<cloth::contact::Statistics>();
   cloth::Experiment e = scene.experiment;
-  if (with_contact) e.make_step_filter = [&] { return cloth::contact::make_filter(surface, scene.body, scene.options, statistics); };
+  if (with_contact)
+    e.make_step_filter = [&] { return cloth::contact::make_filter(surface, scene.body, scene.options, statistics); };
   ContactOutcome out;
   const auto start = std::chrono::steady_clock::now();
   out.trajectory = cloth::simulate(sheet, {e}, options)[0];
   out.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   out.statistics = *statistics;
   for (const Eigen::Matrix3Xd& sample : out.trajectory.samples)
-    out.intersections = std::max(out.intersections, static_cast<int>(cloth::contact::intersecting_triangles(surface, sample).size()));
+    out.intersections =
+        std::max(out.intersections, static_cast<int>(cloth::contact::intersecting_triangles(surface, sample).size()));
   return out;
 }
 

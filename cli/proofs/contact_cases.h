@@ -20,7 +20,7 @@ struct ContactScene {
 struct ContactOutcome {
   cloth::Trajectory trajectory;
   cloth::contact::Statistics statistics;
-  int intersections = 0;      // most pairs of intersecting triangles at any sample
+  int intersections = 0;  // most pairs of intersecting triangles at any sample
   double wall_s = 0;
 };
 
@@ -37,6 +37,7 @@ ContactScene waved_swatch(int columns, double duration_s);
 ContactScene patch_on_incline(double angle_rad, double friction, double duration_s);
 
 // with_contact: false leaves the step filter out altogether.
-ContactOutcome run_contact_scene(const ContactScene& scene, bool with_contact = true, const cloth::Options& options = {});
+ContactOutcome run_contact_scene(const ContactScene& scene, bool with_contact = true,
+                                 const cloth::Options& options = {});
 
 }  // namespace selvedge::cli

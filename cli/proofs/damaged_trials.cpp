@@ -77,8 +77,8 @@ ExampleTrial example_trial(unsigned seed) {
   for (const int number : {0, 1, 2, 5, 6}) {
     t.frames->number.push_back(number);
     t.frames->time_s.push_back(number / 29.97);
-    example.images.push_back(trial::GreyImage::NullaryExpr(
-        camera.height_px, camera.width_px, [&] { return static_cast<unsigned char>(random() & 255); }));
+    example.images.push_back(trial::GreyImage::NullaryExpr(camera.height_px, camera.width_px,
+                                                           [&] { return static_cast<unsigned char>(random() & 255); }));
   }
   return example;
 }
@@ -89,7 +89,8 @@ using Change = std::function<void(const fs::path&)>;
 
 Change truncate_to(const char* file, double share) {
   return [=](const fs::path& folder) {
-    fs::resize_file(folder / file, static_cast<std::uintmax_t>(share * static_cast<double>(fs::file_size(folder / file))));
+    fs::resize_file(folder / file,
+                    static_cast<std::uintmax_t>(share * static_cast<double>(fs::file_size(folder / file))));
   };
 }
 
@@ -174,9 +175,8 @@ void add_csv_damages(std::vector<Damage>& list) {
     const std::string name = file;
     list.push_back({name + " empty", name, truncate_to(file, 0)});
     list.push_back({name + " cut in its header", name, [=](const fs::path& f) { fs::resize_file(f / file, 5); }});
-    list.push_back({name + " cut in its last line", name, [=](const fs::path& folder) {
-                      fs::resize_file(folder / file, fs::file_size(folder / file) - 3);
-                    }});
+    list.push_back({name + " cut in its last line", name,
+                    [=](const fs::path& folder) { fs::resize_file(folder / file, fs::file_size(folder / file) - 3); }});
     list.push_back({name + " without rows", name, [=](const fs::path& folder) {
                       const std::string text = files::read_whole(folder / file);
                       files::write_whole(folder / file, text.substr(0, text.find('\n') + 1));
@@ -200,9 +200,12 @@ void add_csv_damages(std::vector<Damage>& list) {
   list.push_back({"markers.csv: times go backwards", "markers.csv", swap_lines("markers.csv", "\n0,3")});
   list.push_back({"frames.csv: frames go backwards", "frames.csv:4", swap_lines("frames.csv", "\n1,")});
   list.push_back({"frames.csv: one frame twice", "frames.csv:4", replace_text("frames.csv", "\n2,", "\n1,")});
-  list.push_back({"frames.csv: a frame that is no whole number", "frames.csv:3", replace_text("frames.csv", "\n1,", "\n1.5,")});
-  list.push_back({"markers.csv: a marker that is no whole number", "markers.csv:3", replace_text("markers.csv", "\n0,1,", "\n0,1.5,")});
-  list.push_back({"frames.csv lists a frame that is not there", "000003.png", replace_text("frames.csv", "\n5,", "\n3,")});
+  list.push_back(
+      {"frames.csv: a frame that is no whole number", "frames.csv:3", replace_text("frames.csv", "\n1,", "\n1.5,")});
+  list.push_back({"markers.csv: a marker that is no whole number", "markers.csv:3",
+                  replace_text("markers.csv", "\n0,1,", "\n0,1.5,")});
+  list.push_back(
+      {"frames.csv lists a frame that is not there", "000003.png", replace_text("frames.csv", "\n5,", "\n3,")});
   list.push_back({"frames.csv cut after a whole line", "frames.csv", [](const fs::path& folder) {
                     const std::string text = files::read_whole(folder / "frames.csv");
                     files::write_whole(folder / "frames.csv", text.substr(0, text.find("\n5,") + 1));
@@ -217,7 +220,8 @@ void add_image_damages(std::vector<Damage>& list) {
   const char* image = "frames/000002.png";
   list.push_back({"an image missing", "000002.png", drop(image)});
   list.push_back({"an image empty", "000002.png", truncate_to(image, 0)});
-  list.push_back({"an image cut in its header", "000002.png", [=](const fs::path& f) { fs::resize_file(f / image, 20); }});
+  list.push_back(
+      {"an image cut in its header", "000002.png", [=](const fs::path& f) { fs::resize_file(f / image, 20); }});
   list.push_back({"an image cut in half", "000002.png", truncate_to(image, 0.5)});
   list.push_back({"an image with one bit wrong", "000002.png", flip_byte(image, 0.5)});
   list.push_back({"an image too wide", "000002.png", write_image(image, 65, 48)});
@@ -233,7 +237,8 @@ void add_json_damages(std::vector<Damage>& list) {
   list.push_back({"trial.json missing", file, drop("trial.json")});
   list.push_back({"trial.json empty", file, truncate_to("trial.json", 0)});
   list.push_back({"trial.json cut in half", file, truncate_to("trial.json", 0.5)});
-  list.push_back({"trial.json holds a list", file, [](const fs::path& f) { files::write_whole(f / "trial.json", "[1]\n"); }});
+  list.push_back(
+      {"trial.json holds a list", file, [](const fs::path& f) { files::write_whole(f / "trial.json", "[1]\n"); }});
   list.push_back({"trial.json holds NaN", file, replace_text("trial.json", "0.0162", "NaN")});
   list.push_back({"trial.json holds 1e999", file, replace_text("trial.json", "0.0162", "1e999")});
   list.push_back({"unknown format", "format", set_key("/format", "trial/2")});
@@ -254,13 +259,17 @@ void add_json_damages(std::vector<Damage>& list) {
     const std::string pointer = std::string("/") + side;
     const std::string where = std::string(side) + ".projection";
     list.push_back({where + " of rank 2", where, lower_rank(side)});
-    list.push_back({where + " of zeros", where, set_key(pointer + "/projection", json::array({{0, 0, 0, 0}, {0, 0, 0, 0}, {0, 0, 0, 0}}))});
-    list.push_back({where + " with two rows", where, set_key(pointer + "/projection", json::array({{1, 0, 0, 0}, {0, 1, 0, 0}}))});
+    list.push_back({where + " of zeros", where,
+                    set_key(pointer + "/projection", json::array({{0, 0, 0, 0}, {0, 0, 0, 0}, {0, 0, 0, 0}}))});
+    list.push_back(
+        {where + " with two rows", where, set_key(pointer + "/projection", json::array({{1, 0, 0, 0}, {0, 1, 0, 0}}))});
     list.push_back({where + " with a row of three", where, set_key(pointer + "/projection/1", {1, 2, 3})});
     list.push_back({where + " with a text", where, set_key(pointer + "/projection/1/2", "1")});
-    list.push_back({std::string(side) + ".width_px zero", std::string(side) + ".width_px", set_key(pointer + "/width_px", 0)});
+    list.push_back(
+        {std::string(side) + ".width_px zero", std::string(side) + ".width_px", set_key(pointer + "/width_px", 0)});
   }
-  list.push_back({"camera.distortion of four numbers", "camera.distortion", set_key("/camera/distortion", {0, 0, 0, 0})});
+  list.push_back(
+      {"camera.distortion of four numbers", "camera.distortion", set_key("/camera/distortion", {0, 0, 0, 0})});
   list.push_back({"images without a camera", "camera", drop_key("camera")});
   list.push_back({"stripes of period 0", "projector.pattern.period_px", set_key("/projector/pattern/period_px", 0)});
   list.push_back({"stripes that fill everything", "projector.pattern.duty", set_key("/projector/pattern/duty", 1)});
@@ -286,36 +295,41 @@ const std::vector<Damage>& damages() {
 }
 
 const std::vector<Damage>& harmless_changes() {
-  static const std::vector<Damage> list = {
-      {"markers alone", "", [](const fs::path& folder) {
-         for (const char* part : {"frames", "frames.csv", "robot.csv"}) fs::remove_all(folder / part);
-         for (const char* key : {"frames", "camera", "projector", "noise_grey_levels", "state"}) drop_key(key)(folder);
-       }},
-      {"images alone", "", drop("markers.csv")},
-      {"no robot.csv", "", drop("robot.csv")},
-      {"no projector", "", drop_key("projector")},
-      {"no pattern", "", [](const fs::path& folder) {
-         json object = files::read_json(folder / "trial.json");
-         object["projector"].erase("pattern");
-         files::write_json(folder / "trial.json", object);
-       }},
-      {"no noise", "", [](const fs::path& folder) {
-         set_key("/mocap", {{"rate_hz", 120}})(folder);
-         drop_key("noise_grey_levels")(folder);
-       }},
-      {"no rates", "", [](const fs::path& folder) {
-         drop_key("mocap")(folder);
-         drop_key("frames")(folder);
+  static const std::vector<Damage> list =
+      {
+          {"markers alone", "",
+           [](const fs::path& folder) {
+    for (const char* part : {"frames", "frames.csv", "robot.csv"}) fs::remove_all(folder / part);
+    for (const char* key : {"frames", "camera", "projector", "noise_grey_levels", "state"}) drop_key(key)(folder);
+           }},
+          {"images alone", "", drop("markers.csv")},
+          {"no robot.csv", "", drop("robot.csv")},
+          {"no projector", "", drop_key("projector")},
+          {"no pattern", "",
+           [](const fs::path& folder) {
+    json object = files::read_json(folder / "trial.json");
+    object["projector"].erase("pattern");
+    files::write_json(folder / "trial.json", object);
+           }},
+                                   {"no noise", "",
+                                    [](const fs::path& folder) {
+    set_key("/mocap", {{"rate_hz", 120}})(folder);
+    drop_key("noise_grey_levels")(folder);
+                                    }},
+      {"no rates", "",
+       [](const fs::path& folder) {
+    drop_key("mocap")(folder);
+    drop_key("frames")(folder);
        }},
       {"held by the corners, not said", "", drop_key("held")},
       {"an unknown key", "", set_key("/notes", "a draught in the afternoon")},
       {"columns in another order, one unknown, lines ended as in DOS, blank lines at the end", "",
        [](const fs::path& folder) {
-         files::write_whole(folder / "robot.csv",
-                            "gain,measured_x,measured_y,measured_z,t_s,commanded_x,commanded_y,commanded_z\r\n"
-                            "high,1,2,3,0,1,2,3\r\nlow,1,2,3,0.5,1,2,3\r\n\r\n");
+    files::write_whole(folder / "robot.csv",
+                       "gain,measured_x,measured_y,measured_z,t_s,commanded_x,commanded_y,commanded_z\r\n"
+                       "high,1,2,3,0,1,2,3\r\nlow,1,2,3,0.5,1,2,3\r\n\r\n");
        }},
-  };
+      };
   return list;
 }
 
@@ -324,9 +338,7 @@ std::string refusal_of(const fs::path& folder) {
     const trial::Campaign campaign = trial::read_campaign(folder);
     for (const trial::Trial& trial : campaign.trials)
       for (size_t i = 0; trial.frames && i < trial.frames->path.size(); ++i) trial::read_frame(trial, i);
-  } catch (const BadInput& error) {
-    return error.what();
-  }
+  } catch (const BadInput& error) { return error.what(); }
   return "";
 }
 

@@ -15,7 +15,7 @@ namespace selvedge::cli {
 namespace fs = std::filesystem;
 
 DiskModel::DiskModel(const fs::path& root, const fs::path& journal) {
-  struct stat status{};
+  struct stat status {};
   if (::stat(root.c_str(), &status) != 0) throw std::runtime_error(root.string() + ": no such folder");
   nodes_.emplace_back().folder = true;
   by_inode_[status.st_ino] = 0;
@@ -31,7 +31,9 @@ DiskModel::DiskModel(const fs::path& root, const fs::path& journal) {
 }
 
 void DiskModel::take(const Note& note, const std::string& path, const std::string& data) {
-  const auto folder_of = [&](const std::string& of) -> Node& { return nodes_[by_path_.at(fs::path(of).parent_path().string())]; };
+  const auto folder_of = [&](const std::string& of) -> Node& {
+    return nodes_[by_path_.at(fs::path(of).parent_path().string())];
+  };
   Change change;
   change.time = time_;
   switch (note.call) {
@@ -45,7 +47,8 @@ void DiskModel::take(const Note& note, const std::string& path, const std::strin
       nodes_[by_inode_.at(note.inode)].waiting.push_back(std::move(change));
       return;
     case Call::rename:
-      if (fs::path(path).parent_path() != fs::path(data).parent_path()) throw std::runtime_error("disk model: a rename to another folder");
+      if (fs::path(path).parent_path() != fs::path(data).parent_path())
+        throw std::runtime_error("disk model: a rename to another folder");
       change.gone = fs::path(path).filename().string();
       change.name = fs::path(data).filename().string();
       change.node = by_path_.at(path);

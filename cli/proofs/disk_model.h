@@ -1,9 +1,9 @@
 // What a disk may hold after its power was cut, from the notes of the preloaded library (cli/power_cut).
 //
-// Bytes of a file and entries of a folder each wait until a sync makes them durable: fsync of that file or folder, or syncfs.
-// A sync covers what was done before it began; one that failed covers nothing, and no later one covers what it was to. Of
-// what still waits when the power goes, any part may be there: writes are dropped, torn and reordered, names come and go in
-// any order. A rename is there whole or not at all, as journalling file systems have it.
+// Bytes of a file and entries of a folder each wait until a sync makes them durable: fsync of that file or folder, or
+// syncfs. A sync covers what was done before it began; one that failed covers nothing, and no later one covers what it
+// was to. Of what still waits when the power goes, any part may be there: writes are dropped, torn and reordered, names
+// come and go in any order. A rename is there whole or not at all, as journalling file systems have it.
 #pragma once
 
 #include <cstdint>
@@ -29,9 +29,9 @@ class DiskModel {
 
  private:
   struct Change {
-    size_t time = 0;       // number of the note
-    bool doomed = false;   // a sync that was to cover it failed
-    bool cuts = false;     // of a file: its length becomes `offset`; otherwise `data` is written there
+    size_t time = 0;      // number of the note
+    bool doomed = false;  // a sync that was to cover it failed
+    bool cuts = false;    // of a file: its length becomes `offset`; otherwise `data` is written there
     uint64_t offset = 0;
     std::string data;
     std::string gone, name;  // of a folder: the entry that goes, the one that comes; either may be empty

@@ -23,7 +23,8 @@ struct Crumpled {
   Eigen::Matrix3Xd x, v;
 
   explicit Crumpled(cloth::Sides sides)
-      : sheet(cloth::make_sheet(geometry::make_irregular_mesh(0.3, 0.2, 8, 6, 0.4, 3), sides)), x(3, sheet.data.vertex_count), v(x) {
+      : sheet(cloth::make_sheet(geometry::make_irregular_mesh(0.3, 0.2, 8, 6, 0.4, 3), sides)),
+        x(3, sheet.data.vertex_count), v(x) {
     std::mt19937 random(11);
     std::normal_distribution<double> noise;
     for (Eigen::Index i = 0; i < x.cols(); ++i) {
@@ -79,8 +80,10 @@ double energy_gradient_error(const Material& material, bool stretched) {
   double worst = 0;
   for (const cloth::Sides sides : kBothSides) {
     Crumpled s(sides);
-    for (Eigen::Index i = 0; stretched && i < s.x.cols(); ++i) s.x.col(i).head<2>() = 1.2 * s.sheet.mesh.rest_uv[static_cast<size_t>(i)];
-    worst = std::max(worst, difference_from_gradient(s.forces(material, s.still()), s.x, 2e-5, [&](const Eigen::Matrix3Xd& x) {
+    for (Eigen::Index i = 0; stretched && i < s.x.cols(); ++i)
+      s.x.col(i).head<2>() = 1.2 * s.sheet.mesh.rest_uv[static_cast<size_t>(i)];
+    worst = std::max(worst,
+                     difference_from_gradient(s.forces(material, s.still()), s.x, 2e-5, [&](const Eigen::Matrix3Xd& x) {
                        return cloth::energy_of(s.sheet, material, Eigen::Vector3d::Zero(), x, s.still()).potential();
                      }));
   }
@@ -93,8 +96,9 @@ double damping_gradient_error(const Material& material) {
   double worst = 0;
   for (const cloth::Sides sides : kBothSides) {
     const Crumpled s(sides);
-    worst = std::max(worst, difference_from_gradient(s.forces(material, s.v) - s.forces(undamped, s.v), s.v, 1e-2, [&](const Eigen::Matrix3Xd& v) {
-                       return cloth::damping_potential(s.sheet, material, s.x, v);
+    worst = std::max(worst, difference_from_gradient(s.forces(material, s.v) - s.forces(undamped, s.v), s.v, 1e-2,
+                                                     [&](const Eigen::Matrix3Xd& v) {
+      return cloth::damping_potential(s.sheet, material, s.x, v);
                      }));
   }
   return worst;

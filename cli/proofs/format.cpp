@@ -56,8 +56,8 @@ void compare_trials(const ExampleTrial& example, const trial::Trial& back, Round
   result.compare(t.camera->distortion.data(), back.camera->distortion.data(), 5);
   result.compare(t.gravity_m_s2.data(), back.gravity_m_s2.data(), 3);
   result.compare(t.clamp_direction.data(), back.clamp_direction.data(), 3);
-  const std::vector<double> scalars = {t.fabric.width_m, t.fabric.height_m, t.fabric.mass_kg, t.exposure_s,
-                                       t.frame_rate_hz, *t.mocap_noise_m, *t.noise_grey_levels, t.pattern->period_px};
+  const std::vector<double> scalars = {t.fabric.width_m, t.fabric.height_m, t.fabric.mass_kg,     t.exposure_s,
+                                       t.frame_rate_hz,  *t.mocap_noise_m,  *t.noise_grey_levels, t.pattern->period_px};
   result.compare(scalars, {back.fabric.width_m, back.fabric.height_m, back.fabric.mass_kg, back.exposure_s,
                            back.frame_rate_hz, *back.mocap_noise_m, *back.noise_grey_levels, back.pattern->period_px});
   for (size_t i = 0; i < example.images.size(); ++i) {
@@ -77,8 +77,7 @@ size_t cuts_read_inside_a_line(const fs::path& path) {
     try {
       files::read_csv(path, {{"t_s"}});
       ++wrong;
-    } catch (const BadInput&) {
-    }
+    } catch (const BadInput&) {}
   }
   return wrong;
 }

@@ -17,8 +17,8 @@ using fit::EvolutionOptions;
 using fit::SpringCoordinates;
 using fit::SpringCost;
 
-constexpr double kBadPercent = 10;      // a parameter this far off makes a bad case; the paper's two are 2.1 and 89 % off
-constexpr double kStopError_m = 2e-6;   // root mean square a point, 2 · 10⁻⁵ of the springs' length
+constexpr double kBadPercent = 10;  // a parameter this far off makes a bad case; the paper's two are 2.1 and 89 % off
+constexpr double kStopError_m = 2e-6;  // root mean square a point, 2 · 10⁻⁵ of the springs' length
 
 struct SpringRule {
   std::string name;
@@ -29,8 +29,8 @@ struct SpringRule {
 };
 
 struct SpringRun {
-  Eigen::VectorXd percent;      // off, a parameter
-  double product_percent = 0;   // l(1 + τ) of the structural springs, off
+  Eigen::VectorXd percent;     // off, a parameter
+  double product_percent = 0;  // l(1 + τ) of the structural springs, off
   double cost = 0;
   int evaluations = 0;
   double worst() const { return percent.cwiseAbs().maxCoeff(); }
@@ -51,7 +51,8 @@ SpringRun identify(const fit::SpringRecording& recording, SpringCost cost, const
   fit::SearchLimits limits;
   limits.seed = seed;
   limits.evaluations = options.individuals + options.individuals / 2 * rule.generations;
-  const double points = recording.scene.columns * recording.scene.rows * (cost == SpringCost::last_frame ? 1.0 : double(recording.frames.size()));
+  const double points = recording.scene.columns * recording.scene.rows *
+                        (cost == SpringCost::last_frame ? 1.0 : double(recording.frames.size()));
   if (rule.stops_on_cost) limits.stop_cost = points * kStopError_m * kStopError_m;
   const fit::SearchResult found = fit::evolve(problem, limits, options);
 
@@ -97,35 +98,43 @@ std::vector<Figure> prove_louchet(const FigureOptions& options) {
   const std::vector<SpringRule> rules = {
       {"paper, 49 generations", SpringCoordinates::lengths, EvolutionOptions::Variant::paper, 49, false},
       {"paper, stop on cost", SpringCoordinates::lengths, EvolutionOptions::Variant::paper, 600, true},
-      {"paper's steps in our coordinates, 49 generations", SpringCoordinates::longest, EvolutionOptions::Variant::paper, 49, false},
+      {"paper's steps in our coordinates, 49 generations", SpringCoordinates::longest, EvolutionOptions::Variant::paper,
+       49, false},
       {"ours, stop on cost", SpringCoordinates::longest, EvolutionOptions::Variant::ours, 600, true},
   };
   const unsigned seeds = options.quick ? 3 : 10;
   std::vector<Figure> figures = {{"17x17 sheet: share of springs at their critical elongation in the last frame",
                                   fit::share_at_critical(recording, {}), 0, "", Relation::shown, "the paper: many"}};
   double done = 0;
-  for (const auto& [cost, name] : {std::pair{SpringCost::every_frame, "full cost"}, std::pair{SpringCost::last_frame, "small cost"}})
+  for (const auto& [cost, name] :
+       {std::pair{SpringCost::every_frame, "full cost"}, std::pair{SpringCost::last_frame, "small cost"}})
     for (const SpringRule& rule : rules) {
       const bool ours = rule.variant == EvolutionOptions::Variant::ours;
       if (options.quick && !ours && cost == SpringCost::every_frame) continue;
       std::vector<SpringRun> runs;
       for (unsigned i = 0; i < seeds; ++i) {
         runs.push_back(identify(recording, cost, rule, options.seed + i));
-        options.progress(done += 1.0 / (8 * seeds), fmt::format("{}, {}: {:.2f} % off", name, rule.name, runs.back().worst()));
+        options.progress(done += 1.0 / (8 * seeds),
+                         fmt::format("{}, {}: {:.2f} % off", name, rule.name, runs.back().worst()));
       }
       print_runs(fmt::format("{}, {}", name, rule.name), runs, options.seed);
       const std::string what = fmt::format("{}, {}: ", name, rule.name);
       if (ours) {
-        figures.push_back({what + "seeds with every parameter within 1 %", seeds * share(runs, [](const SpringRun& r) { return r.worst() <= 1; }),
-                           0.9 * seeds, fmt::format("of {}", seeds), Relation::at_least, "required, 100 individuals"});
-        figures.push_back({what + "K off, median", median_of(runs, [](const SpringRun& r) { return std::abs(r.percent(3)); }), 2.1, "%", Relation::at_most,
-                           "the paper's best individual"});
+        figures.push_back({what + "seeds with every parameter within 1 %",
+                           seeds * share(runs, [](const SpringRun& r) { return r.worst() <= 1; }), 0.9 * seeds,
+                           fmt::format("of {}", seeds), Relation::at_least, "required, 100 individuals"});
+        figures.push_back({what + "K off, median",
+                           median_of(runs, [](const SpringRun& r) { return std::abs(r.percent(3)); }), 2.1, "%",
+                           Relation::at_most, "the paper's best individual"});
       }
-      figures.push_back({what + "share of bad cases", share(runs, [](const SpringRun& r) { return r.worst() > kBadPercent; }), 0, "", Relation::shown,
-                         "the paper's K = 0.44"});
+      figures.push_back({what + "share of bad cases",
+                         share(runs, [](const SpringRun& r) { return r.worst() > kBadPercent; }), 0, "",
+                         Relation::shown, "the paper's K = 0.44"});
       if (!ours)
-        figures.push_back({what + "l01 off, median; beside l01 (1 + tau)", median_of(runs, [](const SpringRun& r) { return std::abs(r.percent(0)); }),
-                           median_of(runs, [](const SpringRun& r) { return r.product_percent; }), "%", Relation::shown, "the valley"});
+        figures.push_back({what + "l01 off, median; beside l01 (1 + tau)",
+                           median_of(runs, [](const SpringRun& r) { return std::abs(r.percent(0)); }),
+                           median_of(runs, [](const SpringRun& r) { return r.product_percent; }), "%", Relation::shown,
+                           "the valley"});
     }
   return figures;
 }

@@ -60,7 +60,8 @@ std::vector<Figure> prove_metric(const FigureOptions& options) {
       options.progress((angle + 88) / 178, "stripes of known direction");
     }
     const std::string what = "stripes of " + std::to_string(int(period)) + " px, noise 1 grey level: ";
-    figures.push_back({what + "largest miss of any pixel's angle", worst, 0.5, "degrees", Relation::at_most, "required of the metric"});
+    figures.push_back({what + "largest miss of any pixel's angle", worst, 0.5, "degrees", Relation::at_most,
+                       "required of the metric"});
     figures.push_back({what + "root mean square", std::sqrt(square / count), 0.1, "degrees", Relation::shown, ""});
   }
   return figures;

@@ -1,5 +1,5 @@
-// `./selvedge prove recorder`: recorders whose power is cut, each at another moment. What they called durable must read from
-// whatever a disk may then hold.
+// `./selvedge prove recorder`: recorders whose power is cut, each at another moment. What they called durable must read
+// from whatever a disk may then hold.
 #include <algorithm>
 #include <csignal>
 #include <cstdlib>
@@ -26,8 +26,8 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr int kCutExit = 99;      // of the preloaded library
-constexpr int kSaidSoExit = 97;   // the recorder could not begin or finish, and said so
+constexpr int kCutExit = 99;     // of the preloaded library
+constexpr int kSaidSoExit = 97;  // the recorder could not begin or finish, and said so
 
 fs::path library() {
   const fs::path folder = fs::read_symlink("/proc/self/exe").parent_path();
@@ -47,8 +47,8 @@ struct Cut {
 
 struct Outcome {
   bool began = false, ended_otherwise = false, failed_sync = false;
-  RecorderReport report;      // the newest
-  size_t lost = 0;            // changes that the disk lost
+  RecorderReport report;  // the newest
+  size_t lost = 0;        // changes that the disk lost
   std::string shortfall;
 };
 
@@ -62,7 +62,8 @@ struct Outcome {
   ::setenv("SELVEDGE_CUT_AFTER", std::to_string(cut.after).c_str(), 1);
   ::setenv("SELVEDGE_CUT_FAIL", std::to_string(cut.fail_sync).c_str(), 1);
   const std::string trial = (root / "campaign" / "trial").string(), rows = std::to_string(cut.rows);
-  ::execl("/proc/self/exe", "selvedge", "recorder-of-proof", trial.c_str(), rows.c_str(), cut.too_early ? "--too-early" : nullptr, nullptr);
+  ::execl("/proc/self/exe", "selvedge", "recorder-of-proof", trial.c_str(), rows.c_str(),
+          cut.too_early ? "--too-early" : nullptr, nullptr);
   ::_exit(1);
 }
 
@@ -91,7 +92,8 @@ Outcome run_to_cut(const Cut& cut, const fs::path& root, const fs::path& journal
 Outcome try_cut(const Cut& cut) {
   const ScratchFolder scratch;
   // The library knows a file by the path that the kernel has for it.
-  const fs::path top = fs::canonical(scratch.path()), root = top / "disk", journal = top / "journal", after = top / "after";
+  const fs::path top = fs::canonical(scratch.path()), root = top / "disk", journal = top / "journal",
+                 after = top / "after";
   fs::create_directory(root);
   Outcome outcome = run_to_cut(cut, root, journal);
   const DiskModel disk(root, journal);
@@ -149,21 +151,26 @@ std::vector<Figure> prove_recorder(const FigureOptions& options) {
     early.add(try_cut(cut));
   }
   options.progress(1, "done");
-  const std::string of_all = fmt::format(", of {} power cuts", cuts), source = "the model of a disk in cli/proofs/disk_model.h";
+  const std::string of_all = fmt::format(", of {} power cuts", cuts),
+                    source = "the model of a disk in cli/proofs/disk_model.h";
   const std::string first = tally.example.empty() ? "" : " (the first: " + tally.example + ")";
   return {
-      {"cuts after which something called durable did not read" + of_all + first, tally.short_ones, 0, "cuts", Relation::at_most, source},
-      {"trials called complete although a sync failed" + of_all, tally.complete_all_the_same, 0, "trials", Relation::at_most, source},
-      {"recorders that ended otherwise than by the cut, by finishing or by saying why not" + of_all, tally.ended_otherwise, 0, "recorders",
+      {"cuts after which something called durable did not read" + of_all + first, tally.short_ones, 0, "cuts",
        Relation::at_most, source},
-      {"cuts that lost or tore something that was only written", tally.lossy, 0.5 * cuts, "cuts", Relation::at_least, "half of them"},
+      {"trials called complete although a sync failed" + of_all, tally.complete_all_the_same, 0, "trials",
+       Relation::at_most, source},
+      {"recorders that ended otherwise than by the cut, by finishing or by saying why not" + of_all,
+       tally.ended_otherwise, 0, "recorders", Relation::at_most, source},
+      {"cuts that lost or tore something that was only written", tally.lossy, 0.5 * cuts, "cuts", Relation::at_least,
+       "half of them"},
       {"recorders that met a sync that failed", tally.failed_syncs, 1, "recorders", Relation::at_least, "one"},
-      {"frames called durable when the power went, beside those written", tally.durable_frames, tally.written_frames, "frames", Relation::shown, "written"},
-      {"corner samples called durable when the power went, beside those written", tally.durable_rows, tally.written_rows, "samples", Relation::shown,
-       "written"},
+      {"frames called durable when the power went, beside those written", tally.durable_frames, tally.written_frames,
+       "frames", Relation::shown, "written"},
+      {"corner samples called durable when the power went, beside those written", tally.durable_rows,
+       tally.written_rows, "samples", Relation::shown, "written"},
       {"frames called durable, in all", tally.durable_frames, 1.0 * cuts, "frames", Relation::at_least, "one a cut"},
-      {fmt::format("cuts that catch a recorder which says durable too early, of {}", early_cuts), early.short_ones, 0.25 * early_cuts, "cuts",
-       Relation::at_least, "a quarter of them"},
+      {fmt::format("cuts that catch a recorder which says durable too early, of {}", early_cuts), early.short_ones,
+       0.25 * early_cuts, "cuts", Relation::at_least, "a quarter of them"},
   };
 }
 
@@ -176,9 +183,7 @@ void add_recorder_of_proof(CLI::App& app, int& exit_status) {
   command->callback([job, &exit_status] {
     try {
       record_job(*job);
-    } catch (const std::runtime_error&) {
-      exit_status = kSaidSoExit;
-    }
+    } catch (const std::runtime_error&) { exit_status = kSaidSoExit; }
   });
 }
 

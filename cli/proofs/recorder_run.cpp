@@ -28,7 +28,8 @@ Eigen::Vector3d point(size_t i, double which) { return {which + 0.1 * static_cas
 
 trial::GreyImage picture(int number) {
   std::mt19937 random(static_cast<unsigned>(number));
-  return trial::GreyImage::NullaryExpr(kHeight_px, kWidth_px, [&] { return static_cast<unsigned char>(random() & 255); });
+  return trial::GreyImage::NullaryExpr(kHeight_px, kWidth_px,
+                                       [&] { return static_cast<unsigned char>(random() & 255); });
 }
 
 trial::Trial header() {
@@ -51,14 +52,22 @@ std::string wrong_journal(const fs::path& trial, uint64_t called_durable) {
   const std::string text = fs::exists(path) ? files::read_whole(path) : "";
   std::string wanted;
   for (size_t i = 0; i < called_durable; ++i) wanted += journal_line(i);
-  return text.compare(0, wanted.size(), wanted) == 0 ? "" : fmt::format("{} lines of the journal were called durable, and do not read", called_durable);
+  return text.compare(0, wanted.size(), wanted) == 0
+             ? ""
+             : fmt::format("{} lines of the journal were called durable, and do not read", called_durable);
 }
 
 void say(const capture::Recorder& recorder, uint64_t journal, bool too_early, RecorderReport::State state) {
   const capture::Recorded now = recorder.recorded();
   const auto count = [&](const capture::RowCounts& rows) { return too_early ? rows.written : rows.durable; };
-  const RecorderReport report{state, count(now.corners), count(now.markers), count(now.robot), too_early ? now.frames.written : now.frames.durable,
-                              now.corners.written, now.frames.written, journal};
+  const RecorderReport report{state,
+                              count(now.corners),
+                              count(now.markers),
+                              count(now.robot),
+                              too_early ? now.frames.written : now.frames.durable,
+                              now.corners.written,
+                              now.frames.written,
+                              journal};
   if (::write(1, &report, sizeof report) != sizeof report) ::_exit(1);
 }
 
@@ -71,7 +80,8 @@ template <class Matches>
 std::string wrong_row(const char* what, const std::vector<double>& times_s, uint64_t called_durable, Matches matches) {
   for (size_t row = 0; row < times_s.size(); ++row) {
     const auto i = static_cast<size_t>(std::lround(64 * times_s[row]));
-    if (i != row && row < called_durable) return fmt::format("{} {} is missing, {} were called durable", what, row, called_durable);
+    if (i != row && row < called_durable)
+      return fmt::format("{} {} is missing, {} were called durable", what, row, called_durable);
     if (times_s[row] != time_s(i) || !matches(row, i)) return fmt::format("{} {} is not what was written", what, row);
   }
   return rows_short(what, times_s.size(), called_durable);
@@ -80,27 +90,31 @@ std::string wrong_row(const char* what, const std::vector<double>& times_s, uint
 std::string wrong_frame(const trial::Trial& found, uint64_t called_durable) {
   if (!found.frames) return rows_short("frames", 0, called_durable);
   return wrong_row("frame", found.frames->time_s, called_durable, [&](size_t row, size_t i) {
-    return found.frames->number[row] == static_cast<int>(i) && trial::read_frame(found, row) == picture(static_cast<int>(i));
+    return found.frames->number[row] == static_cast<int>(i) &&
+           trial::read_frame(found, row) == picture(static_cast<int>(i));
   });
 }
 
 std::string compare(const trial::Trial& found, const RecorderReport& report) {
-  const auto column = [](const Eigen::Matrix3Xd& points, size_t row) { return Eigen::Vector3d(points.col(static_cast<Eigen::Index>(row))); };
+  const auto column = [](const Eigen::Matrix3Xd& points, size_t row) {
+    return Eigen::Vector3d(points.col(static_cast<Eigen::Index>(row)));
+  };
   std::string wrong = wrong_row("corner sample", found.corners.time_s, report.corners, [&](size_t row, size_t i) {
     return column(found.corners.left, row) == point(i, 0) && column(found.corners.right, row) == point(i, 1);
   });
   if (wrong.empty())
-    wrong = !found.markers ? rows_short("marker samples", 0, report.markers)
-                           : wrong_row("marker sample", found.markers->time_s, report.markers, [&](size_t row, size_t i) {
-                               return column(found.markers->position, row) == point(i, 2);
-                             });
+    wrong = !found.markers
+                ? rows_short("marker samples", 0, report.markers)
+                : wrong_row("marker sample", found.markers->time_s, report.markers,
+                            [&](size_t row, size_t i) { return column(found.markers->position, row) == point(i, 2); });
   if (wrong.empty())
     wrong = !found.robot ? rows_short("arm samples", 0, report.robot)
                          : wrong_row("arm sample", found.robot->time_s, report.robot, [&](size_t row, size_t i) {
                              return column(found.robot->measured, row) == point(i, 4);
                            });
   if (wrong.empty()) wrong = wrong_frame(found, report.frames);
-  if (wrong.empty() && report.state == RecorderReport::complete && (found.state != trial::State::complete || !found.damaged.empty()))
+  if (wrong.empty() && report.state == RecorderReport::complete &&
+      (found.state != trial::State::complete || !found.damaged.empty()))
     wrong = "the trial was called complete and is not";
   return wrong;
 }

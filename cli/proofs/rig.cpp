@@ -35,7 +35,8 @@ std::vector<ClockRun> run_all(const FigureOptions& options, int runs) {
   return results;
 }
 
-void add(std::vector<Figure>& figures, const std::vector<ClockRun>& runs, Found ClockRun::*what, const std::string& name) {
+void add(std::vector<Figure>& figures, const std::vector<ClockRun>& runs, Found ClockRun::*what,
+         const std::string& name) {
   double largest_s = 0;
   int covered = 0;
   std::vector<double> stated_ms;
@@ -45,9 +46,12 @@ void add(std::vector<Figure>& figures, const std::vector<ClockRun>& runs, Found 
     stated_ms.push_back(1e3 * (run.*what).sd_s);
   }
   const auto count = static_cast<double>(runs.size());
-  figures.push_back({name + ": largest error", 1e3 * largest_s, 0.1, "ms", Relation::at_most, "as set in the simulator"});
-  figures.push_back({name + ": runs that two stated deviations cover", static_cast<double>(covered), std::floor(0.95 * count), fmt::format("of {}", count), Relation::at_least, "19 of 20"});
-  figures.push_back({name + ": stated deviation, median", median(stated_ms), 0.1, "ms", Relation::shown, "the largest error allowed"});
+  figures.push_back(
+      {name + ": largest error", 1e3 * largest_s, 0.1, "ms", Relation::at_most, "as set in the simulator"});
+  figures.push_back({name + ": runs that two stated deviations cover", static_cast<double>(covered),
+                     std::floor(0.95 * count), fmt::format("of {}", count), Relation::at_least, "19 of 20"});
+  figures.push_back({name + ": stated deviation, median", median(stated_ms), 0.1, "ms", Relation::shown,
+                     "the largest error allowed"});
 }
 
 }  // namespace
@@ -60,13 +64,15 @@ std::vector<Figure> prove_rig(const FigureOptions& options) {
   add(figures, runs, &ClockRun::camera, "GigE camera's clock, ±5 s and ±50 ppm off");
   double drift_ppm = 0;
   for (const ClockRun& run : runs) drift_ppm = std::max(drift_ppm, std::abs(run.camera_drift_error_ppm));
-  figures.push_back({fmt::format("its drift's largest error, over {} s", kTrial_s), 1e-3 * drift_ppm * kTrial_s, 0.1, "ms", Relation::at_most, "50 ppm set"});
+  figures.push_back({fmt::format("its drift's largest error, over {} s", kTrial_s), 1e-3 * drift_ppm * kTrial_s, 0.1,
+                     "ms", Relation::at_most, "50 ppm set"});
   add(figures, runs, &ClockRun::optitrack, "NatNet samples, clock ±5 s and ±50 ppm off");
   add(figures, runs, &ClockRun::vicon, "DataStream samples, no clock");
   add(figures, runs, &ClockRun::delay, "delay of 13.7 ms from moving discs");
   std::vector<double> by_arrivals_ms;
   for (const ClockRun& run : runs) by_arrivals_ms.push_back(1e3 * std::abs(run.camera_by_arrivals.error_s));
-  figures.push_back({"GigE camera's clock from arrivals alone, median error", median(by_arrivals_ms), 0.1, "ms", Relation::shown, "the transfer's time is not known then"});
+  figures.push_back({"GigE camera's clock from arrivals alone, median error", median(by_arrivals_ms), 0.1, "ms",
+                     Relation::shown, "the transfer's time is not known then"});
   return figures;
 }
 

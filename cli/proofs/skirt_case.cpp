@@ -13,7 +13,8 @@ namespace selvedge::cli {
 
 WornSkirt wear_walking_skirt(int triangles, double duration_s, const report::ProgressCallback& progress) {
   // Through a file, as a lab's own motion comes.
-  const std::filesystem::path walk = std::filesystem::temp_directory_path() / ("selvedge_walk_" + std::to_string(::getpid()) + ".bvh");
+  const std::filesystem::path walk =
+      std::filesystem::temp_directory_path() / ("selvedge_walk_" + std::to_string(::getpid()) + ".bvh");
   files::write_whole(walk, garment::synthetic_walk(duration_s));
   garment::Wearer wearer;
   wearer.motion = std::make_shared<const garment::Motion>(garment::read_bvh(walk));

@@ -32,9 +32,9 @@ namespace {
 namespace fs = std::filesystem;
 using selvedge_rig::arm_status_t;
 
-constexpr double kPhase_s = 120;     // for a phase to come
+constexpr double kPhase_s = 120;       // for a phase to come
 constexpr double kTrialLimit_s = 180;  // for the trial to end after the reset
-constexpr double kMoves_rad = 2e-4;  // of a joint between two looks of 10 ms: a braking arm, not its encoder's noise
+constexpr double kMoves_rad = 2e-4;    // of a joint between two looks of 10 ms: a braking arm, not its encoder's noise
 
 // What the bus says of the session and the arm.
 struct Heard {
@@ -101,7 +101,9 @@ class Rig {
         simulated_(hardware_sim::read_simulated_rig(folder_ / "world.toml")), devices_(simulated_) {
     for (const std::string& kind : station::daemon_kinds(folder_ / "rig.toml"))
       daemons_.push_back(std::make_unique<station::ChildProcess>(
-          kind, std::vector<std::string>{station::own_program().string(), "daemon", kind, "--config", (folder_ / "rig.toml").string()},
+          kind,
+          std::vector<std::string>{station::own_program().string(), "daemon", kind, "--config",
+                                   (folder_ / "rig.toml").string()},
           folder_ / (kind + ".log")));
     heard_ = std::make_unique<Heard>(configuration_.bus());
   }
@@ -127,12 +129,10 @@ class Rig {
         trial.tail_s = 2;
         trial.duration_s = 7.5;
         trial.attempts = 5;  // a machine that pauses for longer than the lease stops the arm too
-        session::run_trial(client, configuration_, plan, trial, {simulated_.world.camera, simulated_.world.projector}, folder_,
-                           [](double, const std::string&) {});
+        session::run_trial(client, configuration_, plan, trial, {simulated_.world.camera, simulated_.world.projector},
+                           folder_, [](double, const std::string&) {});
         out.completed = true;
-      } catch (const std::exception& error) {
-        out.phase += fmt::format(" ({})", error.what());
-      }
+      } catch (const std::exception& error) { out.phase += fmt::format(" ({})", error.what()); }
       over = true;
     });
     if (heard_->wait_for(phase.now, kPhase_s)) {
@@ -151,7 +151,8 @@ class Rig {
   void prepare() {
     const fs::path source = shared_folder() / "data";
     fs::create_directories(folder_);
-    station::write_simulated_rig({source / "soak" / "rig.toml", source / "soak" / "world.toml", source / "arms"}, folder_);
+    station::write_simulated_rig({source / "soak" / "rig.toml", source / "soak" / "world.toml", source / "arms"},
+                                 folder_);
   }
 
   // From the stop on. A tenth of a second beyond the last motion the arm rests for good, or the proof fails.
@@ -180,7 +181,8 @@ class Rig {
 
   // A person's word, where one is asked for.
   void answer(const std::atomic<bool>& over) {
-    if (over || !heard_->wait_for([](const Heard& h) { return h.prompt.step == "reset_stop" && h.arm.latched; }, 0.5)) return;
+    if (over || !heard_->wait_for([](const Heard& h) { return h.prompt.step == "reset_stop" && h.arm.latched; }, 0.5))
+      return;
     selvedge_rig::operator_answer_t given{};
     {
       const std::lock_guard lock(heard_->mutex);
@@ -206,7 +208,8 @@ std::vector<StoppedTrial> stop_in_each_phase(double watch_s, size_t every, const
   Rig rig;
   std::vector<StoppedTrial> out;
   for (size_t i = 0; i < phases().size(); i += every) {
-    progress(static_cast<double>(i) / static_cast<double>(phases().size()), fmt::format("a stop: {}", phases()[i].name));
+    progress(static_cast<double>(i) / static_cast<double>(phases().size()),
+             fmt::format("a stop: {}", phases()[i].name));
     out.push_back(rig.stop_in(phases()[i], static_cast<int>(i), watch_s));
   }
   return out;

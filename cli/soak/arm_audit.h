@@ -1,9 +1,9 @@
 // Whether the arm moves while it may not, from the joints of the simulated controller alone.
 //
-// It may move while its daemon says that it is armed, unless an operator's stop holds: from the moment in which that was
-// sent until a person's word lifts it, whatever the daemon says. When it may move no more it brakes, whatever that takes;
-// once it has rested for kRest_s, any motion before it may move again is a motion after a stop. So is one that never
-// comes to rest. Looked at kBehind_s late, so that messages of that moment have arrived. Host times, s.
+// It may move while its daemon says that it is armed, unless an operator's stop holds: from the moment in which that
+// was sent until a person's word lifts it, whatever the daemon says. When it may move no more it brakes, whatever that
+// takes; once it has rested for kRest_s, any motion before it may move again is a motion after a stop. So is one that
+// never comes to rest. Looked at kBehind_s late, so that messages of that moment have arrived. Host times, s.
 #pragma once
 
 #include <map>
@@ -29,7 +29,7 @@ class ArmAudit {
   int operator_stops() const { return operator_stops_; }  // in whatever state
   int stops_in_motion() const { return stops_in_motion_; }
   int motions_after_stop() const { return motions_; }
-  double longest_time_to_rest_s() const { return longest_s_; }           // of all
+  double longest_time_to_rest_s() const { return longest_s_; }  // of all
   double longest_after_operator_s() const { return longest_operator_s_; }
 
  private:
@@ -40,7 +40,7 @@ class ArmAudit {
 
   enum class State { allowed, braking, resting, reported };
   std::mutex mutex_;
-  std::multimap<double, Event> notes_;      // guarded
+  std::multimap<double, Event> notes_;  // guarded
   bool armed_ = false, held_ = false, by_operator_ = false;
   State state_ = State::resting;
   double stopped_s_ = 0, quiet_since_s_ = -1, speed_rad_s_ = 0;

@@ -9,24 +9,24 @@
 namespace selvedge::cli {
 
 enum class FaultKind {
-  packet_loss,         // of the camera's stream, amount up to 0.05
-  camera_stall,        // a frame in ten waits for `amount` s
+  packet_loss,   // of the camera's stream, amount up to 0.05
+  camera_stall,  // a frame in ten waits for `amount` s
   camera_unplugged,
-  camera_clock_jump,   // by `amount` s
+  camera_clock_jump,  // by `amount` s
   tracker_stall,
-  tracker_cut,         // in the middle of a packet
-  occlusion,           // of every marker
+  tracker_cut,  // in the middle of a packet
+  occlusion,    // of every marker
   projector_hang,
   projector_cut,
-  arm_cut,             // both connections
+  arm_cut,  // both connections
   arm_protective_stop,
   full_disk,
-  kill_camera,         // kill -9, here and below
+  kill_camera,  // kill -9, here and below
   kill_tracker,
   kill_projector,
   kill_arm,
   kill_recorder,
-  operator_stop,       // of people (people.h), here and below
+  operator_stop,  // of people (people.h), here and below
   stop_in_flood,
   second_sender,
   kill_console,

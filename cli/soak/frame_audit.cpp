@@ -40,8 +40,10 @@ void FrameAudit::look(bool all) {
     const std::string name = entry.path().filename().string();
     const size_t spoiled = name.find(kSpoiled);
     const std::string trial = name.substr(0, spoiled);
-    if (spoiled != std::string::npos) attempts.try_emplace({trial, std::atoi(name.c_str() + spoiled + std::string(kSpoiled).size())}, 0);
-    else if (attempts.lower_bound({trial, 0}) == attempts.upper_bound({trial, 1 << 30})) attempts.try_emplace({trial, 1}, 0);
+    if (spoiled != std::string::npos)
+      attempts.try_emplace({trial, std::atoi(name.c_str() + spoiled + std::string(kSpoiled).size())}, 0);
+    else if (attempts.lower_bound({trial, 0}) == attempts.upper_bound({trial, 1 << 30}))
+      attempts.try_emplace({trial, 1}, 0);
   }
   if (attempts.empty()) return;
   const std::string newest = attempts.rbegin()->first.first;
@@ -79,9 +81,7 @@ void FrameAudit::audit(const std::string& trial, int attempt, int64_t told, bool
   } catch (const BadInput& error) {
     why = error.what();
     if (why.find("is being recorded") != std::string::npos) return;  // later
-  } catch (const std::exception& error) {
-    why = error.what();
-  }
+  } catch (const std::exception& error) { why = error.what(); }
   const int64_t lost = std::max<int64_t>(0, written - readable);
   written_ += written;
   lost_ += lost;
@@ -90,8 +90,11 @@ void FrameAudit::audit(const std::string& trial, int attempt, int64_t told, bool
     told_.erase({trial, attempt});
   }
   if (lost > 0) {
-    losses_.push_back(fmt::format("{} attempt {}: {} frames written, {} readable{}", trial, attempt, written, readable, why.empty() ? "" : ": " + why));
-    if (fs::exists(folder)) fs::copy(folder, trials_.parent_path() / (folder.filename().string() + "-lost"), fs::copy_options::recursive);  // off the small disk
+    losses_.push_back(fmt::format("{} attempt {}: {} frames written, {} readable{}", trial, attempt, written, readable,
+                                  why.empty() ? "" : ": " + why));
+    if (fs::exists(folder))
+      fs::copy(folder, trials_.parent_path() / (folder.filename().string() + "-lost"),
+               fs::copy_options::recursive);  // off the small disk
   }
   fs::remove_all(folder);
 }

@@ -1,7 +1,8 @@
 // What the recorder called written, held against what can be read once it is gone.
 //
-// The recorder says on SESSION_STATUS how many frames of an attempt are written, whatever becomes of it; the trial.json of a trial that
-// ended says it as well. A frame counts as readable where the project's own reader lists it and decodes its image.
+// The recorder says on SESSION_STATUS how many frames of an attempt are written, whatever becomes of it; the trial.json
+// of a trial that ended says it as well. A frame counts as readable where the project's own reader lists it and decodes
+// its image.
 #pragma once
 
 #include <cstdint>

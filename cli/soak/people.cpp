@@ -22,10 +22,10 @@ using selvedge_rig::arm_command_t;
 using selvedge_rig::arm_control_t;
 using selvedge_rig::arm_status_t;
 
-constexpr double kMotion_s = 20;         // waiting for the arm to move, before it is done anyhow
-constexpr double kHeldBefore_s = 0.3;    // the arm was somebody's, if it was armed for so long without a break
+constexpr double kMotion_s = 20;       // waiting for the arm to move, before it is done anyhow
+constexpr double kHeldBefore_s = 0.3;  // the arm was somebody's, if it was armed for so long without a break
 constexpr double kStranger_s = 2;
-constexpr double kLetGo_s = 1;           // for the arm to be let go of after whoever held it was killed
+constexpr double kLetGo_s = 1;  // for the arm to be let go of after whoever held it was killed
 constexpr int kFlood = 10000, kBusFlood = 600;
 
 void pause(double seconds) { std::this_thread::sleep_for(std::chrono::duration<double>(seconds)); }
@@ -43,14 +43,16 @@ std::optional<Console> console_at(const std::filesystem::path& log) {
   const size_t token = said.rfind(mark), start = said.rfind(before, token);
   if (token == std::string::npos || start == std::string::npos) return std::nullopt;
   const size_t end = said.find_first_of(" \n", token);
-  return Console{std::atoi(said.c_str() + start + before.size()), said.substr(token + mark.size(), end - token - mark.size())};
+  return Console{std::atoi(said.c_str() + start + before.size()),
+                 said.substr(token + mark.size(), end - token - mark.size())};
 }
 
 // The answer's status; 0 where none came.
 int post(const Console& console, const std::string& path, double patience_s) {
-  const std::string request = fmt::format("POST {} HTTP/1.1\r\nHost: 127.0.0.1:{}\r\nX-Selvedge-Token: {}\r\nX-Selvedge-Page: soak\r\n"
-                                          "Content-Length: 0\r\nConnection: close\r\n\r\n",
-                                          path, console.port, console.token);
+  const std::string request = fmt::format(
+      "POST {} HTTP/1.1\r\nHost: 127.0.0.1:{}\r\nX-Selvedge-Token: {}\r\nX-Selvedge-Page: soak\r\n"
+      "Content-Length: 0\r\nConnection: close\r\n\r\n",
+      path, console.port, console.token);
   const wire::Socket socket = wire::connect_tcp("127.0.0.1", console.port, 1);
   socket.send(std::span(reinterpret_cast<const std::uint8_t*>(request.data()), request.size()));
   std::array<std::uint8_t, 256> bytes;
@@ -62,8 +64,8 @@ int post(const Console& console, const std::string& path, double patience_s) {
 
 }  // namespace
 
-People::People(const rig::Configuration& configuration, rig::Bus& bus, ArmAudit& audit, std::filesystem::path console_log,
-               std::function<void()> kill_console, unsigned seed)
+People::People(const rig::Configuration& configuration, rig::Bus& bus, ArmAudit& audit,
+               std::filesystem::path console_log, std::function<void()> kill_console, unsigned seed)
     : configuration_(configuration), bus_(bus), audit_(audit), console_log_(std::move(console_log)),
       kill_console_(std::move(kill_console)), random_(seed) {}
 
@@ -113,7 +115,8 @@ void People::act(FaultKind kind, bool in_motion, std::function<void()> done) {
   acts_.emplace_back([this, kind, in_motion, done = std::move(done)] {
     try {
       const bool needs_holder = kind == FaultKind::stolen_script || kind == FaultKind::second_sender;
-      if (in_motion || needs_holder) wait_until([](const auto& status) { return status.mode == arm_status_t::MODE_MOVING; }, kMotion_s);
+      if (in_motion || needs_holder)
+        wait_until([](const auto& status) { return status.mode == arm_status_t::MODE_MOVING; }, kMotion_s);
       if (kind == FaultKind::operator_stop) stop_once();
       else if (kind == FaultKind::stop_in_flood) stop_in_flood();
       else if (kind == FaultKind::second_sender) second_sender();
@@ -174,29 +177,30 @@ void People::second_sender() {
     try {
       second.disarm("a second sender");
       violate("a second sender disarmed the arm");
-    } catch (const arm::ControlRefused&) {
-    }
+    } catch (const arm::ControlRefused&) {}
     try {
       second.arm("a second sender");
       // Legitimate only where nobody held it just before.
       const std::lock_guard lock(mutex_);
-      if (rig::host_now_s() - not_armed_s_ > kHeldBefore_s) violations_.push_back("a second sender was armed while another held the arm");
+      if (rig::host_now_s() - not_armed_s_ > kHeldBefore_s)
+        violations_.push_back("a second sender was armed while another held the arm");
       return;  // its connection ends, and with it the hold
-    } catch (const arm::ControlRefused&) {
-    }
+    } catch (const arm::ControlRefused&) {}
     pause(0.01);
   }
 }
 
 // Reads what a robot's script would be told to do.
 void People::steal_script() {
-  if (!wait_until([](const auto& status) { return status.armed != 0; }, kMotion_s)) throw std::runtime_error("the arm was never armed");
+  if (!wait_until([](const auto& status) { return status.armed != 0; }, kMotion_s))
+    throw std::runtime_error("the arm was never armed");
   const int port = arm::read_configuration(configuration_.section("arm")).controller.script_port;
   const wire::Socket stranger = wire::connect_tcp("127.0.0.1", port, 1);
   std::array<std::uint8_t, 256> bytes;
   try {
     for (const double until_s = rig::host_now_s() + kStranger_s; !ending_ && rig::host_now_s() < until_s;)
-      if (stranger.readable(0.1) && stranger.receive(bytes) > 0) return violate("a stranger at the script port was sent set-points");
+      if (stranger.readable(0.1) && stranger.receive(bytes) > 0)
+        return violate("a stranger at the script port was sent set-points");
   } catch (const wire::Disconnected&) {
     // turned away
   }
@@ -225,7 +229,8 @@ void People::look() {
     if (latched_since_s_ < 0 || now_s - tried_s_ < 1 || now_s - latched_since_s_ < hold_s_) return;
     tried_s_ = now_s;
     stop_number = status_.stop_number;
-    if (prompt_.step == "reset_stop" && now_s - 1e-6 * static_cast<double>(prompt_.utime) < 1) prompt_id = prompt_.prompt_id;
+    if (prompt_.step == "reset_stop" && now_s - 1e-6 * static_cast<double>(prompt_.utime) < 1)
+      prompt_id = prompt_.prompt_id;
   }
   audit_.operator_reset(rig::host_now_s());
   ++resets_;

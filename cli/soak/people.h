@@ -1,5 +1,6 @@
-// The people of `./selvedge soak`: an operator who stops the arm and, a while later, gives the word that lifts the stop; and
-// those who ought not to be there: a second sender, a flood, a stranger at the script port, a console that is killed.
+// The people of `./selvedge soak`: an operator who stops the arm and, a while later, gives the word that lifts the
+// stop; and those who ought not to be there: a second sender, a flood, a stranger at the script port, a console that is
+// killed.
 //
 // Each act runs on a thread of its own, so that the soak goes on looking at the arm. What must not happen and did is a
 // sentence in `violations`.
@@ -62,7 +63,7 @@ class People {
   ArmAudit& audit_;
   const std::filesystem::path console_log_;
   const std::function<void()> kill_console_;
-  mutable std::mutex mutex_;                     // guards down to violations_
+  mutable std::mutex mutex_;  // guards down to violations_
   std::mt19937 random_;
   selvedge_rig::arm_status_t status_{};
   selvedge_rig::operator_prompt_t prompt_{};

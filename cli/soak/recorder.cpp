@@ -13,7 +13,8 @@
 
 namespace selvedge::cli {
 
-void record_trials(const std::filesystem::path& rig_file, const std::filesystem::path& world, const std::filesystem::path& trials, const std::atomic<bool>& stopping) {
+void record_trials(const std::filesystem::path& rig_file, const std::filesystem::path& world,
+                   const std::filesystem::path& trials, const std::atomic<bool>& stopping) {
   const rig::Configuration configuration = rig::Configuration::load(rig_file);
   const session::SessionPlan session = session::read_session_plan(configuration);
   const auto simulated = hardware_sim::read_simulated_rig(world).world;
@@ -26,7 +27,8 @@ void record_trials(const std::filesystem::path& rig_file, const std::filesystem:
     try {
       client.wait_until_running(session.answer_timeout_s, [](const std::string&) {});
       const auto record = session::run_trial(client, configuration, session, plan, optics, trials, quiet);
-      spdlog::info("{} ({}): {} frames, {} lost", plan.name, session.trials[i % session.trials.size()].name, record.frames, record.frames_lost);
+      spdlog::info("{} ({}): {} frames, {} lost", plan.name, session.trials[i % session.trials.size()].name,
+                   record.frames, record.frames_lost);
     } catch (const std::exception& error) {
       spdlog::warn("{}: {}", plan.name, error.what());
       std::this_thread::sleep_for(std::chrono::milliseconds(200));

@@ -8,6 +8,7 @@
 namespace selvedge::cli {
 
 // world: for where camera and projector stand; a soak does not calibrate. trials: a folder for each trial goes there.
-void record_trials(const std::filesystem::path& rig, const std::filesystem::path& world, const std::filesystem::path& trials, const std::atomic<bool>& stopping);
+void record_trials(const std::filesystem::path& rig, const std::filesystem::path& world,
+                   const std::filesystem::path& trials, const std::atomic<bool>& stopping);
 
 }  // namespace selvedge::cli

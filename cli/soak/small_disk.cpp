@@ -26,7 +26,8 @@ bool enter_mount_namespace() {
   const auto user = ::getuid();
   const auto group = ::getgid();
   return ::unshare(CLONE_NEWUSER | CLONE_NEWNS) == 0 && write_line("/proc/self/setgroups", "deny") &&
-         write_line("/proc/self/uid_map", fmt::format("0 {} 1", user)) && write_line("/proc/self/gid_map", fmt::format("0 {} 1", group));
+         write_line("/proc/self/uid_map", fmt::format("0 {} 1", user)) &&
+         write_line("/proc/self/gid_map", fmt::format("0 {} 1", group));
 }
 
 }  // namespace
@@ -38,7 +39,7 @@ bool mount_small_disk(const std::filesystem::path& folder, size_t bytes) {
 }
 
 void fill_disk(const std::filesystem::path& folder) {
-  struct statvfs status{};
+  struct statvfs status {};
   if (::statvfs(folder.c_str(), &status) != 0) return;
   const int descriptor = ::open((folder / kFiller).c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, 0600);
   if (descriptor < 0) return;

@@ -34,8 +34,8 @@ namespace fs = std::filesystem;
 
 constexpr size_t kDisk_bytes = size_t{256} << 20;
 constexpr double kRestart_s = 1;
-constexpr double kCalmStart_s = 8;        // before the first fault
-constexpr double kLongestGap_s = 8;       // mean between faults; shorter in a short run, which shall see all kinds
+constexpr double kCalmStart_s = 8;   // before the first fault
+constexpr double kLongestGap_s = 8;  // mean between faults; shorter in a short run, which shall see all kinds
 constexpr double kRecovery_s = 120;
 constexpr double kTick_s = 0.02, kFrameAudit_s = 2;
 
@@ -43,7 +43,9 @@ constexpr double kTick_s = 0.02, kFrameAudit_s = 2;
 class Supervised {
  public:
   Supervised(std::string name, std::vector<std::string> command, fs::path log)
-      : name_(std::move(name)), command_(std::move(command)), log_(std::move(log)) { start(); }
+      : name_(std::move(name)), command_(std::move(command)), log_(std::move(log)) {
+    start();
+  }
 
   const std::string& name() const { return name_; }
   void kill() {
@@ -52,7 +54,10 @@ class Supervised {
     start_at_s_ = rig::host_now_s() + kRestart_s;
   }
   // Asks it to end, for good.
-  void end() { process_.reset(); start_at_s_ = std::numeric_limits<double>::infinity(); }
+  void end() {
+    process_.reset();
+    start_at_s_ = std::numeric_limits<double>::infinity();
+  }
   // Starts it where that is due. What it says of an end that nobody asked for goes to `crashes`.
   void look(std::vector<std::string>& crashes) {
     if (process_) {
@@ -82,8 +87,10 @@ class Soak {
   Soak(const SoakOptions& options, const fs::path& trials, bool small_disk)
       : options_(options), trials_(trials), configuration_(rig::Configuration::load(options.folder / "rig.toml")),
         devices_(hardware_sim::read_simulated_rig(options.folder / "world.toml")), frames_(trials),
-        deck_(options.seed, std::min(kLongestGap_s, 3600 * options.hours / (1.3 * kFaultKinds))), bus_(configuration_.bus()),
-        people_(configuration_, bus_, arm_, log_of("console"), [this] { kill_now("console"); }, options.seed) {
+        deck_(options.seed, std::min(kLongestGap_s, 3600 * options.hours / (1.3 * kFaultKinds))),
+        bus_(configuration_.bus()),
+        people_(
+            configuration_, bus_, arm_, log_of("console"), [this] { kill_now("console"); }, options.seed) {
     result_.small_disk = small_disk;
     listen();
     const std::string program = station::own_program().string(), rig = (options.folder / "rig.toml").string();
@@ -91,7 +98,8 @@ class Soak {
       processes_.emplace(name, std::make_unique<Supervised>(name, command, log_of(name)));
     };
     for (const std::string& kind : station::daemon_kinds(rig)) start(kind, {program, "daemon", kind, "--config", rig});
-    start("recorder", {program, "soak-recorder", "--config", rig, "--world", (options.folder / "world.toml").string(), "--trials", trials.string()});
+    start("recorder", {program, "soak-recorder", "--config", rig, "--world", (options.folder / "world.toml").string(),
+                       "--trials", trials.string()});
     start("console", {program, "console", "--run", (options.folder / "console").string(), "--config", rig});
   }
   ~Soak() {
@@ -108,7 +116,8 @@ class Soak {
         fault_s = rig::host_now_s() + deck_.gap_s();
       }
       tick();
-      options_.progress((rig::host_now_s() - start_s) / (end_s - start_s), fmt::format("{} trials, {} frames lost", frames_.complete() + frames_.cut(), frames_.lost()));
+      options_.progress((rig::host_now_s() - start_s) / (end_s - start_s),
+                        fmt::format("{} trials, {} frames lost", frames_.complete() + frames_.cut(), frames_.lost()));
     }
     recover(stopping);
     result_.hours = (rig::host_now_s() - start_s) / 3600;
@@ -120,9 +129,12 @@ class Soak {
   fs::path log_of(const std::string& name) const { return options_.folder / "logs" / (name + ".log"); }
 
   void listen() {
-    bus_.subscribe<selvedge_rig::session_status_t>(rig::kSessionStatus, [this](const auto& message) { frames_.hear(message); });
-    bus_.subscribe<selvedge_rig::operator_prompt_t>(rig::kOperatorPrompt, [this](const auto& message) { people_.hear(message); });
-    bus_.subscribe<selvedge_rig::arm_status_t>(rig::channel("arm", rig::kArm), [this](const selvedge_rig::arm_status_t& message) {
+    bus_.subscribe<selvedge_rig::session_status_t>(rig::kSessionStatus,
+                                                   [this](const auto& message) { frames_.hear(message); });
+    bus_.subscribe<selvedge_rig::operator_prompt_t>(rig::kOperatorPrompt,
+                                                    [this](const auto& message) { people_.hear(message); });
+    bus_.subscribe<selvedge_rig::arm_status_t>(rig::channel("arm", rig::kArm),
+                                               [this](const selvedge_rig::arm_status_t& message) {
       const double host_s = 1e-6 * static_cast<double>(message.utime);
       if (message.armed) arm_.armed(host_s);
       else arm_.not_armed(host_s);
@@ -155,12 +167,15 @@ class Soak {
     hardware_sim::RtdeController* arm = devices_.arm();
     if (!arm) return;
     const Eigen::VectorXd joints = arm->joints_at(host_s);
-    if (joints_.size() == joints.size() && host_s > joints_s_) arm_.look(host_s, (joints - joints_).cwiseAbs().maxCoeff() / (host_s - joints_s_));
+    if (joints_.size() == joints.size() && host_s > joints_s_)
+      arm_.look(host_s, (joints - joints_).cwiseAbs().maxCoeff() / (host_s - joints_s_));
     joints_ = joints;
     joints_s_ = host_s;
   }
 
-  void later(double seconds, std::function<void()> action) { reverts_.emplace(rig::host_now_s() + seconds, std::move(action)); }
+  void later(double seconds, std::function<void()> action) {
+    reverts_.emplace(rig::host_now_s() + seconds, std::move(action));
+  }
 
   void kill(const std::string& name) {
     if (name == "arm") arm_.not_armed(rig::host_now_s());
@@ -179,7 +194,8 @@ class Soak {
   void inject(const Fault& fault) {
     if (fault.kind == FaultKind::full_disk && !result_.small_disk) return;
     // What people do may not come about, where a daemon is away just then.
-    if (of_people(fault.kind)) return people_.act(fault.kind, fault.in_motion, [this, kind = fault.kind] { count(kind); });
+    if (of_people(fault.kind))
+      return people_.act(fault.kind, fault.in_motion, [this, kind = fault.kind] { count(kind); });
     count(fault.kind);
     switch (fault.kind) {
       case FaultKind::packet_loss:
@@ -195,9 +211,7 @@ class Soak {
       case FaultKind::arm_protective_stop:
         devices_.arm()->protective_stop();
         return later(fault.duration_s, [this] { devices_.arm()->clear_protective_stop(); });
-      case FaultKind::full_disk:
-        fill_disk(trials_);
-        return later(fault.duration_s, [this] { clear_disk(trials_); });
+      case FaultKind::full_disk: fill_disk(trials_); return later(fault.duration_s, [this] { clear_disk(trials_); });
       case FaultKind::kill_camera: return kill("camera");
       case FaultKind::kill_tracker: return kill("tracker");
       case FaultKind::kill_projector: return kill("projector");
@@ -275,7 +289,7 @@ class Soak {
   double joints_s_ = 0, frames_looked_s_ = 0;
   std::mutex processes_mutex_;  // guards processes_ and the counts of faults
   rig::Bus bus_;
-  People people_;               // last: its threads use the rest
+  People people_;  // last: its threads use the rest
 };
 
 }  // namespace
@@ -283,7 +297,9 @@ class Soak {
 bool SoakResult::each_often_enough() const {
   if (hours < 1) return true;
   for (int kind = 0; kind < kFaultKinds; ++kind)
-    if (faults[static_cast<size_t>(kind)] < kLeastEach && (small_disk || static_cast<FaultKind>(kind) != FaultKind::full_disk)) return false;
+    if (faults[static_cast<size_t>(kind)] < kLeastEach &&
+        (small_disk || static_cast<FaultKind>(kind) != FaultKind::full_disk))
+      return false;
   return true;
 }
 
@@ -298,7 +314,8 @@ SoakResult soak(const SoakOptions& options, const std::atomic<bool>& stopping) {
 
 nlohmann::json to_json(const SoakResult& result, unsigned seed) {
   nlohmann::json faults = nlohmann::json::object();
-  for (int kind = 0; kind < kFaultKinds; ++kind) faults[to_text(static_cast<FaultKind>(kind))] = result.faults[static_cast<size_t>(kind)];
+  for (int kind = 0; kind < kFaultKinds; ++kind)
+    faults[to_text(static_cast<FaultKind>(kind))] = result.faults[static_cast<size_t>(kind)];
   return {{"format", "soak/1"},
           {"hours", result.hours},
           {"seed", seed},
@@ -307,26 +324,34 @@ nlohmann::json to_json(const SoakResult& result, unsigned seed) {
           {"frames", {{"written", result.frames_written}, {"lost", result.frames_lost}, {"losses", result.losses}}},
           {"faults", faults},
           {"full_disk_possible", result.small_disk},
-          {"arm", {{"stops", result.stops}, {"operator_stops", result.operator_stops}, {"stops_in_motion", result.stops_in_motion},
-                   {"resets", result.resets}, {"motions_after_stop", result.motions_after_stop},
-                   {"longest_time_to_rest_s", result.longest_time_to_rest_s},
-                   {"longest_after_operator_stop_s", result.longest_after_operator_s}, {"violations", result.violations}}},
+          {"arm",
+           {{"stops", result.stops},
+            {"operator_stops", result.operator_stops},
+            {"stops_in_motion", result.stops_in_motion},
+            {"resets", result.resets},
+            {"motions_after_stop", result.motions_after_stop},
+            {"longest_time_to_rest_s", result.longest_time_to_rest_s},
+            {"longest_after_operator_stop_s", result.longest_after_operator_s},
+            {"violations", result.violations}}},
           {"daemons_ended_by_themselves", result.crashes},
           {"recovered", result.recovered}};
 }
 
 std::string to_text(const SoakResult& result) {
-  std::string text = fmt::format("{:.3f} hours\ntrials                        {} complete, {} cut\n", result.hours, result.trials_complete, result.trials_cut);
-  text += fmt::format("frames written                {}\nframes lost                   {}\n", result.frames_written, result.frames_lost);
-  text += fmt::format("stops of the arm              {} ({} in motion), longest time to rest {:.2f} s\n", result.stops, result.stops_in_motion,
-                      result.longest_time_to_rest_s);
-  text += fmt::format("operators' stops              {}, longest time to rest {:.2f} s; {} words to reset\n", result.operator_stops,
-                      result.longest_after_operator_s, result.resets);
+  std::string text = fmt::format("{:.3f} hours\ntrials                        {} complete, {} cut\n", result.hours,
+                                 result.trials_complete, result.trials_cut);
+  text += fmt::format("frames written                {}\nframes lost                   {}\n", result.frames_written,
+                      result.frames_lost);
+  text += fmt::format("stops of the arm              {} ({} in motion), longest time to rest {:.2f} s\n", result.stops,
+                      result.stops_in_motion, result.longest_time_to_rest_s);
+  text += fmt::format("operators' stops              {}, longest time to rest {:.2f} s; {} words to reset\n",
+                      result.operator_stops, result.longest_after_operator_s, result.resets);
   text += fmt::format("motions after a stop          {}, at the simulated joints\n", result.motions_after_stop);
   text += fmt::format("daemons ended by themselves   {}\n", result.crashes.size());
   text += fmt::format("whole trial after the faults  {}\nfaults injected\n", result.recovered ? "yes" : "no");
   for (int kind = 0; kind < kFaultKinds; ++kind)
-    text += fmt::format("  {:<27} {}\n", to_text(static_cast<FaultKind>(kind)), result.faults[static_cast<size_t>(kind)]);
+    text +=
+        fmt::format("  {:<27} {}\n", to_text(static_cast<FaultKind>(kind)), result.faults[static_cast<size_t>(kind)]);
   if (!result.small_disk) text += "no disk ran full: this user may not mount one\n";
   for (const std::string& sentence : result.losses) text += "lost: " + sentence + '\n';
   for (const std::string& sentence : result.violations) text += "violation: " + sentence + '\n';

@@ -38,7 +38,8 @@ void BodyContacts::rebuild(Hierarchy& tree, const Eigen::Matrix3Xd& position, co
     // An edge between two vertices on the surface cuts this deep into it.
     const bool with_edges = edge_m_ * edge_m_ / (8 * c.radius_m) > 0.2 * thickness_m;
     for (const int t : triangles) {
-      for (const int v : surface_.owned_vertices[static_cast<size_t>(t)]) items_.push_back({never_yet, static_cast<int>(i), v, -1});
+      for (const int v : surface_.owned_vertices[static_cast<size_t>(t)])
+        items_.push_back({never_yet, static_cast<int>(i), v, -1});
       if (!with_edges) continue;
       for (const int e : surface_.owned_edges[static_cast<size_t>(t)]) {
         const auto& edge = surface_.edges[static_cast<size_t>(e)];
@@ -52,7 +53,8 @@ void BodyContacts::rebuild(Hierarchy& tree, const Eigen::Matrix3Xd& position, co
         items_.push_back({never_yet, static_cast<int>(body.start.size() + i), v, -1});
 }
 
-BodyContacts::Touch BodyContacts::touch(const Item& item, const BodyStep& body, double step_s, const Eigen::Matrix3Xd& position) const {
+BodyContacts::Touch BodyContacts::touch(const Item& item, const BodyStep& body, double step_s,
+                                        const Eigen::Matrix3Xd& position) const {
   const auto index = static_cast<size_t>(item.capsule);
   const Eigen::Vector3d one = position.col(item.one);
   if (index >= body.start.size()) {
@@ -70,7 +72,8 @@ BodyContacts::Touch BodyContacts::touch(const Item& item, const BodyStep& body, 
 }
 
 void BodyContacts::collide(const Law& law, const BodyStep& body, double step_s, const double* inverse_mass,
-                           const Eigen::Matrix3Xd& position, double travel_m, double travel_end_m, Eigen::Matrix3Xd& velocity) {
+                           const Eigen::Matrix3Xd& position, double travel_m, double travel_end_m,
+                           Eigen::Matrix3Xd& velocity) {
   constexpr double kWayOut_m_s = 0.3;  // speed at which what has got inside is let out, at most
   for (Item& item : items_) {
     if (item.wake_m > travel_end_m) continue;
@@ -85,7 +88,8 @@ void BodyContacts::collide(const Law& law, const BodyStep& body, double step_s, 
     if (of_both == 0) continue;
     Eigen::Vector3d relative = w1 * velocity.col(item.one) - t.body_velocity;
     if (is_edge) relative += w2 * velocity.col(item.two);
-    const double least = t.gap_m >= 0 ? least_speed(law, step_s, t.gap_m) : std::min(-0.1 * t.gap_m / step_s, kWayOut_m_s);
+    const double least =
+        t.gap_m >= 0 ? least_speed(law, step_s, t.gap_m) : std::min(-0.1 * t.gap_m / step_s, kWayOut_m_s);
     if (t.gap_m >= law.thickness_m && t.normal.dot(relative) >= least) continue;
     const Eigen::Vector3d impulse = impulse_of(law, step_s, t.gap_m, t.normal, relative, of_both, least);
     velocity.col(item.one) += w1 * m1 * impulse;

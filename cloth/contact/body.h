@@ -45,7 +45,8 @@ class BodyContacts {
   static double displacement(const BodyStep& body, const Eigen::Vector3d& drift_m);
 
   // tree: updated to these positions.
-  void rebuild(Hierarchy& tree, const Eigen::Matrix3Xd& position, const BodyStep& body, double thickness_m, double reach_m);
+  void rebuild(Hierarchy& tree, const Eigen::Matrix3Xd& position, const BodyStep& body, double thickness_m,
+               double reach_m);
 
   // Changes the velocities of what comes within the thickness before travel reaches travel_end_m.
   void collide(const Law& law, const BodyStep& body, double step_s, const double* inverse_mass,
@@ -56,8 +57,8 @@ class BodyContacts {
  private:
   struct Item {
     double wake_m;
-    int capsule;     // or half-space, behind the capsules
-    int one, two;    // vertices; two is −1 for a vertex alone
+    int capsule;   // or half-space, behind the capsules
+    int one, two;  // vertices; two is −1 for a vertex alone
   };
   struct Touch {
     Eigen::Vector3d normal, body_velocity;

@@ -33,7 +33,9 @@ std::array<double, 3> nearest_on_triangle(const Vector3d& p, const Vector3d& a, 
   return {va / sum, vb / sum, vc / sum};
 }
 
-double largest_norm(const Vector3d& a, const Vector3d& b) { return std::sqrt(std::max(a.squaredNorm(), b.squaredNorm())); }
+double largest_norm(const Vector3d& a, const Vector3d& b) {
+  return std::sqrt(std::max(a.squaredNorm(), b.squaredNorm()));
+}
 
 }  // namespace
 
@@ -72,13 +74,13 @@ Closest closest(Kind kind, const Four& x) {
   return out;
 }
 
-std::optional<double> time_of_approach(Kind kind, const Four& start, const Four& displacement, double distance_m, double least_m) {
+std::optional<double> time_of_approach(Kind kind, const Four& start, const Four& displacement, double distance_m,
+                                       double least_m) {
   Four p = displacement, x = start;
   const Vector3d mean = 0.25 * (p[0] + p[1] + p[2] + p[3]);
   for (Vector3d& each : p) each -= mean;
-  const double approach = kind == Kind::vertex_triangle
-                              ? p[0].norm() + std::max(p[1].norm(), largest_norm(p[2], p[3]))
-                              : largest_norm(p[0], p[1]) + largest_norm(p[2], p[3]);
+  const double approach = kind == Kind::vertex_triangle ? p[0].norm() + std::max(p[1].norm(), largest_norm(p[2], p[3]))
+                                                        : largest_norm(p[0], p[1]) + largest_norm(p[2], p[3]);
   if (approach == 0) return std::nullopt;
   constexpr double kShare = 0.1;  // of the room at the start, at which the pair counts as come down
   double room = distance_m - least_m;

@@ -36,6 +36,7 @@ SegmentPoints closest_of_segments(const Eigen::Vector3d& a0, const Eigen::Vector
 // far, so nothing is missed however the pair is degenerate (M. Li, D. M. Kaufman & C. Jiang, Codimensional
 // incremental potential contact, ACM TOG 40(4), 2021, section 5: additive continuous collision detection).
 // distance_m: at the start; least_m must lie below it.
-std::optional<double> time_of_approach(Kind kind, const Four& start, const Four& displacement, double distance_m, double least_m);
+std::optional<double> time_of_approach(Kind kind, const Four& start, const Four& displacement, double distance_m,
+                                       double least_m);
 
 }  // namespace selvedge::cloth::contact

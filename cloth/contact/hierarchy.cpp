@@ -20,7 +20,8 @@ double cross(const Eigen::Vector2d& a, const Eigen::Vector2d& b) { return a.x() 
 
 // Andrew's monotone chain.
 double hull_area(std::vector<Eigen::Vector2d> points) {
-  std::sort(points.begin(), points.end(), [](const auto& a, const auto& b) { return a.x() != b.x() ? a.x() < b.x() : a.y() < b.y(); });
+  std::sort(points.begin(), points.end(),
+            [](const auto& a, const auto& b) { return a.x() != b.x() ? a.x() < b.x() : a.y() < b.y(); });
   double twice = 0;
   for (int side = 0; side < 2; ++side) {
     std::vector<Eigen::Vector2d> chain;
@@ -191,10 +192,12 @@ void Hierarchy::enter(int index) {
 }
 
 void Hierarchy::update_flatness() {
-  tbb::parallel_for(tbb::blocked_range<size_t>(0, surface_.triangles.size(), 4096), [&](const tbb::blocked_range<size_t>& range) {
+  tbb::parallel_for(tbb::blocked_range<size_t>(0, surface_.triangles.size(), 4096),
+                    [&](const tbb::blocked_range<size_t>& range) {
     for (size_t t = range.begin(); t != range.end(); ++t) {
       const auto& v = surface_.triangles[t];
-      const Eigen::Vector3d one = position_->col(v[1]) - position_->col(v[0]), two = position_->col(v[2]) - position_->col(v[0]);
+      const Eigen::Vector3d one = position_->col(v[1]) - position_->col(v[0]),
+                            two = position_->col(v[2]) - position_->col(v[0]);
       along_u_[t] = one * inverse_[t](0, 0) + two * inverse_[t](1, 0);
       along_v_[t] = one * inverse_[t](0, 1) + two * inverse_[t](1, 1);
     }
@@ -213,7 +216,8 @@ void Hierarchy::update_flatness() {
         node.along_v += along_v_[t] * (area_[t] / node.area);
       }
       for (const int t : ring_[i])
-        node.deviation = std::max(node.deviation, apart(node, along_u_[static_cast<size_t>(t)], along_v_[static_cast<size_t>(t)]));
+        node.deviation =
+            std::max(node.deviation, apart(node, along_u_[static_cast<size_t>(t)], along_v_[static_cast<size_t>(t)]));
     } else {
       const Node &a = nodes_[static_cast<size_t>(node.left)], &b = nodes_[static_cast<size_t>(node.right)];
       const double share = a.area / node.area;
@@ -245,7 +249,8 @@ void Hierarchy::within(int index, double reach_m, std::vector<std::array<int, 2>
     return;
   }
   for (int i = node.first; i < node.last; ++i)
-    for (int j = i + 1; j < node.last; ++j) pairs.push_back({order_[static_cast<size_t>(i)], order_[static_cast<size_t>(j)]});
+    for (int j = i + 1; j < node.last; ++j)
+      pairs.push_back({order_[static_cast<size_t>(i)], order_[static_cast<size_t>(j)]});
 }
 
 void Hierarchy::between(int a, int b, double reach_m, std::vector<std::array<int, 2>>& pairs) {
@@ -269,7 +274,8 @@ void Hierarchy::between(int a, int b, double reach_m, std::vector<std::array<int
   }
 }
 
-void Hierarchy::near_segment(const Eigen::Vector3d& from, const Eigen::Vector3d& to, double reach_m, std::vector<int>& triangles) {
+void Hierarchy::near_segment(const Eigen::Vector3d& from, const Eigen::Vector3d& to, double reach_m,
+                             std::vector<int>& triangles) {
   const Box around = {from.cwiseMin(to), from.cwiseMax(to)};
   std::vector<int> open = {0};
   while (!open.empty()) {

@@ -39,22 +39,23 @@ class Hierarchy {
   void near_itself(double reach_m, std::vector<std::array<int, 2>>& pairs);
 
   // Appends the triangles whose boxes come within reach_m of the segment.
-  void near_segment(const Eigen::Vector3d& from, const Eigen::Vector3d& to, double reach_m, std::vector<int>& triangles);
+  void near_segment(const Eigen::Vector3d& from, const Eigen::Vector3d& to, double reach_m,
+                    std::vector<int>& triangles);
 
   // Turns the curvature criterion off, to measure and to prove it.
   void set_culling(bool on) { culling_ = on; }
 
  private:
   struct Node {
-    int first = 0, last = 0;     // range in order_
-    int left = -1, right = -1;   // children; −1 at a leaf
+    int first = 0, last = 0;    // range in order_
+    int left = -1, right = -1;  // children; −1 at a leaf
     int depth = 0;
-    bool convex = false;         // its flat region, of one panel
-    double area = 0;             // m², flat
-    unsigned fresh = 0;          // update at which box and subtree were computed
+    bool convex = false;  // its flat region, of one panel
+    double area = 0;      // m², flat
+    unsigned fresh = 0;   // update at which box and subtree were computed
     Box box;
     Eigen::Vector3d along_u = Eigen::Vector3d::Zero(), along_v = Eigen::Vector3d::Zero();  // W
-    double deviation = 0;              // ε
+    double deviation = 0;                                                                  // ε
   };
 
   int build(int first, int last, int depth);

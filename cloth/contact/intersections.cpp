@@ -44,7 +44,8 @@ std::vector<std::array<int, 2>> intersecting_triangles(const Surface& surface, c
   std::vector<std::array<int, 2>> pairs;
   tree.near_itself(0, pairs);
   std::erase_if(pairs, [&](const std::array<int, 2>& pair) {
-    const auto &a = surface.triangles[static_cast<size_t>(pair[0])], &b = surface.triangles[static_cast<size_t>(pair[1])];
+    const auto &a = surface.triangles[static_cast<size_t>(pair[0])],
+               &b = surface.triangles[static_cast<size_t>(pair[1])];
     return !edges_cross(a, b, position) && !edges_cross(b, a, position);
   });
   return pairs;

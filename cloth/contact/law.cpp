@@ -33,8 +33,8 @@ Eigen::Vector3d impulse_of(const Law& law, double step_s, double gap_m, const Ei
   return with_friction(law.friction, change / inverse_mass, normal, relative_velocity, inverse_mass);
 }
 
-Eigen::Vector3d stopping_impulse(double friction, const Eigen::Vector3d& normal, const Eigen::Vector3d& relative_velocity,
-                                 double inverse_mass) {
+Eigen::Vector3d stopping_impulse(double friction, const Eigen::Vector3d& normal,
+                                 const Eigen::Vector3d& relative_velocity, double inverse_mass) {
   const double stop = std::max(0.0, -normal.dot(relative_velocity));
   return with_friction(friction, stop / inverse_mass, normal, relative_velocity, inverse_mass);
 }

@@ -16,10 +16,10 @@
 namespace selvedge::cloth::contact {
 
 struct Law {
-  double thickness_m = 1e-3;     // t, distance below which surfaces repel
-  double rate_1_s = 1500;        // ω of the repulsion
-  double damping_ratio = 0.5;    // ζ
-  double friction = 0.3;         // μ, Coulomb, static and sliding
+  double thickness_m = 1e-3;   // t, distance below which surfaces repel
+  double rate_1_s = 1500;      // ω of the repulsion
+  double damping_ratio = 0.5;  // ζ
+  double friction = 0.3;       // μ, Coulomb, static and sliding
 };
 
 // Impulse on the first side, N·s. relative_velocity: of the first side to the second. inverse_mass: of the pair.
@@ -31,7 +31,7 @@ Eigen::Vector3d impulse_of(const Law& law, double step_s, double gap_m, const Ei
 double least_speed(const Law& law, double step_s, double gap_m);
 
 // Stops the approach along the normal, with friction.
-Eigen::Vector3d stopping_impulse(double friction, const Eigen::Vector3d& normal, const Eigen::Vector3d& relative_velocity,
-                                 double inverse_mass);
+Eigen::Vector3d stopping_impulse(double friction, const Eigen::Vector3d& normal,
+                                 const Eigen::Vector3d& relative_velocity, double inverse_mass);
 
 }  // namespace selvedge::cloth::contact

@@ -7,7 +7,7 @@ namespace selvedge::cloth::contact {
 
 struct PairMotion {
   Eigen::Vector3d relative = Eigen::Vector3d::Zero();  // m/s, of the first side to the second
-  double inverse_mass = 0;                              // 1/kg, of the pair; 0 where all of it is held
+  double inverse_mass = 0;                             // 1/kg, of the pair; 0 where all of it is held
 };
 
 inline PairMotion motion_of(const std::array<int, 4>& vertex, const std::array<double, 4>& weight,

@@ -26,7 +26,8 @@ bool share_a_vertex(const std::array<int, 2>& edge, const std::array<int, Count>
 }  // namespace
 
 // Of the features that two triangles own, those within reach. Adds to found.
-void PairList::add_features(int one, int two, const Eigen::Matrix3Xd& position, double reach_m, double travel_m, std::vector<Pair>& found) const {
+void PairList::add_features(int one, int two, const Eigen::Matrix3Xd& position, double reach_m, double travel_m,
+                            std::vector<Pair>& found) const {
   const auto a = static_cast<size_t>(one), b = static_cast<size_t>(two);
   const auto add_if_near = [&](Kind kind, const std::array<int, 4>& vertex) {
     if (closest(kind, columns(position, vertex)).distance < reach_m) found.push_back({travel_m, vertex, kind});
@@ -49,7 +50,8 @@ void PairList::add_features(int one, int two, const Eigen::Matrix3Xd& position, 
     if (!within_reach(box, other, reach_m)) continue;
     for (const int j : surface_.owned_edges[b]) {
       const auto& f = surface_.edges[static_cast<size_t>(j)];
-      if (!share_a_vertex(e, f) && within_reach(box, box_of(position, f), reach_m)) add_if_near(Kind::edge_edge, {e[0], e[1], f[0], f[1]});
+      if (!share_a_vertex(e, f) && within_reach(box, box_of(position, f), reach_m))
+        add_if_near(Kind::edge_edge, {e[0], e[1], f[0], f[1]});
     }
   }
 }
@@ -64,7 +66,8 @@ void PairList::rebuild(Hierarchy& tree, const Eigen::Matrix3Xd& position, double
   tbb::parallel_for(size_t{0}, parts_.size(), [&](size_t part) {
     parts_[part].clear();
     const size_t end = std::min(triangles_.size(), (part + 1) * kPart);
-    for (size_t k = part * kPart; k < end; ++k) add_features(triangles_[k][0], triangles_[k][1], position, reach_m, travel_m, parts_[part]);
+    for (size_t k = part * kPart; k < end; ++k)
+      add_features(triangles_[k][0], triangles_[k][1], position, reach_m, travel_m, parts_[part]);
   });
   for (const std::vector<Pair>& part : parts_) pairs_.insert(pairs_.end(), part.begin(), part.end());
 }

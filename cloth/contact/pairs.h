@@ -40,7 +40,8 @@ class PairList {
     std::array<int, 4> vertex;
     Kind kind;
   };
-  void add_features(int one, int two, const Eigen::Matrix3Xd& position, double reach_m, double travel_m, std::vector<Pair>& found) const;
+  void add_features(int one, int two, const Eigen::Matrix3Xd& position, double reach_m, double travel_m,
+                    std::vector<Pair>& found) const;
 
   const Surface& surface_;
   std::vector<Pair> pairs_;

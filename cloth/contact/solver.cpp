@@ -43,7 +43,8 @@ void Solver::refresh_lists(double bound_m, double body_bound_m, const BodyStep& 
       (body_listed_at_m_ < 0 || body_travel_m_ + body_bound_m - body_listed_at_m_ > kBodyReach_m)) {
     listed_position_ = position_;
     tree_.update(listed_position_);
-    body_contacts_.rebuild(tree_, listed_position_, body, thickness, thickness + std::max(kBodyReach_m, 2 * body_bound_m));
+    body_contacts_.rebuild(tree_, listed_position_, body, thickness,
+                           thickness + std::max(kBodyReach_m, 2 * body_bound_m));
     body_listed_at_m_ = body_travel_m_;
     ++statistics_.body_rebuilds;
   }
@@ -84,8 +85,9 @@ bool Solver::stop_round(double step_s, const double* inverse_mass) {
     const Closest at = closest(pair.kind, then);
     const PairMotion motion = motion_of(pair.vertex, at.weight, inverse_mass, velocity_);
     if (motion.inverse_mass == 0 || at.distance == 0) continue;
-    contact::apply(stopping_impulse(options_.fabric.friction, at.separation / at.distance, motion.relative, motion.inverse_mass),
-                   pair.vertex, at.weight, inverse_mass, velocity_);
+    contact::apply(
+        stopping_impulse(options_.fabric.friction, at.separation / at.distance, motion.relative, motion.inverse_mass),
+        pair.vertex, at.weight, inverse_mass, velocity_);
     ++statistics_.impacts;
   }
   return any;
@@ -123,7 +125,8 @@ void Solver::stop_impacts(double step_s, const double* inverse_mass) {
 double Solver::work(const Eigen::Matrix3Xd& given, const double* inverse_mass) const {
   double sum = 0;
   for (Eigen::Index v = 0; v < velocity_.cols(); ++v)
-    if (inverse_mass[v] > 0) sum += (velocity_.col(v).squaredNorm() - given.col(v).squaredNorm()) / (2 * inverse_mass[v]);
+    if (inverse_mass[v] > 0)
+      sum += (velocity_.col(v).squaredNorm() - given.col(v).squaredNorm()) / (2 * inverse_mass[v]);
   return sum;
 }
 
@@ -145,8 +148,10 @@ void Solver::apply(const kernel::Step& step) {
     bound = kHaste * now;
     refresh_lists(bound, bound + body_m, body);
     if (attempt == 0)
-      body_contacts_.collide({options_.fabric.thickness_m, options_.fabric.rate_1_s, options_.fabric.damping_ratio, options_.body_friction},
-                             body, step.step_s, step.inverse_mass, position_, body_travel_m_, body_travel_m_ + bound + body_m, velocity_);
+      body_contacts_.collide({options_.fabric.thickness_m, options_.fabric.rate_1_s, options_.fabric.damping_ratio,
+                              options_.body_friction},
+                             body, step.step_s, step.inverse_mass, position_, body_travel_m_,
+                             body_travel_m_ + bound + body_m, velocity_);
     if (!options_.self_collision) break;
     pairs_.collect(position_, options_.fabric.thickness_m, travel_m_, travel_m_ + bound, near_);
     statistics_.near_pairs += static_cast<long>(near_.size());

@@ -22,25 +22,25 @@
 namespace selvedge::cloth::contact {
 
 struct Options {
-  Law fabric;                   // fabric on itself; the thickness is cut to 0.3 of the least height of a triangle
+  Law fabric;  // fabric on itself; the thickness is cut to 0.3 of the least height of a triangle
   double body_friction = 0.3;
   bool self_collision = true;
-  bool culling = true;          // curvature criterion
-  int impact_rounds = 10;       // of geometric impulses, before rigid zones
+  bool culling = true;     // curvature criterion
+  int impact_rounds = 10;  // of geometric impulses, before rigid zones
 };
 
 // What the contact of a run did, from its start.
 struct Statistics {
   long steps = 0;
-  long rebuilds = 0;           // of the list of pairs
+  long rebuilds = 0;  // of the list of pairs
   long body_rebuilds = 0;
-  long near_pairs = 0;         // looked at, summed over steps
-  long impacts = 0;            // geometric collisions stopped
-  long zone_steps = 0;         // steps that needed rigid zones
-  long unresolved = 0;         // steps after which a pair was left to chance: held vertices that run into each other
-  double work_J = 0;           // kinetic energy that impulses gave (negative: took)
-  double most_work_J = 0;      // its largest value at any time
-  double thickness_m = 0;      // in use
+  long near_pairs = 0;     // looked at, summed over steps
+  long impacts = 0;        // geometric collisions stopped
+  long zone_steps = 0;     // steps that needed rigid zones
+  long unresolved = 0;     // steps after which a pair was left to chance: held vertices that run into each other
+  double work_J = 0;       // kinetic energy that impulses gave (negative: took)
+  double most_work_J = 0;  // its largest value at any time
+  double thickness_m = 0;  // in use
 };
 
 class Solver {

@@ -17,11 +17,11 @@ namespace selvedge::cloth::contact {
 struct Surface {
   int vertex_count = 0;
   std::vector<std::array<int, 3>> triangles;
-  std::vector<std::array<Eigen::Vector2d, 3>> flat;  // corners in the plane of the triangle's panel, m
-  std::vector<int> panel;                            // per triangle
-  std::vector<std::array<int, 2>> edges;             // vertices, the lower index first
+  std::vector<std::array<Eigen::Vector2d, 3>> flat;           // corners in the plane of the triangle's panel, m
+  std::vector<int> panel;                                     // per triangle
+  std::vector<std::array<int, 2>> edges;                      // vertices, the lower index first
   std::vector<std::vector<int>> owned_vertices, owned_edges;  // per triangle
-  double least_height_m = 0;                         // smallest height of a flat triangle
+  double least_height_m = 0;                                  // smallest height of a flat triangle
 };
 
 // flat, panel: one a triangle. Throws std::invalid_argument where the sizes differ or a triangle has no area.

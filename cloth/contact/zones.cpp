@@ -8,7 +8,9 @@
 
 namespace selvedge::cloth::contact {
 
-Zones::Zones(int vertex_count) : parent_(static_cast<size_t>(vertex_count)) { std::iota(parent_.begin(), parent_.end(), 0); }
+Zones::Zones(int vertex_count) : parent_(static_cast<size_t>(vertex_count)) {
+  std::iota(parent_.begin(), parent_.end(), 0);
+}
 
 void Zones::clear() {
   for (const int v : touched_) parent_[static_cast<size_t>(v)] = v;
@@ -35,8 +37,9 @@ bool Zones::join(const NearPair& pair) {
   return joined;
 }
 
-void Zones::move_one(const std::vector<int>& zone, double step_s, const double* inverse_mass, const Eigen::Matrix3Xd& position,
-                     const Eigen::Matrix3Xd& given, Eigen::Matrix3Xd& velocity) const {
+void Zones::move_one(const std::vector<int>& zone, double step_s, const double* inverse_mass,
+                     const Eigen::Matrix3Xd& position, const Eigen::Matrix3Xd& given,
+                     Eigen::Matrix3Xd& velocity) const {
   Eigen::Vector3d held = Eigen::Vector3d::Zero(), centre = held, mean = held, spin = held;
   int held_count = 0;
   double mass = 0;

@@ -30,8 +30,8 @@ class Zones {
 
  private:
   int root(int vertex);
-  void move_one(const std::vector<int>& zone, double step_s, const double* inverse_mass, const Eigen::Matrix3Xd& position,
-                const Eigen::Matrix3Xd& given, Eigen::Matrix3Xd& velocity) const;
+  void move_one(const std::vector<int>& zone, double step_s, const double* inverse_mass,
+                const Eigen::Matrix3Xd& position, const Eigen::Matrix3Xd& given, Eigen::Matrix3Xd& velocity) const;
 
   std::vector<int> parent_;
   std::vector<int> touched_;

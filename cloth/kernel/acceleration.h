@@ -30,8 +30,8 @@ template <class V>
 struct Workspace {
   explicit Workspace(const SheetData& sheet)
       : packed(sheet), x(count(sheet)), v(count(sheet)), acceleration(count(sheet)), normal(count(sheet)),
-        scratch(count(sheet)), membrane(sheet.triangles.size()), bend(count(sheet)), shape(count(sheet)), moment(count(sheet)),
-        products(sheet.arcs.empty() ? 0 : count(sheet)), pulls(products.size()) {}
+        scratch(count(sheet)), membrane(sheet.triangles.size()), bend(count(sheet)), shape(count(sheet)),
+        moment(count(sheet)), products(sheet.arcs.empty() ? 0 : count(sheet)), pulls(products.size()) {}
 
   void keep_frames() { frames.resize(membrane.size()); }
 
@@ -40,7 +40,8 @@ struct Workspace {
   PackedTriangles packed;
   std::vector<V> x, v, acceleration, normal, scratch;
   std::vector<MembraneMemory<TrianglesOf<V>>> membrane;
-  std::vector<typename KeptFrame<V>::Type> frames;  // of the last accelerations; empty where no stages of damping follow
+  std::vector<typename KeptFrame<V>::Type>
+      frames;  // of the last accelerations; empty where no stages of damping follow
   std::vector<BendMemory<ScalarOf<V>>> bend;
   std::vector<SecondDerivatives<V>> shape, moment;
   std::vector<SixOf<V>> products, pulls;  // of arcs; empty where the sheet measures none

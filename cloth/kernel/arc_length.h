@@ -34,13 +34,15 @@ void measure_arcs(size_t count, const SecondDerivatives<V>* shape, SixOf<V>* pro
   constexpr const V* kind = nullptr;
   for (size_t i = 0; i < count; ++i) {
     const SecondDerivatives<V>& d = shape[i];
-    products[i] = {three(dot(d.uu, d.uu), dot(d.uu, d.uv), dot(d.uu, d.vv), kind), three(dot(d.uv, d.uv), dot(d.uv, d.vv), dot(d.vv, d.vv), kind)};
+    products[i] = {three(dot(d.uu, d.uu), dot(d.uu, d.uv), dot(d.uu, d.vv), kind),
+                   three(dot(d.uv, d.uv), dot(d.uv, d.vv), dot(d.vv, d.vv), kind)};
   }
 }
 
 // Adds to moment (as add_moments takes them) what the stresses of the triangles around each vertex do to its shape.
 template <class V>
-void add_arc_moments(const SheetData& sheet, const SecondDerivatives<V>* shape, const SixOf<V>* pulls, SecondDerivatives<V>* moment) {
+void add_arc_moments(const SheetData& sheet, const SecondDerivatives<V>* shape, const SixOf<V>* pulls,
+                     SecondDerivatives<V>* moment) {
   for (size_t i = 0; i < static_cast<size_t>(sheet.vertex_count); ++i) {
     const double per_area = 1 / sheet.vertex_area[i];
     const auto low = parts(scaled(per_area, pulls[i].first)), high = parts(scaled(per_area, pulls[i].second));
@@ -57,7 +59,8 @@ template <class G, class R>
 inline Vec3<R> longer_by(const ArcWeights<G>& w, const SixOf<Vec3<R>>& products) {
   const auto sum = [&](const G(&weight)[6]) {
     const Vec3<R> first{weight[0] * products.first.x, weight[1] * products.first.y, weight[2] * products.first.z};
-    return first.x + first.y + first.z + weight[3] * products.second.x + weight[4] * products.second.y + weight[5] * products.second.z;
+    return first.x + first.y + first.z + weight[3] * products.second.x + weight[4] * products.second.y +
+           weight[5] * products.second.z;
   };
   return {sum(w.u), sum(w.shear), sum(w.v)};
 }

@@ -27,7 +27,7 @@ struct SecondDerivatives {
 // force = −Q y for the rows row … row + Count − 1, which are alike.
 template <int Count, class V>
 inline void alike_rows(const BendMatrix& matrix, int row, const V* y, V* force) {
-  const int *index = matrix.index.data();
+  const int* index = matrix.index.data();
   const double* value = matrix.value.data();
   V even[Count], odd[Count];  // two sums, so that one addition need not wait for the other
   for (int r = 0; r < Count; ++r) even[r] = odd[r] = V{};
@@ -86,11 +86,12 @@ inline void add_moments(const SheetData& sheet, size_t vertex, const SecondDeriv
   }
 }
 
-// Moments at all vertices where bending is more than one rigidity. all: their second derivatives. normal: N unit normals,
-// read only where p.uses_normals.
+// Moments at all vertices where bending is more than one rigidity. all: their second derivatives. normal: N unit
+// normals, read only where p.uses_normals.
 template <class V>
-void general_moments(const SheetData& sheet, const LaneMaterial<ScalarOf<V>>& p, const SecondDerivatives<V>* all, const V* v,
-                     const V* normal, BendMemory<ScalarOf<V>>* memory, double step_s, SecondDerivatives<V>* moments) {
+void general_moments(const SheetData& sheet, const LaneMaterial<ScalarOf<V>>& p, const SecondDerivatives<V>* all,
+                     const V* v, const V* normal, BendMemory<ScalarOf<V>>* memory, double step_s,
+                     SecondDerivatives<V>* moments) {
   using R = ScalarOf<V>;
   for (size_t i = 0; i < static_cast<size_t>(sheet.vertex_count); ++i) {
     const SecondDerivatives<V>& shape = all[i];

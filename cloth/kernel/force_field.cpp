@@ -12,7 +12,8 @@ struct ForceField::Parts {
 
 ForceField::ForceField(const SheetData& sheet, const Material& material, const Surroundings& surroundings,
                        const std::vector<HeldVertex>& held)
-    : parts_(new Parts{sheet, unpack_materials<Quad>(sheet, &material, &surroundings, 1, held), Workspace<Quad>(sheet)}) {}
+    : parts_(
+          new Parts{sheet, unpack_materials<Quad>(sheet, &material, &surroundings, 1, held), Workspace<Quad>(sheet)}) {}
 
 ForceField::~ForceField() = default;
 

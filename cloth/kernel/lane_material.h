@@ -34,17 +34,17 @@ struct LaneMaterial {
   R creep, creep_rate;
   VertexVector gravity;
   Vec3<R> air;
-  bool uses_normals = false;       // vertex normals are needed
+  bool uses_normals = false;  // vertex normals are needed
   bool uses_bend_friction = false;
   bool uses_membrane_memory = false;
   bool uses_stretch_extras = false;  // stiffening or coupling
   bool uses_general_bending = false;
   bool uses_added_mass = false;
-  bool measures_arcs = false;      // the sheet does, and no clamp holds it
+  bool measures_arcs = false;  // the sheet does, and no clamp holds it
   bool uses_bend_stiffening = false;
-  std::vector<R> mass;             // N, kg
-  std::vector<R> inverse_mass;     // N, 1/kg
-  std::vector<R> bend_factor;      // N, 1 away from hems
+  std::vector<R> mass;          // N, kg
+  std::vector<R> inverse_mass;  // N, 1/kg
+  std::vector<R> bend_factor;   // N, 1 away from hems
 };
 
 template <class R>

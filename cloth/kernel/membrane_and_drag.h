@@ -14,7 +14,7 @@ struct PackedTriangles {
     FlatTriangle<Lanes4> flat;
     int vertex[3][4];
     ArcWeights<Lanes4> arcs;  // where the sheet has them
-    int count;  // fewer than four at the end; the rest repeat the last
+    int count;                // fewer than four at the end; the rest repeat the last
   };
   std::vector<Four> fours;
   explicit PackedTriangles(const SheetData& sheet) {
@@ -47,8 +47,8 @@ struct PackedTriangles {
 };
 
 inline FlatTriangle<double> flat(const Triangle& t) {
-  return {t.gradient_u[1], t.gradient_u[2], t.gradient_v[1], t.gradient_v[2], t.membrane_area,
-          {t.corner_area[0], t.corner_area[1], t.corner_area[2]}};
+  return {t.gradient_u[1], t.gradient_u[2], t.gradient_v[1],
+          t.gradient_v[2], t.membrane_area, {t.corner_area[0], t.corner_area[1], t.corner_area[2]}};
 }
 
 template <class R>
@@ -99,19 +99,21 @@ struct Arcs {
 // Each adds to force. memory: one a triangle, or one a pack of four. step_s: of the memory; 0 leaves it.
 // frames: likewise, filled for membrane_damping where not null. arcs: where the sheet measures them.
 template <class R>
-void membrane_and_drag(const SheetData& sheet, const PackedTriangles&, const LaneMaterial<R>& p,
-                       const Vec3<R>* x, const Vec3<R>* v, MembraneMemory<R>* memory,
-                       double step_s, DampingShares<R>* frames, const Arcs<Vec3<R>>& arcs, Vec3<R>* force) {
+void membrane_and_drag(const SheetData& sheet, const PackedTriangles&, const LaneMaterial<R>& p, const Vec3<R>* x,
+                       const Vec3<R>* v, MembraneMemory<R>* memory, double step_s, DampingShares<R>* frames,
+                       const Arcs<Vec3<R>>& arcs, Vec3<R>* force) {
   for (size_t i = 0; i < sheet.triangles.size(); ++i) {
     const Triangle& t = sheet.triangles[i];
     const int a = t.vertex[0], b = t.vertex[1], c = t.vertex[2];
     Vec3<R> longer, stress;
     if (arcs.products) {
       const SixOf<Vec3<R>>&p0 = arcs.products[a], &p1 = arcs.products[b], &p2 = arcs.products[c];
-      longer = scaled(1.0 / 3.0, longer_by(sheet.arcs[i], SixOf<Vec3<R>>{p0.first + p1.first + p2.first, p0.second + p1.second + p2.second}));
+      longer = scaled(1.0 / 3.0, longer_by(sheet.arcs[i], SixOf<Vec3<R>>{p0.first + p1.first + p2.first,
+                                                                         p0.second + p1.second + p2.second}));
     }
-    const auto f = triangle_forces(flat(t), sides(x[a], x[b], x[c]), sides(v[a], v[b], v[c]), v[a] + v[b] + v[c], p, memory + i,
-                                   step_s, frames ? frames + i : nullptr, arcs.products ? &longer : nullptr, arcs.products ? &stress : nullptr);
+    const auto f = triangle_forces(flat(t), sides(x[a], x[b], x[c]), sides(v[a], v[b], v[c]), v[a] + v[b] + v[c], p,
+                                   memory + i, step_s, frames ? frames + i : nullptr, arcs.products ? &longer : nullptr,
+                                   arcs.products ? &stress : nullptr);
     force[a] += f.zero;
     force[b] += f.one;
     force[c] += f.two;
@@ -142,8 +144,10 @@ inline void membrane_and_drag(const SheetData&, const PackedTriangles& packed, c
       }
       longer = scaled(1.0 / 3.0, longer_by(t.arcs, sum));
     }
-    scatter(t, triangle_forces(t.flat, x_sides, sides(v0, v1, v2), v0 + v1 + v2, p, memory + i, step_s, frames ? frames + i : nullptr,
-                               arcs.products ? &longer : nullptr, arcs.products ? &stress : nullptr),
+    scatter(t,
+            triangle_forces(t.flat, x_sides, sides(v0, v1, v2), v0 + v1 + v2, p, memory + i, step_s,
+                            frames ? frames + i : nullptr, arcs.products ? &longer : nullptr,
+                            arcs.products ? &stress : nullptr),
             force);
     if (arcs.products) scatter(t, pulls_of(t.arcs, stress), arcs.pulls);
   }
@@ -164,8 +168,7 @@ struct KeptFrame<Quad> {
 // Membrane damping of the velocities v at the shape x; adds to force.
 template <class R>
 void membrane_damping(const SheetData& sheet, const PackedTriangles&, const LaneMaterial<R>& p,
-                      const DampingShares<R>* shares, const Vec3<R>* x, const Vec3<R>* v,
-                      Vec3<R>* force) {
+                      const DampingShares<R>* shares, const Vec3<R>* x, const Vec3<R>* v, Vec3<R>* force) {
   for (size_t i = 0; i < sheet.triangles.size(); ++i) {
     const Triangle& t = sheet.triangles[i];
     const int a = t.vertex[0], b = t.vertex[1], c = t.vertex[2];

@@ -1,9 +1,9 @@
 // A number, or several numbers in SIMD lanes that go through the same arithmetic.
 //
-// Runs of one experiment with four parameter sets, or eight where the processor has AVX-512, go through Lanes4 or Lanes8,
-// vertex vectors being Vec3 of these. A single run keeps each vertex in a Quad (x, y, z, 0) and takes its triangles
-// as many at a time. Either way a run goes through the same operations in the same order, so its bits are the same: the
-// compiler may not fuse multiply and add on its own, fused() says where it happens, in all.
+// Runs of one experiment with four parameter sets, or eight where the processor has AVX-512, go through Lanes4 or
+// Lanes8, vertex vectors being Vec3 of these. A single run keeps each vertex in a Quad (x, y, z, 0) and takes its
+// triangles as many at a time. Either way a run goes through the same operations in the same order, so its bits are the
+// same: the compiler may not fuse multiply and add on its own, fused() says where it happens, in all.
 #pragma once
 
 #include <cmath>
@@ -102,8 +102,18 @@ struct Vec3 {
   friend Vec3 operator+(const Vec3& a, const Vec3& b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
   friend Vec3 operator-(const Vec3& a, const Vec3& b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
   friend Vec3 operator*(const R& s, const Vec3& a) { return {s * a.x, s * a.y, s * a.z}; }
-  Vec3& operator+=(const Vec3& a) { x += a.x; y += a.y; z += a.z; return *this; }
-  Vec3& operator-=(const Vec3& a) { x -= a.x; y -= a.y; z -= a.z; return *this; }
+  Vec3& operator+=(const Vec3& a) {
+    x += a.x;
+    y += a.y;
+    z += a.z;
+    return *this;
+  }
+  Vec3& operator-=(const Vec3& a) {
+    x -= a.x;
+    y -= a.y;
+    z -= a.z;
+    return *this;
+  }
 };
 
 // Scaled by one plain number, or by one a lane.
@@ -135,8 +145,14 @@ struct Quad {
   friend Quad operator+(const Quad& a, const Quad& b) { return {a.q + b.q}; }
   friend Quad operator-(const Quad& a, const Quad& b) { return {a.q - b.q}; }
   friend Quad operator*(double s, const Quad& a) { return {s * a.q}; }
-  Quad& operator+=(const Quad& a) { q += a.q; return *this; }
-  Quad& operator-=(const Quad& a) { q -= a.q; return *this; }
+  Quad& operator+=(const Quad& a) {
+    q += a.q;
+    return *this;
+  }
+  Quad& operator-=(const Quad& a) {
+    q -= a.q;
+    return *this;
+  }
 };
 inline Quad scaled(double s, const Quad& a) { return {s * a.q}; }
 inline Quad add_scaled(double s, const Quad& a, const Quad& b) { return {fused(s, a.q, b.q)}; }
@@ -149,7 +165,8 @@ inline Quad cross(const Quad& a, const Quad& b) {
 }
 inline double norm(const Quad& a) { return std::sqrt(dot(a, a)); }
 
-// What goes with a vertex vector V: its scalar, the numbers in which its triangles are reckoned, and how many runs it holds.
+// What goes with a vertex vector V: its scalar, the numbers in which its triangles are reckoned, and how many runs it
+// holds.
 template <class V>
 struct Kind;
 template <class R>
@@ -193,16 +210,20 @@ inline void store_run(const Quad& v, int, double* to) {
 // Four Quads as the lanes of one Vec3, and back.
 inline Vec3<Lanes4> lanes_of_quads(const Quad& a, const Quad& b, const Quad& c, const Quad& d) {
   using Order = long long __attribute__((vector_size(32)));
-  const Lanes4 ab_low = __builtin_shuffle(a.q, b.q, Order{0, 4, 2, 6}), ab_high = __builtin_shuffle(a.q, b.q, Order{1, 5, 3, 7});
-  const Lanes4 cd_low = __builtin_shuffle(c.q, d.q, Order{0, 4, 2, 6}), cd_high = __builtin_shuffle(c.q, d.q, Order{1, 5, 3, 7});
+  const Lanes4 ab_low = __builtin_shuffle(a.q, b.q, Order{0, 4, 2, 6}),
+               ab_high = __builtin_shuffle(a.q, b.q, Order{1, 5, 3, 7});
+  const Lanes4 cd_low = __builtin_shuffle(c.q, d.q, Order{0, 4, 2, 6}),
+               cd_high = __builtin_shuffle(c.q, d.q, Order{1, 5, 3, 7});
   return {__builtin_shuffle(ab_low, cd_low, Order{0, 1, 4, 5}), __builtin_shuffle(ab_high, cd_high, Order{0, 1, 4, 5}),
           __builtin_shuffle(ab_low, cd_low, Order{2, 3, 6, 7})};
 }
 inline void quads_of_lanes(const Vec3<Lanes4>& v, Quad out[4]) {
   using Order = long long __attribute__((vector_size(32)));
   const Lanes4 zero{};
-  const Lanes4 xy_even = __builtin_shuffle(v.x, v.y, Order{0, 4, 2, 6}), xy_odd = __builtin_shuffle(v.x, v.y, Order{1, 5, 3, 7});
-  const Lanes4 z_even = __builtin_shuffle(v.z, zero, Order{0, 4, 2, 6}), z_odd = __builtin_shuffle(v.z, zero, Order{1, 5, 3, 7});
+  const Lanes4 xy_even = __builtin_shuffle(v.x, v.y, Order{0, 4, 2, 6}),
+               xy_odd = __builtin_shuffle(v.x, v.y, Order{1, 5, 3, 7});
+  const Lanes4 z_even = __builtin_shuffle(v.z, zero, Order{0, 4, 2, 6}),
+               z_odd = __builtin_shuffle(v.z, zero, Order{1, 5, 3, 7});
   out[0].q = __builtin_shuffle(xy_even, z_even, Order{0, 1, 4, 5});
   out[1].q = __builtin_shuffle(xy_odd, z_odd, Order{0, 1, 4, 5});
   out[2].q = __builtin_shuffle(xy_even, z_even, Order{2, 3, 6, 7});

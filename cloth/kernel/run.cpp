@@ -13,7 +13,8 @@ RunOutput run(const RunInput& input) {
 
 RelaxOutput relax(const RunInput& input, const RelaxOptions& options) {
   if (input.lanes == 1) return relax_lanes<Quad>(input, options);
-  return input.lanes <= lanes_of<Lanes4> ? relax_lanes<Vec3<Lanes4>>(input, options) : relax_lanes<Vec3<WidestLanes>>(input, options);
+  return input.lanes <= lanes_of<Lanes4> ? relax_lanes<Vec3<Lanes4>>(input, options)
+                                         : relax_lanes<Vec3<WidestLanes>>(input, options);
 }
 
 }  // namespace selvedge::cloth::kernel

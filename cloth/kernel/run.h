@@ -28,11 +28,11 @@ struct DampingStages {
 
 struct RunInput {
   const SheetData* sheet = nullptr;
-  int lanes = 1;                                // 1 to most_lanes()
-  std::vector<Material> materials;              // one a lane
-  std::vector<Surroundings> surroundings;       // one a lane
-  std::vector<double> start_position;           // lanes × N × 3, m
-  std::vector<double> start_velocity;           // lanes × N × 3, m/s; empty: at rest
+  int lanes = 1;                           // 1 to most_lanes()
+  std::vector<Material> materials;         // one a lane
+  std::vector<Surroundings> surroundings;  // one a lane
+  std::vector<double> start_position;      // lanes × N × 3, m
+  std::vector<double> start_velocity;      // lanes × N × 3, m/s; empty: at rest
   std::vector<HeldVertex> held;
   double clamp_direction[3] = {0, 0, -1};
   double step_s = 0;
@@ -40,10 +40,10 @@ struct RunInput {
   DampingStages stages;
   // The held corners at every step: entry (lane, step 0…steps, corner 0 left 1 right, axis).
   std::vector<double> held_corners;
-  std::vector<double> sample_s;                 // ascending times from the start at which positions are kept
-  double start_s = 0;                           // of the run, for the step filters
-  std::vector<StepFilter> step_filters;         // one a lane, or none
-  int filter_every = 1;                         // steps
+  std::vector<double> sample_s;          // ascending times from the start at which positions are kept
+  double start_s = 0;                    // of the run, for the step filters
+  std::vector<StepFilter> step_filters;  // one a lane, or none
+  int filter_every = 1;                  // steps
 };
 
 struct RunOutput {
@@ -59,9 +59,9 @@ RunOutput run(const RunInput& input);
 struct RelaxOptions {
   double step_s = 0;
   int max_steps = 0;
-  double check_s = 2e-3;       // kinetic energy is looked at this often
-  double speed_m_s = 1e-4;     // at rest: the fastest vertex at a peak of kinetic energy is slower than this
-  double change_m = 2e-6;      // and moved less than this since the peak before
+  double check_s = 2e-3;    // kinetic energy is looked at this often
+  double speed_m_s = 1e-4;  // at rest: the fastest vertex at a peak of kinetic energy is slower than this
+  double change_m = 2e-6;   // and moved less than this since the peak before
 };
 
 struct RelaxOutput {

@@ -114,7 +114,8 @@ class Filtering {
         store_run(w.v[v], i, &velocity_[3 * v]);
       }
       const auto at = static_cast<size_t>(i);
-      in_.step_filters[at]({start_s, in_.step_s, in_.filter_every * in_.step_s, n_, from_.data(), to_.data(), velocity_.data(), inverse_mass_[at].data()});
+      in_.step_filters[at]({start_s, in_.step_s, in_.filter_every * in_.step_s, n_, from_.data(), to_.data(),
+                            velocity_.data(), inverse_mass_[at].data()});
       for (size_t v = 0; v < n_; ++v) {
         set_run(w.x[v], i, to_[3 * v], to_[3 * v + 1], to_[3 * v + 2]);
         set_run(w.v[v], i, velocity_[3 * v], velocity_[3 * v + 1], velocity_[3 * v + 2]);
@@ -131,12 +132,13 @@ class Filtering {
 
 // Positions between two steps, linear in time.
 template <class V>
-void keep_sample(const Workspace<V>& w, const std::vector<V>& before, double share, size_t sample,
-                 size_t samples, int lanes, std::vector<double>& out) {
+void keep_sample(const Workspace<V>& w, const std::vector<V>& before, double share, size_t sample, size_t samples,
+                 int lanes, std::vector<double>& out) {
   const size_t n = w.x.size();
   for (size_t v = 0; v < n; ++v) {
     const V value = before[v] + scaled(share, w.x[v] - before[v]);
-    for (int i = 0; i < lanes; ++i) store_run(value, i, &out[((static_cast<size_t>(i) * samples + sample) * n + v) * 3]);
+    for (int i = 0; i < lanes; ++i)
+      store_run(value, i, &out[((static_cast<size_t>(i) * samples + sample) * n + v) * 3]);
   }
 }
 
@@ -182,8 +184,8 @@ RunOutput run_lanes(const RunInput& in) {
 
 template <class R>
 struct Motion {
-  R energy{};         // J
-  R fastest{};        // m²/s², squared speed
+  R energy{};   // J
+  R fastest{};  // m²/s², squared speed
 };
 
 template <class V>
@@ -200,9 +202,9 @@ Motion<ScalarOf<V>> motion_of_all(const LaneMaterial<ScalarOf<V>>& p, const Work
 
 // What relax keeps of each lane.
 struct LaneRest {
-  double energy = 0;             // at the look before
+  double energy = 0;  // at the look before
   bool done = false;
-  std::vector<double> at_peak;   // position at the last peak
+  std::vector<double> at_peak;  // position at the last peak
 };
 
 template <class V>

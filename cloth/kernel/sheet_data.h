@@ -11,22 +11,23 @@ namespace selvedge::cloth::kernel {
 // Triangle t: w_u = Σ_a gradient_u[a] x_a, w_v likewise; gradients sum to zero over the corners.
 struct Triangle {
   int vertex[3];
-  double gradient_u[3];  // 1/m
-  double gradient_v[3];  // 1/m
-  double membrane_area;  // m² that stretch and shear act on: flat, scaled at the corners that a rig holds (sheet.cpp)
-  double corner_area[3]; // m², the parts of it nearest to each corner
+  double gradient_u[3];   // 1/m
+  double gradient_v[3];   // 1/m
+  double membrane_area;   // m² that stretch and shear act on: flat, scaled at the corners that a rig holds (sheet.cpp)
+  double corner_area[3];  // m², the parts of it nearest to each corner
 };
 
 // Second derivatives at a vertex by a least-squares quadratic through its neighbours:
 // x_uu = Σ_k uu[k] x_{index[k]}, and so on; rows of a compressed matrix.
 struct BendStencils {
-  std::vector<int> start;         // N + 1
+  std::vector<int> start;  // N + 1
   std::vector<int> index;
   std::vector<double> uu, uv, vv;  // 1/m²
 };
 
 // What is added to the strains of a triangle because fabric bends between the ends of a side (arc_length.h):
-// Σ weight · product, m², over uu·uu, uu·uv, uu·vv, uv·uv, uv·vv, vv·vv of the second derivatives. G: double, or one a lane.
+// Σ weight · product, m², over uu·uu, uu·uv, uu·vv, uv·uv, uv·vv, vv·vv of the second derivatives. G: double, or one a
+// lane.
 template <class G>
 struct ArcWeights {
   G u[6], shear[6], v[6];
@@ -62,7 +63,8 @@ struct SheetData {
   std::vector<Triangle> triangles;
   BendStencils bend;
   BendMatrix bend_matrix;
-  std::vector<ArcWeights<double>> arcs;  // one a triangle, or none: sides of triangles are as long as the fabric along them
+  std::vector<ArcWeights<double>>
+      arcs;  // one a triangle, or none: sides of triangles are as long as the fabric along them
   double width_m = 0, height_m = 0;
 };
 

@@ -5,7 +5,8 @@
 //   P_u = A (σ_u ŵ_u + τ w_v),  P_v = A (σ_v ŵ_v + τ w_u),
 //   σ_u = k_u ε_u (1 + β|ε_u|) + c ε_v + d ε̇_u,  τ = shear s + d_s ṡ,
 //   force on corner a = −(g_u[a] P_u + g_v[a] P_v).
-// Drag (Bhat et al. 2003, section 3): on the triangle's mean velocity relative to the air, shared out to its corners as its mass is.
+// Drag (Bhat et al. 2003, section 3): on the triangle's mean velocity relative to the air, shared out to its corners as
+// its mass is.
 //
 // R: number type of the material and the motion. G: of the flat triangle: double where the lanes are runs of
 // one triangle, Lanes4 where they are four triangles of one run.
@@ -19,7 +20,7 @@ namespace selvedge::cloth::kernel {
 template <class G>
 struct FlatTriangle {
   G u1, u2, v1, v2;
-  G area;  // m², that stretch and shear act on
+  G area;       // m², that stretch and shear act on
   G corner[3];  // m², parts of the area nearest to each corner, as in SheetData::vertex_area
 };
 
@@ -52,7 +53,8 @@ inline Vec3<R> along_v(const FlatTriangle<G>& t, const Sides<R>& s) {
 
 template <class G, class R>
 inline CornerForces<R> corner_forces(const FlatTriangle<G>& t, const Vec3<R>& pull_u, const Vec3<R>& pull_v) {
-  const Vec3<R> one = add_scaled(t.u1, pull_u, scaled(t.v1, pull_v)), two = add_scaled(t.u2, pull_u, scaled(t.v2, pull_v));
+  const Vec3<R> one = add_scaled(t.u1, pull_u, scaled(t.v1, pull_v)),
+                two = add_scaled(t.u2, pull_u, scaled(t.v2, pull_v));
   return {one + two, Vec3<R>{} - one, Vec3<R>{} - two};
 }
 
@@ -78,7 +80,8 @@ inline void keep(const Vec3<R>&, const Vec3<R>&, const DampingShares<R>& share, 
 
 // velocity_sum: of the three corners; inverse: 1/|normal|² of normal = w_u × w_v. N/m².
 template <class R>
-inline Vec3<R> drag_per_area(const Vec3<R>& normal, const R& inverse, const Vec3<R>& velocity_sum, const LaneMaterial<R>& p) {
+inline Vec3<R> drag_per_area(const Vec3<R>& normal, const R& inverse, const Vec3<R>& velocity_sum,
+                             const LaneMaterial<R>& p) {
   const Vec3<R> relative = scaled(1.0 / 3.0, velocity_sum) - p.air;
   const R along = dot(relative, normal), speed2 = along * along * inverse;
   const R on_normal = p.drag_normal * square_root(speed2) / (1.0 + p.drag_fade * speed2) + p.drag_linear;
@@ -101,15 +104,18 @@ inline void remember(MembraneMemory<R>& k, const LaneMaterial<R>& p, double step
 // memory: read and advanced by step_s only where p.uses_membrane_memory. frame: filled where not null. longer: added to
 // the strains, where not null; stress: filled with a third of the area times the stresses that do not damp, likewise.
 template <class G, class R, class Kept>
-[[gnu::always_inline]] inline CornerForces<R> triangle_forces(const FlatTriangle<G>& t, const Sides<R>& x, const Sides<R>& v,
-                                       const Vec3<R>& velocity_sum, const LaneMaterial<R>& p, MembraneMemory<R>* memory,
-                                       double step_s, Kept* frame, const Vec3<R>* longer, Vec3<R>* stress) {
+[[gnu::always_inline]] inline CornerForces<R> triangle_forces(const FlatTriangle<G>& t, const Sides<R>& x,
+                                                              const Sides<R>& v, const Vec3<R>& velocity_sum,
+                                                              const LaneMaterial<R>& p, MembraneMemory<R>* memory,
+                                                              double step_s, Kept* frame, const Vec3<R>* longer,
+                                                              Vec3<R>* stress) {
   const Vec3<R> w_u = along_u(t, x), w_v = along_v(t, x), rate_u = along_u(t, v), rate_v = along_v(t, v);
   const Vec3<R> normal = cross(w_u, w_v);
   const R length_u = norm(w_u), length_v = norm(w_v), normal2 = dot(normal, normal);
   // One division for three reciprocals.
   const R both = length_u * length_v, shared = 1.0 / fused(both, normal2, broadcast<R>(1e-300));
-  const R inverse_u = shared * length_v * normal2, inverse_v = shared * length_u * normal2, inverse_normal2 = shared * both;
+  const R inverse_u = shared * length_v * normal2, inverse_v = shared * length_u * normal2,
+          inverse_normal2 = shared * both;
   // u, v and shear parts of strain and its rate.
   Vec3<R> strain{length_u - 1.0, length_v - 1.0, dot(w_u, w_v)};
   if (longer) strain += {longer->x, longer->z, longer->y};
@@ -133,7 +139,8 @@ template <class G, class R, class Kept>
     const R damping = t.area * p.stretch_damping;
     keep(w_u, w_v, DampingShares<R>{damping * inverse_u * inverse_u, damping * inverse_v * inverse_v}, *frame);
   }
-  const R pull_along_u = t.area * sigma_u * inverse_u, pull_along_v = t.area * sigma_v * inverse_v, across = t.area * tau;
+  const R pull_along_u = t.area * sigma_u * inverse_u, pull_along_v = t.area * sigma_v * inverse_v,
+          across = t.area * tau;
   CornerForces<R> f =
       corner_forces(t, add_scaled(pull_along_u, w_u, across * w_v), add_scaled(pull_along_v, w_v, across * w_u));
   const Vec3<R> drag = drag_per_area(normal, inverse_normal2, velocity_sum, p);
@@ -145,11 +152,13 @@ template <class G, class R, class Kept>
 
 // The damping alone of the velocities v.
 template <class G, class R>
-inline CornerForces<R> triangle_damping(const FlatTriangle<G>& t, const Frame<R>& k, const Sides<R>& v, const LaneMaterial<R>& p) {
+inline CornerForces<R> triangle_damping(const FlatTriangle<G>& t, const Frame<R>& k, const Sides<R>& v,
+                                        const LaneMaterial<R>& p) {
   const Vec3<R> rate_u = along_u(t, v), rate_v = along_v(t, v);
   const R pull_along_u = k.share.u * dot(k.w_u, rate_u), pull_along_v = k.share.v * dot(k.w_v, rate_v);
   const R across = t.area * p.shear_damping * (dot(k.w_u, rate_v) + dot(k.w_v, rate_u));
-  return corner_forces(t, add_scaled(pull_along_u, k.w_u, across * k.w_v), add_scaled(pull_along_v, k.w_v, across * k.w_u));
+  return corner_forces(t, add_scaled(pull_along_u, k.w_u, across * k.w_v),
+                       add_scaled(pull_along_v, k.w_v, across * k.w_u));
 }
 
 }  // namespace selvedge::cloth::kernel

@@ -3,7 +3,9 @@
 namespace selvedge::diagnose::effects {
 
 Effect bend_nonlinearity() {
-  return {"bend_nonlinearity", Side::elastic, "bending grows stiffer (or softer) with curvature",
+  return {"bend_nonlinearity",
+          Side::elastic,
+          "bending grows stiffer (or softer) with curvature",
           {material_parameter("bend_stiffening", "m²", 0, -2e-3, 2e-2, 5e-4, &cloth::Material::bend_stiffening)}};
 }
 

@@ -4,8 +4,11 @@ namespace selvedge::diagnose::effects {
 
 // What is stamped t shows the fabric at t − delay: the residual follows the velocity of every point alike.
 Effect camera_delay() {
-  return {"camera_delay", Side::measurement, "observations are stamped later than they were made",
-          {of_motion(effect_parameter("delay", "s", 0, -0.05, 0.05, 0.005, [](fit::Prediction& p, double v) { p.seeing.delay_s = v; }))}};
+  return {"camera_delay",
+          Side::measurement,
+          "observations are stamped later than they were made",
+          {of_motion(effect_parameter("delay", "s", 0, -0.05, 0.05, 0.005,
+                                      [](fit::Prediction& p, double v) { p.seeing.delay_s = v; }))}};
 }
 
 }  // namespace selvedge::diagnose::effects

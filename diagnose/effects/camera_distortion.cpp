@@ -3,8 +3,11 @@
 namespace selvedge::diagnose::effects {
 
 Effect camera_distortion() {
-  return {"camera_distortion", Side::measurement, "the camera bends straight lines otherwise than its calibration says",
-          {of_motion(effect_parameter("k1", "", 0, -0.3, 0.3, 0.02, [](fit::Prediction& p, double v) { p.seeing.radial_distortion = v; }))},
+  return {"camera_distortion",
+          Side::measurement,
+          "the camera bends straight lines otherwise than its calibration says",
+          {of_motion(effect_parameter("k1", "", 0, -0.3, 0.3, 0.02,
+                                      [](fit::Prediction& p, double v) { p.seeing.radial_distortion = v; }))},
           AppliesTo::images};
 }
 

@@ -15,8 +15,8 @@ const char* to_text(Side side) {
   return "";
 }
 
-fit::Parameter effect_parameter(const std::string& name, const std::string& unit, double neutral, double lower, double upper,
-                                double scale, std::function<void(fit::Prediction&, double)> apply) {
+fit::Parameter effect_parameter(const std::string& name, const std::string& unit, double neutral, double lower,
+                                double upper, double scale, std::function<void(fit::Prediction&, double)> apply) {
   return {name, unit, neutral, lower, upper, false, scale, std::move(apply)};
 }
 

@@ -18,12 +18,12 @@ const char* to_text(Side side);
 // What the effect is tried on.
 enum class AppliesTo {
   anything,
-  images,          // what a camera sees: trials with markers alone say nothing of it
-  simple_drag,     // base models whose drag is linear or none
+  images,       // what a camera sees: trials with markers alone say nothing of it
+  simple_drag,  // base models whose drag is linear or none
 };
 
 struct Effect {
-  std::string name;     // of the exchange format
+  std::string name;  // of the exchange format
   Side side = Side::elastic;
   std::string summary;  // one line: what would be so
   std::vector<fit::Parameter> parameters;
@@ -34,8 +34,8 @@ struct Effect {
 };
 
 // A parameter of an effect: acts linearly on its value, neutral at `neutral`.
-fit::Parameter effect_parameter(const std::string& name, const std::string& unit, double neutral, double lower, double upper,
-                                double scale, std::function<void(fit::Prediction&, double)> apply);
+fit::Parameter effect_parameter(const std::string& name, const std::string& unit, double neutral, double lower,
+                                double upper, double scale, std::function<void(fit::Prediction&, double)> apply);
 
 // The same for one member of the material.
 fit::Parameter material_parameter(const std::string& name, const std::string& unit, double neutral, double lower,

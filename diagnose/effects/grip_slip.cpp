@@ -20,7 +20,8 @@ void slip(cloth::HeldPath& path, Eigen::Matrix3Xd cloth::HeldPath::*corner, Eige
     const Eigen::Vector3d pull = (down + (other.col(i) - now).normalized()).normalized();
     x.col(i) += slip_per_path * travelled * pull;
     if (i > 0 && path.time_s.size() > 1)
-      (path.*slope).col(i) += slip_per_path * way / (path.time_s[static_cast<size_t>(i)] - path.time_s[static_cast<size_t>(i) - 1]) * pull;
+      (path.*slope).col(i) +=
+          slip_per_path * way / (path.time_s[static_cast<size_t>(i)] - path.time_s[static_cast<size_t>(i) - 1]) * pull;
   }
 }
 
@@ -33,9 +34,13 @@ Effect grip_slip() {
     if (left) slip(p.experiment.path, &Path::left, &Path::left_slope, p.experiment.path.right, down, v);
     else slip(p.experiment.path, &Path::right, &Path::right_slope, p.experiment.path.left, down, v);
   };
-  return {"grip_slip", Side::boundary, "the fabric slides out of the grips as they move",
-          {effect_parameter("left_slip_per_path", "m/m", 0, 0, 0.2, 0.01, [both](fit::Prediction& p, double v) { both(p, v, true); }),
-           effect_parameter("right_slip_per_path", "m/m", 0, 0, 0.2, 0.01, [both](fit::Prediction& p, double v) { both(p, v, false); })}};
+  return {"grip_slip",
+          Side::boundary,
+          "the fabric slides out of the grips as they move",
+          {effect_parameter("left_slip_per_path", "m/m", 0, 0, 0.2, 0.01,
+                            [both](fit::Prediction& p, double v) { both(p, v, true); }),
+           effect_parameter("right_slip_per_path", "m/m", 0, 0, 0.2, 0.01,
+                            [both](fit::Prediction& p, double v) { both(p, v, false); })}};
 }
 
 }  // namespace selvedge::diagnose::effects

@@ -5,7 +5,9 @@ namespace selvedge::diagnose::effects {
 // What an implicit Euler step h does to every elastic mode: damping in proportion to stiffness, with time constant h.
 // Seen in motion it is a change of the material's own damping, which the base model fits as well.
 Effect integrator_damping() {
-  return {"integrator_damping", Side::numerical, "the integrator damps as an implicit step does",
+  return {"integrator_damping",
+          Side::numerical,
+          "the integrator damps as an implicit step does",
           {of_motion(effect_parameter("step", "s", 0, 0, 0.02, 1e-3, [](fit::Prediction& p, double v) {
             cloth::Material& m = p.experiment.material;
             m.stretch_damping += v * m.stretch;

@@ -3,10 +3,15 @@
 namespace selvedge::diagnose::effects {
 
 Effect projector_moved() {
-  return {"projector_moved", Side::measurement, "the projector was moved after the calibration",
-          {of_motion(effect_parameter("shift_x", "m", 0, -0.02, 0.02, 0.002, [](fit::Prediction& p, double v) { p.seeing.projector_shift_m.x() = v; })),
-            of_motion(effect_parameter("shift_y", "m", 0, -0.02, 0.02, 0.002, [](fit::Prediction& p, double v) { p.seeing.projector_shift_m.y() = v; })),
-            of_motion(effect_parameter("shift_z", "m", 0, -0.02, 0.02, 0.002, [](fit::Prediction& p, double v) { p.seeing.projector_shift_m.z() = v; }))},
+  return {"projector_moved",
+          Side::measurement,
+          "the projector was moved after the calibration",
+          {of_motion(effect_parameter("shift_x", "m", 0, -0.02, 0.02, 0.002,
+                                      [](fit::Prediction& p, double v) { p.seeing.projector_shift_m.x() = v; })),
+           of_motion(effect_parameter("shift_y", "m", 0, -0.02, 0.02, 0.002,
+                                      [](fit::Prediction& p, double v) { p.seeing.projector_shift_m.y() = v; })),
+           of_motion(effect_parameter("shift_z", "m", 0, -0.02, 0.02, 0.002,
+                                      [](fit::Prediction& p, double v) { p.seeing.projector_shift_m.z() = v; }))},
           AppliesTo::images};
 }
 

@@ -14,7 +14,9 @@ void turn_gravity(fit::Prediction& p, const Eigen::Vector3d& axis, double angle_
 }  // namespace
 
 Effect rig_tilt() {
-  return {"rig_tilt", Side::measurement, "gravity is not along the recorded direction",
+  return {"rig_tilt",
+          Side::measurement,
+          "gravity is not along the recorded direction",
           {effect_parameter("tilt_about_x", "rad", 0, -0.2, 0.2, 0.02,
                             [](fit::Prediction& p, double v) { turn_gravity(p, Eigen::Vector3d::UnitX(), v); }),
            effect_parameter("tilt_about_y", "rad", 0, -0.2, 0.2, 0.02,

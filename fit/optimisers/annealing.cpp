@@ -14,7 +14,8 @@ using Eigen::Index;
 
 class Simplex {
  public:
-  Simplex(Ledger& ledger, unsigned seed) : ledger_(ledger), random_(seed), corners_(ledger.parameters(), ledger.parameters() + 1) {}
+  Simplex(Ledger& ledger, unsigned seed)
+      : ledger_(ledger), random_(seed), corners_(ledger.parameters(), ledger.parameters() + 1) {}
 
   // Around a point: one corner there, the others a step along each axis, inwards where the box ends.
   void build(const Eigen::VectorXd& centre, double edge) {

@@ -12,9 +12,9 @@
 namespace selvedge::fit {
 
 struct AnnealingOptions {
-  double edge = 0.15;            // of the first simplex, in shares of the box
-  double first_temperature = 0;  // in units of cost; 0: half the spread of the first simplex's costs
-  double cooling = 0.9;          // T ← cooling · T
+  double edge = 0.15;              // of the first simplex, in shares of the box
+  double first_temperature = 0;    // in units of cost; 0: half the spread of the first simplex's costs
+  double cooling = 0.9;            // T ← cooling · T
   double last_temperature = 1e-3;  // in shares of the first, reached when the budget ends
   double reset_factor = 3;
 };

@@ -44,7 +44,8 @@ struct UnitBox {
 void look_up(Ledger& ledger, Rehearsal& rehearsal, const Points& points) {
   Eigen::MatrixXd columns(ledger.parameters(), static_cast<Eigen::Index>(points.size()));
   for (size_t i = 0; i < points.size(); ++i)
-    columns.col(static_cast<Eigen::Index>(i)) = Eigen::Map<const Eigen::VectorXd>(points[i].data(), ledger.parameters());
+    columns.col(static_cast<Eigen::Index>(i)) =
+        Eigen::Map<const Eigen::VectorXd>(points[i].data(), ledger.parameters());
   const std::vector<double> costs = ledger.costs(columns);
   for (size_t i = 0; i < points.size(); ++i)
     rehearsal.costs[points[i]] = std::isfinite(costs[i]) ? costs[i] : 1e300;  // pagmo sums them
@@ -68,7 +69,8 @@ SearchResult search_cma(const SearchProblem& problem, const SearchLimits& limits
   Ledger ledger(problem, limits);
   const auto n = static_cast<size_t>(ledger.parameters());
   const auto usual = static_cast<size_t>(4 * std::ceil((4 + 3 * std::log(static_cast<double>(n))) / 4));
-  const size_t individuals = std::max<size_t>(options.individuals > 0 ? static_cast<size_t>(options.individuals) : usual, 5);
+  const size_t individuals =
+      std::max<size_t>(options.individuals > 0 ? static_cast<size_t>(options.individuals) : usual, 5);
 
   auto rehearsal = std::make_shared<Rehearsal>();
   pagmo::population population(pagmo::problem(UnitBox{rehearsal, n}), 0, limits.seed);

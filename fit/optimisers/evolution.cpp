@@ -21,8 +21,10 @@ class Population {
     const Eigen::VectorXd range = problem.upper - problem.lower;
     first_low_ = Eigen::VectorXd::Zero(ledger.parameters());
     first_high_ = Eigen::VectorXd::Ones(ledger.parameters());
-    if (options.first_lower.size() > 0) first_low_ = (options.first_lower - problem.lower).cwiseQuotient(range).cwiseMax(0.0);
-    if (options.first_upper.size() > 0) first_high_ = (options.first_upper - problem.lower).cwiseQuotient(range).cwiseMin(1.0);
+    if (options.first_lower.size() > 0)
+      first_low_ = (options.first_lower - problem.lower).cwiseQuotient(range).cwiseMax(0.0);
+    if (options.first_upper.size() > 0)
+      first_high_ = (options.first_upper - problem.lower).cwiseQuotient(range).cwiseMin(1.0);
   }
 
   void found() {
@@ -46,7 +48,9 @@ class Population {
 
  private:
   double between(double low, double high) { return low + (high - low) * uniform_(random_); }
-  Index one_of(Index count) { return std::min<Index>(static_cast<Index>(uniform_(random_) * static_cast<double>(count)), count - 1); }
+  Index one_of(Index count) {
+    return std::min<Index>(static_cast<Index>(uniform_(random_) * static_cast<double>(count)), count - 1);
+  }
 
   Eigen::VectorXd mutant() {
     Eigen::VectorXd x = people_.col(one_of(4 * people_.cols() / 5));
@@ -75,7 +79,8 @@ class Population {
   void sort() {
     std::vector<Index> order(costs_.size());
     std::iota(order.begin(), order.end(), 0);
-    std::stable_sort(order.begin(), order.end(), [&](Index a, Index b) { return costs_[static_cast<size_t>(a)] < costs_[static_cast<size_t>(b)]; });
+    std::stable_sort(order.begin(), order.end(),
+                     [&](Index a, Index b) { return costs_[static_cast<size_t>(a)] < costs_[static_cast<size_t>(b)]; });
     const Eigen::MatrixXd people = people_;
     const std::vector<double> costs = costs_;
     for (size_t i = 0; i < order.size(); ++i) {

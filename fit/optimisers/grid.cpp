@@ -13,7 +13,9 @@ SearchResult search_grid(const SearchProblem& problem, const SearchLimits& limit
   const Eigen::Index n = ledger.parameters();
   const double all = std::pow(static_cast<double>(options.values), static_cast<double>(n));
   if (all > limits.evaluations)
-    refuse("grid", "found a budget of {} evaluations, expected at least {:.0f} ({} values of {} parameters); fit fewer parameters or allow more",
+    refuse("grid",
+           "found a budget of {} evaluations, expected at least {:.0f} ({} values of {} parameters); fit fewer "
+           "parameters or allow more",
            limits.evaluations, all, options.values, n);
   const auto count = static_cast<long>(all);
   for (long first = 0; first < count && !ledger.over(); first += options.at_once) {

@@ -7,8 +7,8 @@
 namespace selvedge::fit {
 
 struct GridOptions {
-  int values = 4;      // of each parameter, at least 2
-  int at_once = 16;    // points a batch
+  int values = 4;    // of each parameter, at least 2
+  int at_once = 16;  // points a batch
 };
 
 // Throws BadInput where the budget does not hold the whole grid.

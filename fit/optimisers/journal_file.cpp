@@ -30,9 +30,11 @@ JournalFile::JournalFile(const std::filesystem::path& path, const std::string& i
     return;
   }
   if (text.rfind(first, 0) != 0)
-    refuse(path.string(), "found the journal of another search, {}, expected that of this one, {}; choose another folder or remove it",
+    refuse(path.string(),
+           "found the journal of another search, {}, expected that of this one, {}; choose another folder or remove it",
            in_quotes(text.substr(0, text.find('\n'))), in_quotes(first.substr(0, first.size() - 1)));
-  for (size_t at = first.size(), end = 0; (end = text.find('\n', at)) != std::string::npos; at = end + 1) lines_.push_back(text.substr(at, end - at));
+  for (size_t at = first.size(), end = 0; (end = text.find('\n', at)) != std::string::npos; at = end + 1)
+    lines_.push_back(text.substr(at, end - at));
   file_ = std::make_unique<files::AppendFile>(path);
 }
 

@@ -12,8 +12,8 @@ namespace selvedge::fit {
 
 class JournalFile {
  public:
-  // Begins the file, or reads what is there; a last line torn by a kill is cut. Throws BadInput where its first line is not
-  // of this identity (one line).
+  // Begins the file, or reads what is there; a last line torn by a kill is cut. Throws BadInput where its first line is
+  // not of this identity (one line).
   JournalFile(const std::filesystem::path& path, const std::string& identity);
 
   // Whether there is one, and of another identity.

@@ -12,7 +12,8 @@ Ledger::Ledger(const SearchProblem& problem, const SearchLimits& limits) : probl
   const bool fits = problem.upper.size() == problem.lower.size() && problem.start.size() == problem.lower.size();
   if (!fits || problem.lower.size() == 0 || !(problem.lower.array() < problem.upper.array()).all())
     throw std::invalid_argument("Ledger: the box is empty");
-  if (!(problem.start.array() >= problem.lower.array()).all() || !(problem.start.array() <= problem.upper.array()).all())
+  if (!(problem.start.array() >= problem.lower.array()).all() ||
+      !(problem.start.array() <= problem.upper.array()).all())
     throw std::invalid_argument("Ledger: the start lies outside the box");
   result_.point = problem.start;
   best_unit_ = unit_start();
@@ -27,7 +28,8 @@ std::vector<double> Ledger::costs(const Eigen::MatrixXd& unit_points) {
   std::vector<double> all(static_cast<size_t>(unit_points.cols()), std::numeric_limits<double>::infinity());
   if (count == 0) return all;
   const Eigen::MatrixXd points =
-      ((unit_points.leftCols(count).array().colwise() * (problem_.upper - problem_.lower).array()).matrix().colwise() + problem_.lower);
+      ((unit_points.leftCols(count).array().colwise() * (problem_.upper - problem_.lower).array()).matrix().colwise() +
+       problem_.lower);
   const std::vector<double> costs = problem_.costs(points);
   if (costs.size() != static_cast<size_t>(count)) throw std::logic_error("Ledger: as many costs as points are due");
   for (Eigen::Index i = 0; i < count; ++i) {

@@ -16,7 +16,8 @@ const std::vector<Optimiser>& optimisers() {
        [](const SearchProblem& p, const SearchLimits& l) { return anneal(p, l); }},
       {"evolution", "evolution strategy of ranks, mutants and crossover (1995)",
        [](const SearchProblem& p, const SearchLimits& l) { return evolve(p, l); }},
-      {"cma", "CMA-ES of pagmo, in batches", [](const SearchProblem& p, const SearchLimits& l) { return search_cma(p, l); }},
+      {"cma", "CMA-ES of pagmo, in batches",
+       [](const SearchProblem& p, const SearchLimits& l) { return search_cma(p, l); }},
   };
   return list;
 }

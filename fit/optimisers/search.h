@@ -28,7 +28,7 @@ struct SearchProblem {
 };
 
 struct SearchLimits {
-  int evaluations = 600;         // at most
+  int evaluations = 600;                                        // at most
   double stop_cost = -std::numeric_limits<double>::infinity();  // a best cost at or below it ends the search
   unsigned seed = 1;
   report::ProgressCallback progress = [](double, const std::string&) {};
@@ -42,11 +42,11 @@ struct SearchStep {
 };
 
 struct SearchResult {
-  Eigen::VectorXd point;         // the best one
+  Eigen::VectorXd point;  // the best one
   double cost = std::numeric_limits<double>::infinity();
   int evaluations = 0;
   std::vector<SearchStep> trace;
-  std::string ended;             // why: "evaluations spent", "cost reached", "converged"
+  std::string ended;  // why: "evaluations spent", "cost reached", "converged"
 };
 
 // An optimiser by its configuration key.

@@ -10,7 +10,9 @@
 
 namespace selvedge::fit {
 
-inline void put(std::string& bytes, std::uint64_t value) { bytes.append(reinterpret_cast<const char*>(&value), sizeof value); }
+inline void put(std::string& bytes, std::uint64_t value) {
+  bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
+}
 
 inline void put(std::string& bytes, const double* values, Eigen::Index count) {
   put(bytes, static_cast<std::uint64_t>(count));
@@ -49,7 +51,8 @@ class TakenBytes {
 enum class Batch : std::uint64_t { costs = 0x636f737473, residuals = 0x726573 };
 
 inline void require(TakenBytes& in, Batch kind) {
-  if (in.number() != static_cast<std::uint64_t>(kind)) throw std::runtime_error("ranks: this rank has come to another batch than the first");
+  if (in.number() != static_cast<std::uint64_t>(kind))
+    throw std::runtime_error("ranks: this rank has come to another batch than the first");
 }
 
 }  // namespace selvedge::fit

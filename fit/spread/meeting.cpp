@@ -43,7 +43,9 @@ class Mpi {
     std::filesystem::path module = folder / "libselvedge_mpi.so";
     if (!std::filesystem::exists(module)) module = folder.parent_path() / "lib" / "selvedge" / "libselvedge_mpi.so";
     library_ = ::dlopen(module.c_str(), RTLD_NOW | RTLD_GLOBAL);
-    if (!library_) throw std::runtime_error(fmt::format("ranks: an MPI launcher started this process, but MPI cannot be loaded: {}", ::dlerror()));
+    if (!library_)
+      throw std::runtime_error(
+          fmt::format("ranks: an MPI launcher started this process, but MPI cannot be loaded: {}", ::dlerror()));
     check(function<int (*)(int*, int*, int*)>("selvedge_mpi_begin")(&rank, &size, &one_host));
   }
   std::string tell(std::string text) {
@@ -66,7 +68,9 @@ class Mpi {
   void* library_ = nullptr;
 };
 
-[[noreturn]] void fail(const char* step) { throw std::runtime_error(fmt::format("ranks: {}: {}", step, std::strerror(errno))); }
+[[noreturn]] void fail(const char* step) {
+  throw std::runtime_error(fmt::format("ranks: {}: {}", step, std::strerror(errno)));
+}
 
 // A machine that vanishes closes no connection; after about a minute without a sign of life it counts as gone.
 void keep_watch(int connection) {
@@ -111,7 +115,8 @@ int listen_anywhere(bool one_host, int& port) {
   const int listener = ::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
   if (listener < 0) fail("socket");
   sockaddr_in address = address_of(htonl(one_host ? INADDR_LOOPBACK : INADDR_ANY), 0);
-  if (::bind(listener, reinterpret_cast<sockaddr*>(&address), sizeof address) != 0 || ::listen(listener, 1024) != 0) fail("listen");
+  if (::bind(listener, reinterpret_cast<sockaddr*>(&address), sizeof address) != 0 || ::listen(listener, 1024) != 0)
+    fail("listen");
   socklen_t length = sizeof address;
   if (::getsockname(listener, reinterpret_cast<sockaddr*>(&address), &length) != 0) fail("getsockname");
   port = ntohs(address.sin_port);
@@ -137,7 +142,8 @@ std::vector<int> gather(int listener, const std::string& token, int size) {
   int missing = size - 1;
   const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(kMeeting_s);
   while (missing > 0) {
-    const auto left = std::chrono::duration_cast<std::chrono::milliseconds>(end - std::chrono::steady_clock::now()).count();
+    const auto left =
+        std::chrono::duration_cast<std::chrono::milliseconds>(end - std::chrono::steady_clock::now()).count();
     pollfd waiting{listener, POLLIN, 0};
     if (left <= 0 || ::poll(&waiting, 1, static_cast<int>(left)) <= 0) break;
     const int connection = ::accept4(listener, nullptr, nullptr, SOCK_CLOEXEC);
@@ -182,7 +188,8 @@ int connect_to_first(const std::string& told, int rank) {
     const int connection = connect_to(host, port);
     if (connection < 0) continue;
     const std::string hello = fmt::format("{}{:08}", token, rank);
-    if (::send(connection, hello.data(), hello.size(), MSG_NOSIGNAL) == static_cast<ssize_t>(hello.size())) return connection;
+    if (::send(connection, hello.data(), hello.size(), MSG_NOSIGNAL) == static_cast<ssize_t>(hello.size()))
+      return connection;
     ::close(connection);
   }
   throw std::runtime_error("ranks: the first rank cannot be reached at any of its addresses");

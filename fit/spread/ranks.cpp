@@ -131,11 +131,13 @@ std::string Ranks::follow(const Compute& compute) {
     std::string bytes;
     if (!receive_message(connections_.front(), what, bytes)) throw std::runtime_error("ranks: the first rank is gone");
     if (what == kAnswer) return bytes;
-    if (what != kShare || !send_message(connections_.front(), kResult, computed(bytes, compute))) throw std::runtime_error("ranks: the first rank is gone");
+    if (what != kShare || !send_message(connections_.front(), kResult, computed(bytes, compute)))
+      throw std::runtime_error("ranks: the first rank is gone");
   }
 }
 
-BatchCosts spread(const std::shared_ptr<Ranks>& ranks, const BatchCosts& costs, const std::function<BatchCosts(BatchCosts)>& remembered) {
+BatchCosts spread(const std::shared_ptr<Ranks>& ranks, const BatchCosts& costs,
+                  const std::function<BatchCosts(BatchCosts)>& remembered) {
   if (!ranks) return remembered(costs);
   const Ranks::Compute compute = [costs](const std::string& share) { return costs_of_share(share, costs); };
   if (!ranks->is_first())

@@ -28,29 +28,33 @@ const Vector3d kTiltAxis(0.8, 0.6, 0), kDraught(0.35, 0.93, 0);
 // Smallest and largest size drawn of each effect.
 const std::map<std::string, std::pair<double, double>>& sizes() {
   static const std::map<std::string, std::pair<double, double>> all = {
-      {"camera_delay", {0.005, 0.014}},      // s
-      {"dropped_frames", {0.3, 0.7}},        // s from one loss to the next
-      {"rig_tilt", {0.02, 0.06}},            // rad
-      {"marker_offset", {0.002, 0.006}},     // m
-      {"grip_slip", {0.01, 0.03}},           // m per m of the grip's path
+      {"camera_delay", {0.005, 0.014}},   // s
+      {"dropped_frames", {0.3, 0.7}},     // s from one loss to the next
+      {"rig_tilt", {0.02, 0.06}},         // rad
+      {"marker_offset", {0.002, 0.006}},  // m
+      {"grip_slip", {0.01, 0.03}},        // m per m of the grip's path
       {"anisotropy", {0.5, 1.2}},
       {"coupling", {0.3, 0.6}},
       {"stretch_stiffening", {8, 20}},
-      {"bend_nonlinearity", {5e-6, 3e-5}},   // N·m
+      {"bend_nonlinearity", {5e-6, 3e-5}},  // N·m
       {"hem", {1, 3}},
-      {"rest_curvature", {6e-5, 2e-4}},      // N
-      {"bend_friction", {6e-5, 1.6e-4}},     // N
-      {"stretch_friction", {0.2, 0.8}},      // N/m
+      {"rest_curvature", {6e-5, 2e-4}},   // N
+      {"bend_friction", {6e-5, 1.6e-4}},  // N
+      {"stretch_friction", {0.2, 0.8}},   // N/m
       {"creep", {0.5, 1.5}},
-      {"draught", {0.12, 0.3}},              // m/s
-      {"added_mass", {0.03, 0.1}},           // kg/m²
-      {"local_mass", {3e-4, 1e-3}},          // kg
+      {"draught", {0.12, 0.3}},      // m/s
+      {"added_mass", {0.03, 0.1}},   // kg/m²
+      {"local_mass", {3e-4, 1e-3}},  // kg
   };
   return all;
 }
 
-double uniform(std::mt19937_64& g, double low, double high) { return std::uniform_real_distribution<double>(low, high)(g); }
-double log_uniform(std::mt19937_64& g, double low, double high) { return std::exp(uniform(g, std::log(low), std::log(high))); }
+double uniform(std::mt19937_64& g, double low, double high) {
+  return std::uniform_real_distribution<double>(low, high)(g);
+}
+double log_uniform(std::mt19937_64& g, double low, double high) {
+  return std::exp(uniform(g, std::log(low), std::log(high)));
+}
 
 FabricTruth draw_fabric(std::mt19937_64& g) {
   FabricTruth t;
@@ -73,7 +77,8 @@ struct Motion {
   Vector3d right(double t) const {
     const double ramp = std::clamp(t / 0.25, 0.0, 1.0), rise = ramp * ramp * (3 - 2 * ramp);
     const double w = 2 * M_PI * frequency_hz * t;
-    return Vector3d(separation / 2, 0, 0) + rise * Vector3d(amplitude.x() * std::sin(w), amplitude.y() * std::sin(w), amplitude.z() * std::sin(1.6 * w + phase));
+    return Vector3d(separation / 2, 0, 0) + rise * Vector3d(amplitude.x() * std::sin(w), amplitude.y() * std::sin(w),
+                                                            amplitude.z() * std::sin(1.6 * w + phase));
   }
 };
 
@@ -87,7 +92,8 @@ struct Rig {
   double slip = 0;
 };
 
-trial::Trial record(const BankKey& key, const Rig& rig, const std::string& name, trial::Experiment kind, const Motion& motion, std::mt19937_64& g) {
+trial::Trial record(const BankKey& key, const Rig& rig, const std::string& name, trial::Experiment kind,
+                    const Motion& motion, std::mt19937_64& g) {
   LatticeOptions options;
   options.cells_across = options.cells_down = kCells;
   Vector3d gravity(0, 0, -9.81);
@@ -99,7 +105,8 @@ trial::Trial record(const BankKey& key, const Rig& rig, const std::string& name,
     for (const HiddenEffect& effect : hidden_effects())
       if (effect.name == key.hidden) sheet.add_extra(effect.make(key.size), effect.step_share);
   } else {
-    static const std::vector<std::string> of_the_rig = {"", "none", "camera_delay", "dropped_frames", "rig_tilt", "marker_offset", "grip_slip", "draught"};
+    static const std::vector<std::string> of_the_rig = {"",         "none",          "camera_delay", "dropped_frames",
+                                                        "rig_tilt", "marker_offset", "grip_slip",    "draught"};
     for (const std::string& effect : {key.cause, key.second})
       if (std::find(of_the_rig.begin(), of_the_rig.end(), effect) == of_the_rig.end()) {
         const Extra extra = fabric_extra(effect, size_of(key, effect));
@@ -143,7 +150,9 @@ trial::Trial record(const BankKey& key, const Rig& rig, const std::string& name,
     const double time = i / kRate_hz;
     if (i > 0 && !still) sheet.advance(1 / kRate_hz, left, held_right(time));
     shapes.push_back(sheet.position());
-    if (!shapes.back().allFinite()) throw std::runtime_error(fmt::format("the simulated world blew up: {} of size {}, {} at {:.3f} s", key.cause, key.size, name, time));
+    if (!shapes.back().allFinite())
+      throw std::runtime_error(
+          fmt::format("the simulated world blew up: {} of size {}, {} at {:.3f} s", key.cause, key.size, name, time));
     if (i >= samples) continue;
     t.corners.time_s.push_back(time);
     t.corners.left.col(i) = noisy(motion.left(time));
@@ -161,7 +170,8 @@ trial::Trial record(const BankKey& key, const Rig& rig, const std::string& name,
     const double time = i / kRate_hz;
     double delay = 0;
     if (!still) delay = size_of(key, "camera_delay");
-    if (const double every_s = size_of(key, "dropped_frames"); !still && every_s > 0) delay -= std::floor(time / every_s + 0.5) / kRate_hz;
+    if (const double every_s = size_of(key, "dropped_frames"); !still && every_s > 0)
+      delay -= std::floor(time / every_s + 0.5) / kRate_hz;
     const Eigen::Matrix3Xd shape = shape_at(time - delay);
     for (int k = 0; k < 25; ++k) {
       const double u = 0.1 + 0.2 * (k % 5), v = 0.1 + 0.2 * (k / 5);
@@ -206,7 +216,8 @@ BankKey draw_key(const std::string& kind, std::mt19937_64& g) {
   };
   if (kind == "known" || kind == "pair") {
     std::tie(key.cause, key.size) = draw_effect();
-    while (kind == "pair" && (key.second.empty() || key.second == key.cause)) std::tie(key.second, key.second_size) = draw_effect();
+    while (kind == "pair" && (key.second.empty() || key.second == key.cause))
+      std::tie(key.second, key.second_size) = draw_effect();
   } else if (kind == "outside") {
     const std::vector<HiddenEffect> all = hidden_effects();
     key.cause = "unknown";
@@ -219,9 +230,17 @@ BankKey draw_key(const std::string& kind, std::mt19937_64& g) {
 }
 
 nlohmann::json to_json(const BankKey& key) {
-  nlohmann::json out = {{"cause", key.cause}, {"hidden", key.hidden}, {"size", key.size}, {"seed", key.seed},
-                        {"fabric", {{"density", key.truth.density}, {"stretch", key.truth.stretch}, {"shear", key.truth.shear}, {"bend", key.truth.bend},
-                                    {"bend_damping", key.truth.bend_damping}, {"drag_normal", key.truth.drag_normal}}}};
+  nlohmann::json out = {{"cause", key.cause},
+                        {"hidden", key.hidden},
+                        {"size", key.size},
+                        {"seed", key.seed},
+                        {"fabric",
+                         {{"density", key.truth.density},
+                          {"stretch", key.truth.stretch},
+                          {"shear", key.truth.shear},
+                          {"bend", key.truth.bend},
+                          {"bend_damping", key.truth.bend_damping},
+                          {"drag_normal", key.truth.drag_normal}}}};
   if (key.second.empty()) return out;
   out["cause"] = key.cause + "+" + key.second;
   out["second_size"] = key.second_size;
@@ -241,8 +260,12 @@ BankKey bank_key(const nlohmann::json& json) {
   key.seed = json.at("seed").get<unsigned>();
   const nlohmann::json& fabric = json.at("fabric");
   key.truth.width_m = key.truth.height_m = kSide_m;
-  for (const auto& [name, member] : {std::pair{"density", &FabricTruth::density}, {"stretch", &FabricTruth::stretch}, {"shear", &FabricTruth::shear},
-                                     {"bend", &FabricTruth::bend}, {"bend_damping", &FabricTruth::bend_damping}, {"drag_normal", &FabricTruth::drag_normal}})
+  for (const auto& [name, member] : {std::pair{"density", &FabricTruth::density},
+                                     {"stretch", &FabricTruth::stretch},
+                                     {"shear", &FabricTruth::shear},
+                                     {"bend", &FabricTruth::bend},
+                                     {"bend_damping", &FabricTruth::bend_damping},
+                                     {"drag_normal", &FabricTruth::drag_normal}})
     key.truth.*member = fabric.at(name).get<double>();
   return key;
 }

@@ -19,13 +19,13 @@
 namespace selvedge::hardware_sim {
 
 struct BankKey {
-  std::string cause;      // "none", a name of the exchange format, or "unknown"
-  std::string hidden;     // the hidden effect behind "unknown"
-  double size = 0;        // in the unit of fabric_extras.cpp, or as campaign_of says
-  std::string second;     // another effect at once, empty: none
+  std::string cause;   // "none", a name of the exchange format, or "unknown"
+  std::string hidden;  // the hidden effect behind "unknown"
+  double size = 0;     // in the unit of fabric_extras.cpp, or as campaign_of says
+  std::string second;  // another effect at once, empty: none
   double second_size = 0;
   FabricTruth truth;
-  unsigned seed = 0;      // of motion and noise
+  unsigned seed = 0;  // of motion and noise
 };
 
 // Effects of the format that this world can make, and usual sizes.
@@ -38,8 +38,9 @@ BankKey draw_key(const std::string& kind, std::mt19937_64& generator);
 nlohmann::json to_json(const BankKey& key);
 BankKey bank_key(const nlohmann::json& json);
 
-// The plainest parameter of a key's one effect under its name and in its unit in diagnosis.json's effect_size, and its value; nothing
-// where the library's effect has none of the same kind (hem, stiffening, rest curvature), or the key's not one effect.
+// The plainest parameter of a key's one effect under its name and in its unit in diagnosis.json's effect_size, and its
+// value; nothing where the library's effect has none of the same kind (hem, stiffening, rest curvature), or the key's
+// not one effect.
 std::optional<std::pair<std::string, double>> true_parameter(const BankKey& key);
 
 // Simulates and writes the campaign; its files name nothing but `name`.

@@ -34,7 +34,8 @@ std::vector<Edge> edges_of(const LatticeView& s) {
     for (int c = 0; c < s.columns; ++c) {
       const int i = r * s.columns + c;
       if (c + 1 < s.columns) edges.push_back({i, i + 1, s.hu, cell * (r == 0 || r + 1 == s.rows ? 0.5 : 1), true});
-      if (r + 1 < s.rows) edges.push_back({i, i + s.columns, s.hv, cell * (c == 0 || c + 1 == s.columns ? 0.5 : 1), false});
+      if (r + 1 < s.rows)
+        edges.push_back({i, i + s.columns, s.hv, cell * (c == 0 || c + 1 == s.columns ? 0.5 : 1), false});
     }
   return edges;
 }
@@ -79,16 +80,20 @@ std::vector<Triple> triples_of(const LatticeView& s) {
     for (int c = 0; c < s.columns; ++c) {
       const int i = r * s.columns + c;
       const bool side_r = r == 0 || r + 1 == s.rows, side_c = c == 0 || c + 1 == s.columns;
-      if (c > 0 && c + 1 < s.columns) triples.push_back({i - 1, i, i + 1, s.hu, cell * (side_r ? 0.5 : 1), true, side_r});
-      if (r > 0 && r + 1 < s.rows) triples.push_back({i - s.columns, i, i + s.columns, s.hv, cell * (side_c ? 0.5 : 1), false, side_c});
+      if (c > 0 && c + 1 < s.columns)
+        triples.push_back({i - 1, i, i + 1, s.hu, cell * (side_r ? 0.5 : 1), true, side_r});
+      if (r > 0 && r + 1 < s.rows)
+        triples.push_back({i - s.columns, i, i + s.columns, s.hv, cell * (side_c ? 0.5 : 1), false, side_c});
     }
   return triples;
 }
 
 Vector3d normal_at(const LatticeView& s, int i) {
   const int r = i / s.columns, c = i % s.columns;
-  const Vector3d across = at(s.x, r * s.columns + std::min(c + 1, s.columns - 1)) - at(s.x, r * s.columns + std::max(c - 1, 0));
-  const Vector3d down = at(s.x, std::min(r + 1, s.rows - 1) * s.columns + c) - at(s.x, std::max(r - 1, 0) * s.columns + c);
+  const Vector3d across =
+      at(s.x, r * s.columns + std::min(c + 1, s.columns - 1)) - at(s.x, r * s.columns + std::max(c - 1, 0));
+  const Vector3d down =
+      at(s.x, std::min(r + 1, s.rows - 1) * s.columns + c) - at(s.x, std::max(r - 1, 0) * s.columns + c);
   return across.cross(down).normalized();
 }
 
@@ -176,8 +181,12 @@ class Weights : public LatticeExtra {
   Law kg_;
 };
 
-Extra edge(EdgeStress::Law law, double step_share = 0.7) { return {std::make_shared<EdgeStress>(std::move(law)), step_share}; }
-Extra bend(BendMoment::Law law, double step_share = 0.8) { return {std::make_shared<BendMoment>(std::move(law)), step_share}; }
+Extra edge(EdgeStress::Law law, double step_share = 0.7) {
+  return {std::make_shared<EdgeStress>(std::move(law)), step_share};
+}
+Extra bend(BendMoment::Law law, double step_share = 0.8) {
+  return {std::make_shared<BendMoment>(std::move(law)), step_share};
+}
 
 // A hem is both: heavier rim nodes and stiffer rim lines.
 class Hem : public LatticeExtra {
@@ -189,9 +198,9 @@ class Hem : public LatticeExtra {
         }) {}
   void begin(const LatticeView& s) override {
     weights_.begin(s);
-    stiff_ = std::make_unique<BendMoment>([bend = s.truth->bend](const Triple& t, double curvature, double, double, double&) {
-      return t.at_rim ? 6 * bend * curvature : 0.0;
-    });
+    stiff_ =
+        std::make_unique<BendMoment>([bend = s.truth->bend](const Triple& t, double curvature, double, double,
+                                                            double&) { return t.at_rim ? 6 * bend * curvature : 0.0; });
     stiff_->begin(s);
   }
   void add(const LatticeView& s, double dt_s) override { stiff_->add(s, dt_s); }
@@ -226,21 +235,27 @@ Extra edge_of_truth(std::function<EdgeStress::Law(const FabricTruth&)> make, dou
 Extra fabric_extra(const std::string& name, double size) {
   if (name == "anisotropy")  // share by which threads along u are stiffer
     return edge_of_truth([size](const FabricTruth& t) {
-      return [k = size * t.stretch](const Edge& e, double strain, double, double, double&) { return e.along_u ? k * strain : 0.0; };
+      return [k = size * t.stretch](const Edge& e, double strain, double, double, double&) {
+        return e.along_u ? k * strain : 0.0;
+      };
     });
   if (name == "coupling") return {std::make_shared<Coupling>(size), 0.7};
   if (name == "stretch_stiffening")  // cubic: k (size · E)² E
-    return edge_of_truth([size](const FabricTruth& t) {
+    return edge_of_truth(
+        [size](const FabricTruth& t) {
       return [k = t.stretch, size](const Edge&, double strain, double, double, double&) {
         const double x = std::clamp(strain, -0.3, 0.3);
         return k * size * size * x * x * x;
       };
-    }, 0.5);
+        },
+        0.5);
   if (name == "bend_nonlinearity")  // N·m: extra rigidity that comes with 10 1/m of curvature
-    return bend([size](const Triple&, double curvature, double, double, double&) {
+    return bend(
+        [size](const Triple&, double curvature, double, double, double&) {
       const double k = std::clamp(curvature, -60.0, 60.0);
       return size * (k / 10) * (k / 10) * curvature;
-    }, 0.5);
+        },
+        0.5);
   if (name == "rest_curvature")  // N: constant moment along u
     return bend([size](const Triple& t, double, double, double, double&) { return t.along_u ? -size : 0.0; });
   if (name == "bend_friction")  // N: one slider behind a spring that gives way over 3 1/m

@@ -15,8 +15,11 @@ Extra named_extra(const std::string& name, double size, const std::string& where
   } catch (const std::invalid_argument&) {
     std::string hidden;
     for (const HiddenEffect& effect : hidden_effects()) hidden += ", " + effect.name;
-    refuse(where, "found {}, expected one of anisotropy, coupling, stretch_stiffening, bend_nonlinearity, rest_curvature, bend_friction, "
-           "stretch_friction, creep, hem, added_mass, local_mass{}", in_quotes(name), hidden);
+    refuse(where,
+           "found {}, expected one of anisotropy, coupling, stretch_stiffening, bend_nonlinearity, rest_curvature, "
+           "bend_friction, "
+           "stretch_friction, creep, hem, added_mass, local_mass{}",
+           in_quotes(name), hidden);
   }
 }
 

@@ -8,8 +8,8 @@
 
 namespace selvedge::hardware_sim {
 
-// size: of a hidden effect 1 is as plain as the library's of usual size; else in the effect's unit, see fabric_extras.cpp.
-// Throws BadInput, starting with `where`, for a name that is none of these.
+// size: of a hidden effect 1 is as plain as the library's of usual size; else in the effect's unit, see
+// fabric_extras.cpp. Throws BadInput, starting with `where`, for a name that is none of these.
 Extra named_extra(const std::string& name, double size, const std::string& where);
 
 }  // namespace selvedge::hardware_sim

@@ -36,11 +36,8 @@ struct Leaving {
 class DatastreamServer::Loop {
  public:
   Loop(const DatastreamServerOptions& options, std::function<std::vector<NamedPoint>(double)> markers_at)
-      : options_(options),
-        markers_at_(std::move(markers_at)),
-        listener_(wire::listen_tcp(options.address, options.port)),
-        mocap_(options),
-        start_s_(rig::host_now_s()),
+      : options_(options), markers_at_(std::move(markers_at)),
+        listener_(wire::listen_tcp(options.address, options.port)), mocap_(options), start_s_(rig::host_now_s()),
         thread_([this] { run(); }) {}
 
   ~Loop() {
@@ -67,9 +64,9 @@ class DatastreamServer::Loop {
       if (cut_.exchange(false)) cut_all();
       // One at a time: where looking takes longer than a period, frames come late, but they come.
       if (rig::host_now_s() >= start_s_ + next_sample_ / options_.rate_hz) take_sample();
-      while (!leaving_.empty() && rig::host_now_s() >= std::max<double>(leaving_.front().due_s, stalled_until_s_) - options_.awake_s) {
-        while (rig::host_now_s() < leaving_.front().due_s) {
-        }
+      while (!leaving_.empty() &&
+             rig::host_now_s() >= std::max<double>(leaving_.front().due_s, stalled_until_s_) - options_.awake_s) {
+        while (rig::host_now_s() < leaving_.front().due_s) {}
         for (auto& client : clients_) send_frame(client, leaving_.front().frame);
         leaving_.pop_front();
       }
@@ -82,7 +79,8 @@ class DatastreamServer::Loop {
     std::vector<pollfd> entries{{listener_.descriptor(), POLLIN, 0}};
     for (const auto& client : clients_) entries.push_back({client.socket.descriptor(), POLLIN, 0});
     double until_s = start_s_ + next_sample_ / options_.rate_hz;
-    if (!leaving_.empty()) until_s = std::min(until_s, std::max<double>(leaving_.front().due_s, stalled_until_s_) - options_.awake_s);
+    if (!leaving_.empty())
+      until_s = std::min(until_s, std::max<double>(leaving_.front().due_s, stalled_until_s_) - options_.awake_s);
     const double left_s = std::clamp(until_s - rig::host_now_s(), 0.0, 0.02);
     const timespec limit{0, static_cast<long>(left_s * 1e9)};
     ::ppoll(entries.data(), entries.size(), &limit, nullptr);
@@ -115,8 +113,7 @@ class DatastreamServer::Loop {
         std::array<std::uint8_t, 4096> part;
         const size_t got = client.socket.receive(part);
         client.received.insert(client.received.end(), part.begin(), part.begin() + static_cast<long>(got));
-        while (take_request(client)) {
-        }
+        while (take_request(client)) {}
       }
     });
   }
@@ -182,7 +179,7 @@ class DatastreamServer::Loop {
     }
   }
 
-  void count(std::int64_t DatastreamServerCounts::* what) {
+  void count(std::int64_t DatastreamServerCounts::*what) {
     const std::lock_guard lock(mutex_);
     ++(counts_.*what);
   }

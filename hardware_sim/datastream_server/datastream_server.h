@@ -19,9 +19,9 @@ namespace selvedge::hardware_sim {
 
 struct DatastreamServerOptions : MocapOptions {
   std::string address = "127.0.0.1";
-  int port = 0;                      // 0: the system chooses
-  double stated_latency_s = -1;      // what LatencyInfo says; negative: the true one
-  double awake_s = 0;                // busy so long before each frame leaves: the host's timers alone are 0.1 ms late
+  int port = 0;                  // 0: the system chooses
+  double stated_latency_s = -1;  // what LatencyInfo says; negative: the true one
+  double awake_s = 0;            // busy so long before each frame leaves: the host's timers alone are 0.1 ms late
 };
 
 struct DatastreamServerCounts : MocapCounts {

@@ -92,8 +92,7 @@ std::vector<std::uint8_t> frame_packet(const Frame& frame, Declared& declared, b
     info.number<std::int64_t>(std::llround(135e6 / frame.rate_hz));
     put_block(statics, 1, info);
     for (size_t s = 0; s < declared.subjects.size(); ++s)
-      put_block(statics, 2,
-                subject_body(static_cast<std::uint32_t>(s + 1), declared.subjects[s], declared.markers[s]));
+      put_block(statics, 2, subject_body(static_cast<std::uint32_t>(s + 1), declared.subjects[s], declared.markers[s]));
     present[1] = 1;
     present[2] = static_cast<std::uint32_t>(declared.subjects.size());
   }

@@ -17,22 +17,43 @@ constexpr double kTriggerStep_s = 107.2e-9;
 constexpr int kTriggerZero = 0xBB;
 
 enum : std::uint16_t {
-  kPower = 0x0200, kReset = 0x0802, kVersion = 0x0205, kLedCurrent = 0x0B01, kTestPattern = 0x1203,
-  kTestColour = 0x1204, kSource = 0x1A00, kLeds = 0x1A07, kHardwareStatus = 0x1A0A, kSystemStatus = 0x1A0B,
-  kMainStatus = 0x1A0C, kValidate = 0x1A1A, kDisplayMode = 0x1A1B, kTriggerOut1 = 0x1A1D, kTriggerOut2 = 0x1A1E,
-  kPatternSource = 0x1A22, kPatternTrigger = 0x1A23, kStart = 0x1A24, kExposure = 0x1A29, kPatternConfig = 0x1A31,
-  kMailboxAddress = 0x1A32, kMailboxOpen = 0x1A33, kMailboxData = 0x1A34, kTriggerIn1 = 0x1A35, kLoadImage = 0x1A39
+  kPower = 0x0200,
+  kReset = 0x0802,
+  kVersion = 0x0205,
+  kLedCurrent = 0x0B01,
+  kTestPattern = 0x1203,
+  kTestColour = 0x1204,
+  kSource = 0x1A00,
+  kLeds = 0x1A07,
+  kHardwareStatus = 0x1A0A,
+  kSystemStatus = 0x1A0B,
+  kMainStatus = 0x1A0C,
+  kValidate = 0x1A1A,
+  kDisplayMode = 0x1A1B,
+  kTriggerOut1 = 0x1A1D,
+  kTriggerOut2 = 0x1A1E,
+  kPatternSource = 0x1A22,
+  kPatternTrigger = 0x1A23,
+  kStart = 0x1A24,
+  kExposure = 0x1A29,
+  kPatternConfig = 0x1A31,
+  kMailboxAddress = 0x1A32,
+  kMailboxOpen = 0x1A33,
+  kMailboxData = 0x1A34,
+  kTriggerIn1 = 0x1A35,
+  kLoadImage = 0x1A39
 };
 
 // Data bytes that each register takes; mailbox data goes by its mailbox.
 const std::map<std::uint16_t, size_t> kSizes{
-    {kPower, 1}, {kReset, 1}, {kSource, 1}, {kTestPattern, 1}, {kTestColour, 12}, {kLeds, 1}, {kLedCurrent, 3},
-    {kDisplayMode, 1}, {kPatternSource, 1}, {kPatternTrigger, 1}, {kStart, 1}, {kExposure, 8}, {kPatternConfig, 4},
-    {kMailboxAddress, 1}, {kMailboxOpen, 1}, {kValidate, 1}, {kTriggerOut1, 3}, {kTriggerOut2, 2}, {kTriggerIn1, 4},
-    {kLoadImage, 1}};
+    {kPower, 1},    {kReset, 1},       {kSource, 1},        {kTestPattern, 1},    {kTestColour, 12},
+    {kLeds, 1},     {kLedCurrent, 3},  {kDisplayMode, 1},   {kPatternSource, 1},  {kPatternTrigger, 1},
+    {kStart, 1},    {kExposure, 8},    {kPatternConfig, 4}, {kMailboxAddress, 1}, {kMailboxOpen, 1},
+    {kValidate, 1}, {kTriggerOut1, 3}, {kTriggerOut2, 2},   {kTriggerIn1, 4},     {kLoadImage, 1}};
 // What may only be set while no sequence runs.
-constexpr std::uint16_t kConfiguration[] = {kSource, kDisplayMode, kPatternSource, kPatternTrigger, kExposure,
-                                            kPatternConfig, kMailboxAddress, kMailboxOpen, kMailboxData, kValidate};
+constexpr std::uint16_t kConfiguration[] = {kSource,      kDisplayMode,   kPatternSource,  kPatternTrigger,
+                                            kExposure,    kPatternConfig, kMailboxAddress, kMailboxOpen,
+                                            kMailboxData, kValidate};
 
 bool configures(std::uint16_t code) {
   return std::find(std::begin(kConfiguration), std::end(kConfiguration), code) != std::end(kConfiguration);
@@ -66,10 +87,8 @@ std::vector<Report> Dlpc350Device::answer(double now_s) {
   } else if (sound) {
     const auto code = static_cast<std::uint16_t>(little_endian(incoming_, 4, 2));
     const Bytes data(incoming_.begin() + 6, incoming_.begin() + static_cast<long>(kHeader + length));
-    if (reading)
-      payload = read_register(code, now_s);
-    else if (write_register(code, data, now_s))
-      payload.emplace();
+    if (reading) payload = read_register(code, now_s);
+    else if (write_register(code, data, now_s)) payload.emplace();
   }
   if (!payload) ++rejected_;
   if (!reading && !wants_reply) return {};
@@ -98,14 +117,10 @@ std::optional<Dlpc350Device::Bytes> Dlpc350Device::read_register(std::uint16_t c
     case kVersion:  // 4.4.0 for firmware, API, software and sequence configuration
       return Bytes{0, 0, 4, 4, 0, 0, 4, 4, 0, 0, 4, 4, 0, 0, 4, 4};
     case kHardwareStatus:
-    case kSystemStatus:
-      return Bytes{0x01};
-    case kMainStatus:
-      return Bytes{static_cast<std::uint8_t>((standby ? 1 : 0) | (running_ ? 2 : 0))};
-    case kDisplayMode:
-      return Bytes{static_cast<std::uint8_t>(display_mode(now_s))};
-    case kValidate:
-      return Bytes{static_cast<std::uint8_t>(now_s < validation_done_s_ ? 0x80 : validation_)};
+    case kSystemStatus: return Bytes{0x01};
+    case kMainStatus: return Bytes{static_cast<std::uint8_t>((standby ? 1 : 0) | (running_ ? 2 : 0))};
+    case kDisplayMode: return Bytes{static_cast<std::uint8_t>(display_mode(now_s))};
+    case kValidate: return Bytes{static_cast<std::uint8_t>(now_s < validation_done_s_ ? 0x80 : validation_)};
     default:
       if (const auto found = registers_.find(code); found != registers_.end()) return found->second;
       return std::nullopt;

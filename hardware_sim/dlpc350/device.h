@@ -22,7 +22,8 @@ namespace selvedge::hardware_sim {
 
 struct Dlpc350Options {
   projector::FlashTable flash = projector::standard_flash_table();
-  projector::Pattern lines{.kind = projector::PatternKind::stripes, .period_px = 16};  // test pattern 3, where the flash table does not say
+  projector::Pattern lines{.kind = projector::PatternKind::stripes,
+                           .period_px = 16};  // test pattern 3, where the flash table does not say
   double mode_change_s = 0.05;
   double validation_s = 0.02;
 };

@@ -19,11 +19,8 @@ void sleep_until(double host_time_s) {
 
 Dlpc350Server::Dlpc350Server(const std::filesystem::path& socket_path, const Dlpc350Options& options,
                              std::function<void(const TriggerEdge&)> on_trigger)
-    : device_(options),
-      path_(socket_path),
-      listener_(wire::listen_seqpacket(socket_path)),
-      on_trigger_(std::move(on_trigger)),
-      server_([this] { serve(); }) {
+    : device_(options), path_(socket_path), listener_(wire::listen_seqpacket(socket_path)),
+      on_trigger_(std::move(on_trigger)), server_([this] { serve(); }) {
   if (on_trigger_) trigger_ = std::thread([this] { drive_trigger(); });
 }
 
@@ -52,9 +49,7 @@ void Dlpc350Server::serve() {
       const size_t got = client.receive(report);
       if (rig::host_now_s() < hangs_until_s_ || got != projector::report_bytes) continue;
       for (const auto& reply : device_.on_report(report, rig::host_now_s())) client.send(reply);
-    } catch (const wire::Disconnected&) {
-      client.close();
-    }
+    } catch (const wire::Disconnected&) { client.close(); }
   }
 }
 

@@ -4,9 +4,10 @@ namespace selvedge::sim {
 
 namespace {
 
-constexpr uint32_t kSensorWidth = 0x10000, kSensorHeight = 0x10004, kWidth = 0x10008, kHeight = 0x1000c, kOffsetX = 0x10010,
-                   kOffsetY = 0x10014, kPixelFormat = 0x10018, kPayloadSize = 0x1001c, kTriggerActivation = 0x10034,
-                   kTriggerSelector = 0x1003c, kFrameRateEnable = 0x10040, kGain_db = 0x10058, kTLParamsLocked = 0x10068;
+constexpr uint32_t kSensorWidth = 0x10000, kSensorHeight = 0x10004, kWidth = 0x10008, kHeight = 0x1000c,
+                   kOffsetX = 0x10010, kOffsetY = 0x10014, kPixelFormat = 0x10018, kPayloadSize = 0x1001c,
+                   kTriggerActivation = 0x10034, kTriggerSelector = 0x1003c, kFrameRateEnable = 0x10040,
+                   kGain_db = 0x10058, kTLParamsLocked = 0x10068;
 
 }  // namespace
 
@@ -47,11 +48,12 @@ void add_features(RegisterFile& registers, const FeatureValues& values) {
 
 std::string feature_nodes(const Nodes& nodes) {
   std::string xml;
-  xml += Nodes::category("ImageFormatControl", {"SensorWidth", "SensorHeight", "Width", "Height", "OffsetX", "OffsetY", "PixelFormat"});
+  xml += Nodes::category("ImageFormatControl",
+                         {"SensorWidth", "SensorHeight", "Width", "Height", "OffsetX", "OffsetY", "PixelFormat"});
   xml += Nodes::category("AcquisitionControl",
                          {"AcquisitionMode", "AcquisitionStart", "AcquisitionStop", "AcquisitionFrameRateEnable",
-                          "AcquisitionFrameRate", "TriggerSelector", "TriggerMode", "TriggerSource", "TriggerActivation",
-                          "TriggerSoftware", "ExposureTime", "Gain"});
+                          "AcquisitionFrameRate", "TriggerSelector", "TriggerMode", "TriggerSource",
+                          "TriggerActivation", "TriggerSoftware", "ExposureTime", "Gain"});
   xml += nodes.real("DeviceTemperature", reg::kTemperature_degc, "RO", -40, 120, "C");
 
   xml += nodes.integer("SensorWidth", kSensorWidth, "RO") + nodes.integer("SensorHeight", kSensorHeight, "RO");
@@ -62,7 +64,8 @@ std::string feature_nodes(const Nodes& nodes) {
   xml += nodes.enumeration("PixelFormat", kPixelFormat, {{"Mono8", kMono8}});
 
   xml += nodes.enumeration("AcquisitionMode", reg::kAcquisitionMode, {{"Continuous", 0}, {"SingleFrame", 1}});
-  xml += nodes.command("AcquisitionStart", reg::kAcquisitionStart, 1) + nodes.command("AcquisitionStop", reg::kAcquisitionStop, 1);
+  xml += nodes.command("AcquisitionStart", reg::kAcquisitionStart, 1) +
+         nodes.command("AcquisitionStop", reg::kAcquisitionStop, 1);
   xml += nodes.boolean("AcquisitionFrameRateEnable", kFrameRateEnable);
   xml += nodes.real("AcquisitionFrameRate", reg::kFrameRate_hz, "RW", 0.1, 1000, "Hz");
   xml += nodes.enumeration("TriggerSelector", kTriggerSelector, {{"FrameStart", 0}});
@@ -73,7 +76,8 @@ std::string feature_nodes(const Nodes& nodes) {
   xml += nodes.real("ExposureTime", reg::kExposure_us, "RW", 10, 1e6, "us");
   xml += nodes.real("Gain", kGain_db, "RW", 0, 48, "dB");
 
-  xml += nodes.integer("PayloadSize", kPayloadSize, "RO") + nodes.integer("TLParamsLocked", kTLParamsLocked, "RW", "<Min>0</Min><Max>1</Max>");
+  xml += nodes.integer("PayloadSize", kPayloadSize, "RO") +
+         nodes.integer("TLParamsLocked", kTLParamsLocked, "RW", "<Min>0</Min><Max>1</Max>");
   return xml;
 }
 

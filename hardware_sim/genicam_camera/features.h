@@ -14,11 +14,11 @@ constexpr uint32_t kMono8 = 0x01080001;  // pixel format: 8 bit grey
 
 // Addresses that the sensor itself looks at.
 namespace reg {
-inline constexpr uint32_t kAcquisitionMode = 0x10020;   // 0 continuous, 1 single frame
+inline constexpr uint32_t kAcquisitionMode = 0x10020;  // 0 continuous, 1 single frame
 inline constexpr uint32_t kAcquisitionStart = 0x10024;
 inline constexpr uint32_t kAcquisitionStop = 0x10028;
 inline constexpr uint32_t kTriggerMode = 0x1002c;
-inline constexpr uint32_t kTriggerSource = 0x10030;     // 0 Line0, 1 software
+inline constexpr uint32_t kTriggerSource = 0x10030;  // 0 Line0, 1 software
 inline constexpr uint32_t kTriggerSoftware = 0x10038;
 inline constexpr uint32_t kFrameRate_hz = 0x10048;      // float64
 inline constexpr uint32_t kExposure_us = 0x10050;       // float64

@@ -32,21 +32,25 @@ std::string Nodes::category(const char* name, std::initializer_list<const char*>
 }
 
 std::string Nodes::integer_register(const char* name, uint32_t address, int length, const char* access) const {
-  return fmt::format("<IntReg Name=\"{}\">{}<Cachable>NoCache</Cachable><Sign>Unsigned</Sign><Endianess>{}</Endianess></IntReg>\n",
-                     name, register_body(address, length, access), order_);
+  return fmt::format(
+      "<IntReg Name=\"{}\">{}<Cachable>NoCache</Cachable><Sign>Unsigned</Sign><Endianess>{}</Endianess></IntReg>\n",
+      name, register_body(address, length, access), order_);
 }
 
 std::string Nodes::text(const char* name, uint32_t address, int length) const {
   return fmt::format("<StringReg Name=\"{}\">{}</StringReg>\n", name, register_body(address, length, "RO"));
 }
 
-std::string Nodes::integer(const char* name, uint32_t address, const char* access, const std::string& bounds, int length) const {
+std::string Nodes::integer(const char* name, uint32_t address, const char* access, const std::string& bounds,
+                           int length) const {
   const std::string value = register_name(name);
-  return fmt::format("<Integer Name=\"{}\" NameSpace=\"Standard\"><pValue>{}</pValue>{}</Integer>\n", name, value, bounds) +
+  return fmt::format("<Integer Name=\"{}\" NameSpace=\"Standard\"><pValue>{}</pValue>{}</Integer>\n", name, value,
+                     bounds) +
          integer_register(value.c_str(), address, length, access);
 }
 
-std::string Nodes::real(const char* name, uint32_t address, const char* access, double least, double most, const char* unit) const {
+std::string Nodes::real(const char* name, uint32_t address, const char* access, double least, double most,
+                        const char* unit) const {
   return fmt::format(
       "<Float Name=\"{0}\" NameSpace=\"Standard\"><Unit>{4}</Unit><pValue>{0}Register</pValue><Min>{2}</Min>"
       "<Max>{3}</Max></Float>\n"
@@ -78,7 +82,8 @@ std::string Nodes::enumeration(const char* name, uint32_t address, Entries entri
   return result + integer_register(register_name(name).c_str(), address, 4, access);
 }
 
-std::string Nodes::masked_integer(const char* name, uint32_t address, int lsb, int msb, const std::string& bounds) const {
+std::string Nodes::masked_integer(const char* name, uint32_t address, int lsb, int msb,
+                                  const std::string& bounds) const {
   return fmt::format(
       "<MaskedIntReg Name=\"{0}Register\">{1}<Cachable>NoCache</Cachable><LSB>{2}</LSB><MSB>{3}</MSB>"
       "<Sign>Unsigned</Sign><Endianess>{4}</Endianess></MaskedIntReg>\n"

@@ -22,8 +22,10 @@ class Nodes {
   static std::string category(const char* name, std::initializer_list<const char*> features);
 
   std::string text(const char* name, uint32_t address, int length) const;
-  std::string integer(const char* name, uint32_t address, const char* access, const std::string& bounds = "", int length = 4) const;
-  std::string real(const char* name, uint32_t address, const char* access, double least, double most, const char* unit) const;
+  std::string integer(const char* name, uint32_t address, const char* access, const std::string& bounds = "",
+                      int length = 4) const;
+  std::string real(const char* name, uint32_t address, const char* access, double least, double most,
+                   const char* unit) const;
   std::string boolean(const char* name, uint32_t address) const;
   std::string command(const char* name, uint32_t address, int value) const;
   std::string enumeration(const char* name, uint32_t address, Entries entries, const char* access = "RW") const;

@@ -22,7 +22,9 @@ RegisterFile::RegisterFile(ByteOrder order, size_t size_bytes, size_t alignment_
 void RegisterFile::allow(uint32_t address, uint32_t least, uint32_t most) {
   allowed_[address] = {static_cast<double>(least), static_cast<double>(most), 4, false};
 }
-void RegisterFile::allow_real(uint32_t address, double least, double most) { allowed_[address] = {least, most, 8, false}; }
+void RegisterFile::allow_real(uint32_t address, double least, double most) {
+  allowed_[address] = {least, most, 8, false};
+}
 void RegisterFile::allow_command(uint32_t address, uint32_t least, uint32_t most) {
   allowed_[address] = {static_cast<double>(least), static_cast<double>(most), 4, true};
 }
@@ -73,7 +75,9 @@ void RegisterFile::set_text(uint32_t address, size_t size, const std::string& te
   std::memcpy(bytes_.data() + address, text.data(), std::min(size, text.size()));
 }
 
-uint64_t RegisterFile::get(size_t address, size_t count) const { return number(bytes_.data() + address, count, order_); }
+uint64_t RegisterFile::get(size_t address, size_t count) const {
+  return number(bytes_.data() + address, count, order_);
+}
 void RegisterFile::put(size_t address, uint64_t value, size_t count) {
   for (size_t i = 0; i < count; ++i)
     bytes_[address + (order_ == ByteOrder::big ? count - 1 - i : i)] = static_cast<uint8_t>(value >> (8 * i));

@@ -24,7 +24,8 @@ void sleep_until_host(double host_s) {
 
 }  // namespace
 
-Sensor::Sensor(const SensorOptions& options, const RegisterFile& registers, ImageSource image_at, std::function<void(SensorFrame&&)> on_frame)
+Sensor::Sensor(const SensorOptions& options, const RegisterFile& registers, ImageSource image_at,
+               std::function<void(SensorFrame&&)> on_frame)
     : options_(options), registers_(registers), image_at_(std::move(image_at)), on_frame_(std::move(on_frame)),
       clock_start_host_s_(host_now_s()), clock_base_s_(clock_start_host_s_ + options.clock_offset_s),
       thread_([this] { expose_frames(); }) {}

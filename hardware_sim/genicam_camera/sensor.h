@@ -1,7 +1,9 @@
-// The sensor of a simulated camera: exposes freely at its rate or on triggers, on its own clock, and hands each frame on.
+// The sensor of a simulated camera: exposes freely at its rate or on triggers, on its own clock, and hands each frame
+// on.
 //
-// The time stamp is the start of exposure: device_s = host_s + clock_offset_s + clock_drift_ppm·1e-6·(host_s − host_s at
-// start), or the master's clock while it follows one. Reads rate, exposure and trigger from the registers (features.h).
+// The time stamp is the start of exposure: device_s = host_s + clock_offset_s + clock_drift_ppm·1e-6·(host_s − host_s
+// at start), or the master's clock while it follows one. Reads rate, exposure and trigger from the registers
+// (features.h).
 #pragma once
 
 #include <atomic>
@@ -37,7 +39,8 @@ struct SensorFrame {
 class Sensor {
  public:
   // on_frame: on the sensor's own thread; the next exposure begins after it returns, or at its due time.
-  Sensor(const SensorOptions& options, const RegisterFile& registers, ImageSource image_at, std::function<void(SensorFrame&&)> on_frame);
+  Sensor(const SensorOptions& options, const RegisterFile& registers, ImageSource image_at,
+         std::function<void(SensorFrame&&)> on_frame);
   ~Sensor();
   Sensor(const Sensor&) = delete;
   Sensor& operator=(const Sensor&) = delete;
@@ -79,9 +82,9 @@ class Sensor {
 
   mutable std::mutex mutex_;  // guards all below
   std::condition_variable changed_;
-  std::deque<double> triggers_;   // host times of edges not yet exposed
+  std::deque<double> triggers_;  // host times of edges not yet exposed
   double next_free_start_s_ = 0;
-  double busy_until_s_ = 0;       // end of the exposure and read-out of the last trigger
+  double busy_until_s_ = 0;  // end of the exposure and read-out of the last trigger
   int64_t number_ = 0;
   double clock_start_host_s_, clock_base_s_;  // device_s = clock_base_s + (host_s − start)·(1 + drift)
   std::optional<Master> master_;

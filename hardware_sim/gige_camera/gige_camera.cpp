@@ -69,7 +69,7 @@ struct GigeCamera::State {
   void serve_control();
   void answer(const uint8_t* request, size_t size, const sockaddr_in& from);
   AccessError execute(uint16_t command, const uint8_t* data, size_t size, bool controller, const sockaddr_in& from,
-                    Bytes& reply);
+                      Bytes& reply);
   AccessError write(uint32_t address, const uint8_t* bytes, size_t size, const sockaddr_in& from);
   AccessError take_control(uint32_t privilege, const sockaddr_in& from);
   void release_control();
@@ -154,10 +154,9 @@ void GigeCamera::State::answer(const uint8_t* request, size_t size, const sockad
     }
   }
   const uint16_t command = half(request + 2), id = half(request + 6);
-  const bool same_sender =
-      from.sin_addr.s_addr == last_from.sin_addr.s_addr && from.sin_port == last_from.sin_port;
-  const bool is_controller = controlled && from.sin_addr.s_addr == controller.sin_addr.s_addr &&
-                             from.sin_port == controller.sin_port;
+  const bool same_sender = from.sin_addr.s_addr == last_from.sin_addr.s_addr && from.sin_port == last_from.sin_port;
+  const bool is_controller =
+      controlled && from.sin_addr.s_addr == controller.sin_addr.s_addr && from.sin_port == controller.sin_port;
   if (is_controller) last_heard_host_s = host_now_s();
 
   // A repeated request lost its answer on the way; doing it twice could trigger twice.
@@ -167,7 +166,8 @@ void GigeCamera::State::answer(const uint8_t* request, size_t size, const sockad
     return;
   }
   Bytes reply;
-  const AccessError error = execute(command, request + kCommandHeaderBytes, size - kCommandHeaderBytes, is_controller, from, reply);
+  const AccessError error =
+      execute(command, request + kCommandHeaderBytes, size - kCommandHeaderBytes, is_controller, from, reply);
   if (error != AccessError::none) {
     reply.clear();
     const std::lock_guard lock(mutex);
@@ -175,10 +175,14 @@ void GigeCamera::State::answer(const uint8_t* request, size_t size, const sockad
   }
   if (command == kResend || (request[1] & kAckRequired) == 0) return;
   const uint16_t acknowledge = static_cast<uint16_t>(command + 1);
-  Bytes packet = {error == AccessError::none ? uint8_t{0} : kErrorType, static_cast<uint8_t>(error),
-                  static_cast<uint8_t>(acknowledge >> 8), static_cast<uint8_t>(acknowledge),
-                  static_cast<uint8_t>(reply.size() >> 8), static_cast<uint8_t>(reply.size()),
-                  static_cast<uint8_t>(id >> 8), static_cast<uint8_t>(id)};
+  Bytes packet = {error == AccessError::none ? uint8_t{0} : kErrorType,
+                  static_cast<uint8_t>(error),
+                  static_cast<uint8_t>(acknowledge >> 8),
+                  static_cast<uint8_t>(acknowledge),
+                  static_cast<uint8_t>(reply.size() >> 8),
+                  static_cast<uint8_t>(reply.size()),
+                  static_cast<uint8_t>(id >> 8),
+                  static_cast<uint8_t>(id)};
   packet.insert(packet.end(), reply.begin(), reply.end());
   ::sendto(control_socket, packet.data(), packet.size(), 0, reinterpret_cast<const sockaddr*>(&from), sizeof from);
   last_from = from;
@@ -187,7 +191,7 @@ void GigeCamera::State::answer(const uint8_t* request, size_t size, const sockad
 }
 
 AccessError GigeCamera::State::execute(uint16_t command, const uint8_t* data, size_t size, bool is_controller,
-                                     const sockaddr_in& from, Bytes& reply) {
+                                       const sockaddr_in& from, Bytes& reply) {
   const auto read = [&](uint32_t address, size_t count) {
     const size_t begin = reply.size();
     reply.resize(begin + count);
@@ -242,8 +246,8 @@ AccessError GigeCamera::State::write(uint32_t address, const uint8_t* bytes, siz
 }
 
 AccessError GigeCamera::State::take_control(uint32_t privilege, const sockaddr_in& from) {
-  const bool is_controller = controlled && from.sin_addr.s_addr == controller.sin_addr.s_addr &&
-                             from.sin_port == controller.sin_port;
+  const bool is_controller =
+      controlled && from.sin_addr.s_addr == controller.sin_addr.s_addr && from.sin_port == controller.sin_port;
   if (controlled && !is_controller) return AccessError::access_denied;
   if (privilege == 0) {
     release_control();
@@ -270,14 +274,17 @@ void GigeCamera::State::act(Effect effect) {
   };
   switch (effect) {
     case Effect::nothing: break;
-    case Effect::latch: registers.set_long(reg::kTimestampLatched, static_cast<uint64_t>(sensor.ticks(host_now_s()))); break;
+    case Effect::latch:
+      registers.set_long(reg::kTimestampLatched, static_cast<uint64_t>(sensor.ticks(host_now_s())));
+      break;
     case Effect::reset_clock: sensor.reset_clock(); break;
     case Effect::ptp_switch:
       if (registers.word(reg::kPtpEnable) == 0) sensor.run_freely();
-      else if (options.ptp_master_offset_s) sensor.follow_master(host_now_s() + options.ptp_settle_s, *options.ptp_master_offset_s);
+      else if (options.ptp_master_offset_s)
+        sensor.follow_master(host_now_s() + options.ptp_settle_s, *options.ptp_master_offset_s);
       break;
     case Effect::ptp_latch: {
-      const PtpState state = registers.word(reg::kPtpEnable) == 0         ? PtpState::disabled
+      const PtpState state = registers.word(reg::kPtpEnable) == 0  ? PtpState::disabled
                              : sensor.follows_master(host_now_s()) ? PtpState::slave
                                                                    : PtpState::listening;
       registers.set_word(reg::kPtpStatus, static_cast<uint32_t>(state));

@@ -24,18 +24,18 @@ struct GigeCameraOptions {
   std::string address = "127.0.0.1";  // one loopback address a camera
   int width_px = 640;
   int height_px = 480;
-  double rate_hz = 30;                // running free; a client may set it
-  double exposure_s = 0.002;          // a client may set it
-  double readout_s = 0.001;           // between exposure and first packet
-  double clock_offset_s = 0;          // device minus host at start
-  double clock_drift_ppm = 0;         // positive: the device clock is fast
-  bool has_ptp = true;                // false: an older camera, without these features
+  double rate_hz = 30;                        // running free; a client may set it
+  double exposure_s = 0.002;                  // a client may set it
+  double readout_s = 0.001;                   // between exposure and first packet
+  double clock_offset_s = 0;                  // device minus host at start
+  double clock_drift_ppm = 0;                 // positive: the device clock is fast
+  bool has_ptp = true;                        // false: an older camera, without these features
   std::optional<double> ptp_master_offset_s;  // the master's clock minus the host's; without: no master on the network
-  double ptp_settle_s = 0.5;          // from being switched on until it follows the master
+  double ptp_settle_s = 0.5;                  // from being switched on until it follows the master
   double link_bits_per_s = 1e9;
   double temperature_degc = 41.5;
   std::string serial = "SIM-0001";
-  unsigned seed = 1;                  // of the faults
+  unsigned seed = 1;  // of the faults
 };
 
 struct GigeCameraFaults {
@@ -43,18 +43,18 @@ struct GigeCameraFaults {
   double control_loss = 0;       // probability that a command is lost
   double stall_probability = 0;  // of a frame that waits stall_s before it is sent
   double stall_s = 0;
-  bool unplugged = false;        // nothing goes in or out
+  bool unplugged = false;  // nothing goes in or out
 };
 
 struct GigeCameraCounts {
-  int64_t frames = 0;             // exposed and sent
-  int64_t missed_exposures = 0;   // due or triggered while the camera was busy
-  int64_t packets = 0;            // of the stream, without resent ones
-  int64_t packets_lost = 0;       // by injection
+  int64_t frames = 0;            // exposed and sent
+  int64_t missed_exposures = 0;  // due or triggered while the camera was busy
+  int64_t packets = 0;           // of the stream, without resent ones
+  int64_t packets_lost = 0;      // by injection
   int64_t packets_resent = 0;
-  int64_t resends_refused = 0;    // asked for what is gone from memory
+  int64_t resends_refused = 0;  // asked for what is gone from memory
   int64_t commands = 0;
-  int64_t commands_refused = 0;   // malformed, forbidden or out of range
+  int64_t commands_refused = 0;  // malformed, forbidden or out of range
 };
 
 class GigeCamera {

@@ -14,7 +14,8 @@ constexpr uint32_t kAny = 0xffffffff;
 
 }  // namespace
 
-Registers::Registers(const GigeCameraOptions& options, uint32_t ip_address) : RegisterFile(ByteOrder::big, kMemoryBytes, kAlignmentBytes) {
+Registers::Registers(const GigeCameraOptions& options, uint32_t ip_address)
+    : RegisterFile(ByteOrder::big, kMemoryBytes, kAlignmentBytes) {
   set_word(0x0000, 0x00010002);  // GigE Vision 1.2
   set_word(0x0004, 0x80000001);  // big-endian, UTF-8
   set_word(0x0008, 0x00000200);  // MAC address, locally administered
@@ -31,8 +32,8 @@ Registers::Registers(const GigeCameraOptions& options, uint32_t ip_address) : Re
   const std::string xml = genicam_description(options.has_ptp);
   set_text(kXmlAddress, kMemoryBytes - kXmlAddress, xml);
   set_text(reg::kXmlUrl, 512, fmt::format("Local:selvedge.xml;{:X};{:X}", kXmlAddress, xml.size()));
-  set_word(0x0600, 1);           // network interfaces
-  set_word(0x0904, 1);           // stream channels
+  set_word(0x0600, 1);                                  // network interfaces
+  set_word(0x0904, 1);                                  // stream channels
   set_word(0x0934, 1u << 30 | 1u << 2 | 1u << 1 | 1u);  // serial number, packet resend, write memory, concatenation
   set_word(reg::kHeartbeatTimeout_ms, 3000);
   set_word(0x0940, 1000000000);  // time-stamp ticks per second
@@ -45,7 +46,8 @@ Registers::Registers(const GigeCameraOptions& options, uint32_t ip_address) : Re
   allow(reg::kPacketDelay, 0, kAny);
   allow(reg::kStreamAddress, 0, kAny);
 
-  add_features(*this, {options.width_px, options.height_px, options.rate_hz, options.exposure_s, options.temperature_degc});
+  add_features(*this,
+               {options.width_px, options.height_px, options.rate_hz, options.exposure_s, options.temperature_degc});
   set_word(reg::kPtpStatus, static_cast<uint32_t>(PtpState::disabled));
   if (!options.has_ptp) return;
   allow(reg::kPtpEnable, 0, 1);
@@ -80,22 +82,27 @@ AccessError Registers::write(uint32_t address, const uint8_t* bytes, size_t coun
 std::string genicam_description(bool has_ptp) {
   const Nodes nodes(ByteOrder::big);
   std::string xml;
-  xml += Nodes::category("Root", {"DeviceControl", "ImageFormatControl", "AcquisitionControl", "TransportLayerControl"});
+  xml +=
+      Nodes::category("Root", {"DeviceControl", "ImageFormatControl", "AcquisitionControl", "TransportLayerControl"});
   xml += Nodes::category("DeviceControl", {"DeviceVendorName", "DeviceModelName", "DeviceVersion", "DeviceID",
                                            "DeviceSerialNumber", "DeviceTemperature"});
-  if (has_ptp) xml += Nodes::category("PtpControl", {"PtpEnable", "PtpDataSetLatch", "PtpStatus", "PtpOffsetFromMaster"});
+  if (has_ptp)
+    xml += Nodes::category("PtpControl", {"PtpEnable", "PtpDataSetLatch", "PtpStatus", "PtpOffsetFromMaster"});
   xml += Nodes::category("TransportLayerControl",
                          {"PayloadSize", "TLParamsLocked", "GevSCPSPacketSize", "GevSCPSFireTestPacket", "GevSCPD",
                           "GevSCPHostPort", "GevSCDA", "GevHeartbeatTimeout", "GevTimestampTickFrequency",
                           "GevTimestampControlLatch", "GevTimestampControlReset", "GevTimestampValue"});
-  xml += nodes.text("DeviceVendorName", 0x48, 32) + nodes.text("DeviceModelName", 0x68, 32) + nodes.text("DeviceVersion", 0x88, 32) +
-         nodes.text("DeviceID", 0xd8, 16) + nodes.text("DeviceSerialNumber", 0xd8, 16);
+  xml += nodes.text("DeviceVendorName", 0x48, 32) + nodes.text("DeviceModelName", 0x68, 32) +
+         nodes.text("DeviceVersion", 0x88, 32) + nodes.text("DeviceID", 0xd8, 16) +
+         nodes.text("DeviceSerialNumber", 0xd8, 16);
   xml += feature_nodes(nodes);
 
-  xml += nodes.masked_integer("GevSCPSPacketSize", reg::kPacketSize, 31, 16, "<Min>576</Min><Max>16384</Max><Inc>4</Inc>");
+  xml +=
+      nodes.masked_integer("GevSCPSPacketSize", reg::kPacketSize, 31, 16, "<Min>576</Min><Max>16384</Max><Inc>4</Inc>");
   xml += nodes.masked_command("GevSCPSFireTestPacket", reg::kPacketSize, 0);
   xml += nodes.integer("GevSCPD", reg::kPacketDelay, "RW") + nodes.integer("GevSCPHostPort", reg::kStreamPort, "RW") +
-         nodes.integer("GevSCDA", reg::kStreamAddress, "RW") + nodes.integer("GevHeartbeatTimeout", reg::kHeartbeatTimeout_ms, "RW");
+         nodes.integer("GevSCDA", reg::kStreamAddress, "RW") +
+         nodes.integer("GevHeartbeatTimeout", reg::kHeartbeatTimeout_ms, "RW");
   xml += nodes.integer("GevTimestampTickFrequency", 0x93c, "RO", "", 8);
   xml += nodes.command("GevTimestampControlLatch", reg::kTimestampControl, 2) +
          nodes.command("GevTimestampControlReset", reg::kTimestampControl, 1);
@@ -104,8 +111,15 @@ std::string genicam_description(bool has_ptp) {
     const auto entry = [](const char* name, PtpState state) { return std::pair(name, static_cast<uint32_t>(state)); };
     xml += nodes.boolean("PtpEnable", reg::kPtpEnable) + nodes.command("PtpDataSetLatch", reg::kPtpLatch, 1);
     xml += nodes.enumeration("PtpStatus", reg::kPtpStatus,
-                             {{"Initializing", 1}, {"Faulty", 2}, entry("Disabled", PtpState::disabled), entry("Listening", PtpState::listening),
-                              {"PreMaster", 5}, {"Master", 6}, {"Passive", 7}, {"Uncalibrated", 8}, entry("Slave", PtpState::slave)},
+                             {{"Initializing", 1},
+                              {"Faulty", 2},
+                              entry("Disabled", PtpState::disabled),
+                              entry("Listening", PtpState::listening),
+                              {"PreMaster", 5},
+                              {"Master", 6},
+                              {"Passive", 7},
+                              {"Uncalibrated", 8},
+                              entry("Slave", PtpState::slave)},
                              "RO");
     xml += nodes.integer("PtpOffsetFromMaster", reg::kPtpOffset_ns, "RO", "<Unit>ns</Unit>", 8);
   }

@@ -17,18 +17,18 @@ namespace selvedge::sim {
 namespace reg {
 inline constexpr uint32_t kXmlUrl = 0x0200;
 inline constexpr uint32_t kHeartbeatTimeout_ms = 0x0938;
-inline constexpr uint32_t kTimestampControl = 0x0944;   // 1 reset, 2 latch
-inline constexpr uint32_t kTimestampLatched = 0x0948;   // 64 bit
-inline constexpr uint32_t kControlPrivilege = 0x0a00;   // 0 free, 1 exclusive, 2 control
+inline constexpr uint32_t kTimestampControl = 0x0944;  // 1 reset, 2 latch
+inline constexpr uint32_t kTimestampLatched = 0x0948;  // 64 bit
+inline constexpr uint32_t kControlPrivilege = 0x0a00;  // 0 free, 1 exclusive, 2 control
 inline constexpr uint32_t kStreamPort = 0x0d00;
-inline constexpr uint32_t kPacketSize = 0x0d04;         // low 16 bits; bit 31 fires a test packet
-inline constexpr uint32_t kPacketDelay = 0x0d08;        // ticks
+inline constexpr uint32_t kPacketSize = 0x0d04;   // low 16 bits; bit 31 fires a test packet
+inline constexpr uint32_t kPacketDelay = 0x0d08;  // ticks
 inline constexpr uint32_t kStreamAddress = 0x0d18;
 inline constexpr uint32_t kSourcePort = 0x0d1c;
 inline constexpr uint32_t kPtpEnable = 0x10070;
-inline constexpr uint32_t kPtpStatus = 0x10074;         // PtpState
-inline constexpr uint32_t kPtpLatch = 0x10078;          // takes status and offset over
-inline constexpr uint32_t kPtpOffset_ns = 0x10080;      // int64, of the camera from the master
+inline constexpr uint32_t kPtpStatus = 0x10074;     // PtpState
+inline constexpr uint32_t kPtpLatch = 0x10078;      // takes status and offset over
+inline constexpr uint32_t kPtpOffset_ns = 0x10080;  // int64, of the camera from the master
 }  // namespace reg
 
 enum class PtpState : uint32_t { disabled = 3, listening = 4, slave = 9 };  // IEEE 1588-2008, table 8

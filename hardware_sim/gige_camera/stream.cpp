@@ -18,9 +18,9 @@ namespace selvedge::sim {
 
 namespace {
 
-constexpr size_t kPacketHeaderBytes = 36;        // IP 20, UDP 8, GVSP 8
+constexpr size_t kPacketHeaderBytes = 36;  // IP 20, UDP 8, GVSP 8
 constexpr size_t kFramesRemembered = 16;
-constexpr int kPacketsPerBurst = 8;        // sleeping after each packet would cost more than the packet
+constexpr int kPacketsPerBurst = 8;  // sleeping after each packet would cost more than the packet
 constexpr uint8_t kLeader = 1, kTrailer = 2, kPayload = 3;
 constexpr uint16_t kPacketUnavailable = 0x800c;
 constexpr uint16_t kImage = 1;
@@ -105,8 +105,8 @@ void Stream::send(std::shared_ptr<const StreamFrame> frame) {
   if (stall_s > 0) std::this_thread::sleep_for(std::chrono::duration<double>(stall_s));
 
   auto due = std::chrono::steady_clock::now();
-  const std::chrono::duration<double> packet_time(
-      static_cast<double>(pieces.data_per_packet + kPacketHeaderBytes) * 8 / link_bits_per_s_);
+  const std::chrono::duration<double> packet_time(static_cast<double>(pieces.data_per_packet + kPacketHeaderBytes) * 8 /
+                                                  link_bits_per_s_);
   for (uint32_t id = 0; id <= pieces.trailer_id; ++id) {
     {
       const std::lock_guard lock(mutex_);
@@ -117,14 +117,13 @@ void Stream::send(std::shared_ptr<const StreamFrame> frame) {
     if (id % kPacketsPerBurst != kPacketsPerBurst - 1) continue;
     std::this_thread::sleep_until(due);
     due = std::max(due, std::chrono::steady_clock::now());  // a link never makes up for lost time
-
   }
 }
 
 void Stream::resend(uint16_t block_id, uint32_t first_packet, uint32_t last_packet) {
   const std::lock_guard lock(mutex_);
-  const auto found = std::find_if(sent_.begin(), sent_.end(),
-                                  [&](const auto& frame) { return frame->block_id == block_id; });
+  const auto found =
+      std::find_if(sent_.begin(), sent_.end(), [&](const auto& frame) { return frame->block_id == block_id; });
   if (found == sent_.end()) {
     ++counts_.resends_refused;
     send_bytes(kPacketUnavailable, block_id, kPayload, first_packet, nullptr, 0);

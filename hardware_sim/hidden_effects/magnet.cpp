@@ -29,7 +29,8 @@ class Magnet : public LatticeExtra {
 }  // namespace
 
 HiddenEffect magnet() {
-  return {"magnet", [](double strength) -> std::shared_ptr<LatticeExtra> { return std::make_shared<Magnet>(strength); }, 1};
+  return {"magnet", [](double strength) -> std::shared_ptr<LatticeExtra> { return std::make_shared<Magnet>(strength); },
+          1};
 }
 
 }  // namespace selvedge::hardware_sim

@@ -25,7 +25,8 @@ class PulsingAir : public LatticeExtra {
 }  // namespace
 
 HiddenEffect pulsing_air() {
-  return {"pulsing_air", [](double strength) -> std::shared_ptr<LatticeExtra> { return std::make_shared<PulsingAir>(strength); }, 1};
+  return {"pulsing_air",
+          [](double strength) -> std::shared_ptr<LatticeExtra> { return std::make_shared<PulsingAir>(strength); }, 1};
 }
 
 }  // namespace selvedge::hardware_sim

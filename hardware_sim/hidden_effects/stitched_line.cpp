@@ -33,7 +33,9 @@ class StitchedLine : public LatticeExtra {
 }  // namespace
 
 HiddenEffect stitched_line() {
-  return {"stitched_line", [](double strength) -> std::shared_ptr<LatticeExtra> { return std::make_shared<StitchedLine>(strength); }, 0.5};
+  return {"stitched_line",
+          [](double strength) -> std::shared_ptr<LatticeExtra> { return std::make_shared<StitchedLine>(strength); },
+          0.5};
 }
 
 }  // namespace selvedge::hardware_sim

@@ -26,7 +26,8 @@ class TiedThread : public LatticeExtra {
 }  // namespace
 
 HiddenEffect tied_thread() {
-  return {"tied_thread", [](double strength) -> std::shared_ptr<LatticeExtra> { return std::make_shared<TiedThread>(strength); }, 1};
+  return {"tied_thread",
+          [](double strength) -> std::shared_ptr<LatticeExtra> { return std::make_shared<TiedThread>(strength); }, 1};
 }
 
 }  // namespace selvedge::hardware_sim

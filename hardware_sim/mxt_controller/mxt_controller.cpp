@@ -27,12 +27,8 @@ void put(std::vector<std::uint8_t>& packet, size_t at, const std::vector<std::ui
 class MxtController::Loop {
  public:
   Loop(const MxtControllerOptions& options, const arm::ArmModel& model)
-      : joints(model, options.lag_s, rig::host_now_s()),
-        options_(options),
-        model_(model),
-        socket_(wire::bind_udp(options.address, options.port)),
-        random_(options.seed),
-        filtered_rad_(model.home_rad()),
+      : joints(model, options.lag_s, rig::host_now_s()), options_(options), model_(model),
+        socket_(wire::bind_udp(options.address, options.port)), random_(options.seed), filtered_rad_(model.home_rad()),
         thread_([this] { run(); }) {}
   ~Loop() {
     stopping_ = true;
@@ -92,7 +88,8 @@ class MxtController::Loop {
       const arm::JointLimits& limit = model_.limits()[static_cast<size_t>(joint)];
       const bool in_range = wanted[joint] >= limit.lower_rad && wanted[joint] <= limit.upper_rad;
       // A packet may be late by two cycles; the step it brings is then as long.
-      if (!in_range || std::abs(wanted[joint] - before[joint]) > kSpeedFactor * limit.speed_rad_s * 3 * kCycle_s) return false;
+      if (!in_range || std::abs(wanted[joint] - before[joint]) > kSpeedFactor * limit.speed_rad_s * 3 * kCycle_s)
+        return false;
     }
     command_rad_ = wanted;
     ++set_points;

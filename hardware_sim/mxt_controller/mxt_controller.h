@@ -20,11 +20,11 @@ namespace selvedge::hardware_sim {
 
 struct MxtControllerOptions {
   std::string address = "127.0.0.1";
-  int port = 0;                  // 0: the system chooses
+  int port = 0;  // 0: the system chooses
   double lag_s = 0.02;
   double encoder_noise_rad = 1e-5;
-  double silence_s = 0.071;      // 10 cycles of 7.1 ms; infinite: a controller that never gives up
-  double restart_s = 0.3;        // after an alarm of silence; infinite: a person starts the program
+  double silence_s = 0.071;  // 10 cycles of 7.1 ms; infinite: a controller that never gives up
+  double restart_s = 0.3;    // after an alarm of silence; infinite: a person starts the program
   unsigned seed = 1;
 };
 

@@ -25,7 +25,8 @@ void put_section(LittleWriter& out, const Bitstream& bitstream, size_t count, co
 }
 
 const NamedPoint* find(const std::vector<NamedPoint>& seen, const std::string& set, const std::string& name) {
-  const auto found = std::find_if(seen.begin(), seen.end(), [&](const NamedPoint& p) { return p.subject == set && p.name == name; });
+  const auto found =
+      std::find_if(seen.begin(), seen.end(), [&](const NamedPoint& p) { return p.subject == set && p.name == name; });
   return found == seen.end() ? nullptr : &*found;
 }
 
@@ -47,8 +48,11 @@ std::vector<std::uint8_t> server_info(const Bitstream& bitstream, double ticks_p
   LittleWriter out;
   out.text("Simulated Motive");
   while (out.size() < 256) out.number<std::uint8_t>(0);
-  for (const int part : {2, 1, 0, 0, bitstream.major, bitstream.minor, 0, 0}) out.number<std::uint8_t>(static_cast<std::uint8_t>(part));
-  out.number<std::uint64_t>(static_cast<std::uint64_t>(ticks_per_s)).number<std::uint16_t>(1511).number<std::uint8_t>(0);
+  for (const int part : {2, 1, 0, 0, bitstream.major, bitstream.minor, 0, 0})
+    out.number<std::uint8_t>(static_cast<std::uint8_t>(part));
+  out.number<std::uint64_t>(static_cast<std::uint64_t>(ticks_per_s))
+      .number<std::uint16_t>(1511)
+      .number<std::uint8_t>(0);
   for (const int part : {239, 255, 42, 99}) out.number<std::uint8_t>(static_cast<std::uint8_t>(part));
   return message(1, out.bytes());
 }
@@ -69,7 +73,8 @@ std::vector<std::uint8_t> model_definition(const Bitstream& bitstream, const Mar
 }
 
 std::vector<std::uint8_t> frame(const Bitstream& bitstream, std::int32_t number, const MarkerSets& sets,
-                                const std::vector<NamedPoint>& seen, bool fill_hidden, bool model_changed, const FrameTicks& ticks) {
+                                const std::vector<NamedPoint>& seen, bool fill_hidden, bool model_changed,
+                                const FrameTicks& ticks) {
   LittleWriter out, marker_sets, labelled;
   size_t labelled_count = 0;
   std::int32_t asset = 0;
@@ -88,12 +93,15 @@ std::vector<std::uint8_t> frame(const Bitstream& bitstream, std::int32_t number,
     }
   }
   for (const auto& point : seen)
-    if (point.name.empty()) put_labelled(labelled, 50000 + static_cast<std::int32_t>(labelled_count++), point.position_m, kSolved | kUnlabelled);
+    if (point.name.empty())
+      put_labelled(labelled, 50000 + static_cast<std::int32_t>(labelled_count++), point.position_m,
+                   kSolved | kUnlabelled);
 
   const LittleWriter none;
   out.number<std::int32_t>(number);
   put_section(out, bitstream, sets.size(), marker_sets);
-  for (int section = 0; section < (bitstream.sized() ? 4 : 3); ++section) put_section(out, bitstream, 0, none);  // others … assets
+  for (int section = 0; section < (bitstream.sized() ? 4 : 3); ++section)
+    put_section(out, bitstream, 0, none);  // others … assets
   put_section(out, bitstream, labelled_count, labelled);
   for (int section = 0; section < 2; ++section) put_section(out, bitstream, 0, none);  // force plates, devices
   out.number<std::uint32_t>(0).number<std::uint32_t>(0).number<double>(1e-7 * static_cast<double>(ticks.exposure));

@@ -27,6 +27,7 @@ std::vector<std::uint8_t> server_info(const Bitstream& bitstream, double ticks_p
 std::vector<std::uint8_t> model_definition(const Bitstream& bitstream, const MarkerSets& sets);
 // fill_hidden: a marker of a set that is not in `seen` appears at the set's first seen position, flagged as filled.
 std::vector<std::uint8_t> frame(const Bitstream& bitstream, std::int32_t number, const MarkerSets& sets,
-                                const std::vector<NamedPoint>& seen, bool fill_hidden, bool model_changed, const FrameTicks& ticks);
+                                const std::vector<NamedPoint>& seen, bool fill_hidden, bool model_changed,
+                                const FrameTicks& ticks);
 
 }  // namespace selvedge::hardware_sim::natnet

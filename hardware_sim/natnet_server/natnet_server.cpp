@@ -37,12 +37,9 @@ struct Leaving {
 class NatnetServer::Loop {
  public:
   Loop(const NatnetServerOptions& options, std::function<std::vector<NamedPoint>(double)> markers_at)
-      : options_(options),
-        markers_at_(std::move(markers_at)),
-        mocap_(options),
-        bitstream_{options.major, options.minor},
-        socket_(wire::bind_udp(options.address, options.port)),
-        start_s_(rig::host_now_s()),
+      : options_(options), markers_at_(std::move(markers_at)),
+        mocap_(options), bitstream_{options.major, options.minor},
+        socket_(wire::bind_udp(options.address, options.port)), start_s_(rig::host_now_s()),
         thread_([this] { run(); }) {}
   ~Loop() {
     stopping_ = true;
@@ -68,7 +65,8 @@ class NatnetServer::Loop {
         send_frame(leaving_.front());
         leaving_.pop_front();
       }
-      std::erase_if(clients_, [](const Client& client) { return rig::host_now_s() - client.heard_s > kClientForgotten_s; });
+      std::erase_if(clients_,
+                    [](const Client& client) { return rig::host_now_s() - client.heard_s > kClientForgotten_s; });
     }
   }
 
@@ -83,7 +81,8 @@ class NatnetServer::Loop {
   }
 
   std::uint64_t ticks(double host_s) const {
-    const double own_s = (host_s - start_s_) * (1 + 1e-6 * options_.clock_drift_ppm) + start_s_ + options_.clock_offset_s;
+    const double own_s =
+        (host_s - start_s_) * (1 + 1e-6 * options_.clock_drift_ppm) + start_s_ + options_.clock_offset_s;
     return static_cast<std::uint64_t>(own_s * options_.ticks_per_s);
   }
 
@@ -108,8 +107,7 @@ class NatnetServer::Loop {
       }
       if (id == 2 && reader.text(std::min<size_t>(9, reader.left())) == "FrameRate")
         reply(natnet::message(3, wire::LittleWriter().number<float>(static_cast<float>(options_.rate_hz)).bytes()));
-    } catch (const wire::WireError&) {
-    }
+    } catch (const wire::WireError&) {}
   }
 
   void remember(const wire::Datagram& datagram, double now_s) {
@@ -136,7 +134,8 @@ class NatnetServer::Loop {
   }
 
   void declare(const NamedPoint& point) {
-    auto set = std::find_if(sets_.begin(), sets_.end(), [&](const auto& entry) { return entry.first == point.subject; });
+    auto set =
+        std::find_if(sets_.begin(), sets_.end(), [&](const auto& entry) { return entry.first == point.subject; });
     if (set == sets_.end()) set = sets_.insert(sets_.end(), {point.subject, {}});
     if (std::find(set->second.begin(), set->second.end(), point.name) != set->second.end()) return;
     set->second.push_back(point.name);
@@ -145,8 +144,9 @@ class NatnetServer::Loop {
 
   void send_frame(const Leaving& leaving) {
     const double sent_s = leaving.taken_s + options_.latency_s;  // jitter comes after the time stamp
-    const auto bytes = natnet::frame(bitstream_, leaving.number, sets_, leaving.seen, options_.fill_hidden, model_changed_,
-                                     {ticks(leaving.taken_s), ticks(leaving.taken_s + 0.5 * options_.latency_s), ticks(sent_s)});
+    const auto bytes =
+        natnet::frame(bitstream_, leaving.number, sets_, leaving.seen, options_.fill_hidden, model_changed_,
+                      {ticks(leaving.taken_s), ticks(leaving.taken_s + 0.5 * options_.latency_s), ticks(sent_s)});
     model_changed_ = model_changed_ && clients_.empty();
     for (const auto& client : clients_) wire::send_datagram(socket_, {bytes, client.address, client.port});
   }
@@ -168,7 +168,8 @@ class NatnetServer::Loop {
   std::thread thread_;
 };
 
-NatnetServer::NatnetServer(const NatnetServerOptions& options, std::function<std::vector<NamedPoint>(double)> markers_at)
+NatnetServer::NatnetServer(const NatnetServerOptions& options,
+                           std::function<std::vector<NamedPoint>(double)> markers_at)
     : loop_(std::make_unique<Loop>(options, std::move(markers_at))) {}
 NatnetServer::~NatnetServer() = default;
 int NatnetServer::port() const { return loop_->port(); }

@@ -18,8 +18,8 @@ namespace selvedge::hardware_sim {
 
 struct NatnetServerOptions : MocapOptions {
   std::string address = "127.0.0.1";
-  int port = 0;                // of commands; 0: the system chooses
-  int major = 3, minor = 0;    // of the bitstream: 3.0 or 4.1
+  int port = 0;              // of commands; 0: the system chooses
+  int major = 3, minor = 0;  // of the bitstream: 3.0 or 4.1
   bool fill_hidden = false;
   double ticks_per_s = 1e7;
   double clock_offset_s = 1234.5;  // its clock reads so much more than the host's
@@ -29,7 +29,8 @@ struct NatnetServerOptions : MocapOptions {
 class NatnetServer {
  public:
   // markers_at(t): where the markers are at host time t. Called from the server's thread, at about t.
-  NatnetServer(const NatnetServerOptions& options, std::function<std::vector<NamedPoint>(double host_time_s)> markers_at);
+  NatnetServer(const NatnetServerOptions& options,
+               std::function<std::vector<NamedPoint>(double host_time_s)> markers_at);
   ~NatnetServer();
 
   int port() const;

@@ -43,8 +43,8 @@ struct Client {
   double start_s = 0;
 };
 
-// Those that a client may ask for, of the many of the RTDE guide: what describes the arm's motion, and the recipe of the
-// maker's own client. What is not of the motion stays at rest.
+// Those that a client may ask for, of the many of the RTDE guide: what describes the arm's motion, and the recipe of
+// the maker's own client. What is not of the motion stays at rest.
 using Types = std::map<std::string, std::string>;
 
 const Types& outputs() {
@@ -123,13 +123,9 @@ Recipe recipe_of(const std::string& names, const Types& known) {
 class RtdeController::Loop {
  public:
   Loop(const RtdeControllerOptions& options, const arm::ArmModel& model)
-      : options_(options),
-        model_(model),
-        listener_(wire::listen_tcp(options.address, options.port)),
+      : options_(options), model_(model), listener_(wire::listen_tcp(options.address, options.port)),
         script_(options.script_host, options.script_port, options.script_reconnect_s),
-        joints(model, options.lag_s, rig::host_now_s()),
-        random_(options.seed),
-        start_s_(rig::host_now_s()),
+        joints(model, options.lag_s, rig::host_now_s()), random_(options.seed), start_s_(rig::host_now_s()),
         thread_([this] { run(); }) {}
   ~Loop() {
     stopping_ = true;
@@ -194,16 +190,13 @@ class RtdeController::Loop {
         const size_t got = client.socket.receive(part);
         client.received.insert(client.received.end(), part.begin(), part.begin() + static_cast<long>(got));
       }
-      while (take_request(client, now_s)) {
-      }
+      while (take_request(client, now_s)) {}
       if (client.started && now_s >= client.start_s + static_cast<double>(client.next) / client.rate_hz) {
         // A real controller skips what it could not send in time.
         client.next = static_cast<std::int64_t>((now_s - client.start_s) * client.rate_hz) + 1;
         send(client, 'U', data(client, now_s));
       }
-    } catch (const std::runtime_error&) {
-      client.socket.close();
-    }
+    } catch (const std::runtime_error&) { client.socket.close(); }
   }
 
   bool take_request(Client& client, double now_s) {
@@ -222,15 +215,11 @@ class RtdeController::Loop {
   void answer(Client& client, char type, BigReader& request, double now_s) {
     BigWriter reply;
     switch (type) {
-      case 'V':
-        reply.number<std::uint8_t>(request.number<std::uint16_t>() == 2 ? 1 : 0);
-        break;
+      case 'V': reply.number<std::uint8_t>(request.number<std::uint16_t>() == 2 ? 1 : 0); break;
       case 'v':
         for (const std::uint32_t part : {5U, 12U, 0U, 0U}) reply.number<std::uint32_t>(part);
         break;
-      case 'O':
-        reply = set_outputs(client, request);
-        break;
+      case 'O': reply = set_outputs(client, request); break;
       case 'I': {  // inputs are taken note of, and none of them moves the arm
         const Recipe recipe = recipe_of(names_of(request), inputs());
         reply.number<std::uint8_t>(recipe.complete ? 1 : 0).text(recipe.types);
@@ -246,10 +235,8 @@ class RtdeController::Loop {
         client.started = false;
         reply.number<std::uint8_t>(1);
         break;
-      case 'U':
-        return;
-      default:
-        throw wire::WireError("unknown package");
+      case 'U': return;
+      default: throw wire::WireError("unknown package");
     }
     send(client, type, reply);
   }
@@ -314,7 +301,7 @@ class RtdeController::Loop {
     client.socket.send(package.bytes(), 0.02);
   }
 
-  void count(std::int64_t RtdeControllerCounts::* what) {
+  void count(std::int64_t RtdeControllerCounts::*what) {
     const std::lock_guard lock(mutex_);
     ++(counts_.*what);
   }

@@ -19,13 +19,13 @@ namespace selvedge::hardware_sim {
 
 struct RtdeControllerOptions {
   std::string address = "127.0.0.1";
-  int port = 0;                      // RTDE; 0: the system chooses
+  int port = 0;  // RTDE; 0: the system chooses
   std::string script_host = "127.0.0.1";
-  int script_port = 50001;           // where the script connects to
-  double lag_s = 0.02;               // time constant behind the set-point
+  int script_port = 50001;  // where the script connects to
+  double lag_s = 0.02;      // time constant behind the set-point
   double encoder_noise_rad = 1e-5;
-  double clock_offset_s = 5;         // the controller's own clock starts so much later than the host's
-  double clock_drift_ppm = 0;        // positive: it runs fast
+  double clock_offset_s = 5;   // the controller's own clock starts so much later than the host's
+  double clock_drift_ppm = 0;  // positive: it runs fast
   double script_reconnect_s = 0.2;
   unsigned seed = 1;
 };
@@ -50,7 +50,7 @@ class RtdeController {
 
   void protective_stop();
   void clear_protective_stop();
-  void cut_connections();            // RTDE and script
+  void cut_connections();                     // RTDE and script
   void block_joint(int joint, bool blocked);  // it does not move whatever is commanded
 
  private:

@@ -63,9 +63,7 @@ std::optional<Eigen::VectorXd> ScriptClient::servo_target(double now_s, int join
   try {
     if (!socket_.is_open()) connect(now_s);
     if (socket_.is_open()) read(now_s, joints);
-  } catch (const wire::Disconnected&) {
-    stop();
-  }
+  } catch (const wire::Disconnected&) { stop(); }
   if (!socket_.is_open()) return std::nullopt;
   if (timeout_s_ > 0 && now_s - packet_s_ > timeout_s_) {
     ++timed_out_;

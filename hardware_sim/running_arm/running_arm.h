@@ -1,5 +1,5 @@
-// The arm's daemon between a bus, a simulated controller and a tracker, all in this process, for tests and proofs of what
-// the arm really does: measured at the simulated joints.
+// The arm's daemon between a bus, a simulated controller and a tracker, all in this process, for tests and proofs of
+// what the arm really does: measured at the simulated joints.
 #pragma once
 
 #include <unistd.h>
@@ -35,8 +35,8 @@ class RunningArm {
  public:
   using Status = selvedge_rig::arm_status_t;
 
-  // model: data/arms/ur5e.toml. Throws std::runtime_error where the host cannot carry the bus: what keeps people safe is
-  // not to be passed over.
+  // model: data/arms/ur5e.toml. Throws std::runtime_error where the host cannot carry the bus: what keeps people safe
+  // is not to be passed over.
   explicit RunningArm(const std::filesystem::path& model) : model_file_(model), model_(arm::ArmModel::read(model)) {
     if (!rig::multicast_works(static_cast<uint16_t>(kArmBusPort))) throw std::runtime_error(rig::multicast_advice());
     folder_ = std::filesystem::temp_directory_path() / fmt::format("selvedge-arm-{}", ::getpid());
@@ -75,7 +75,8 @@ class RunningArm {
   void start_daemon() {
     daemon_stopping_ = false;
     daemon_ = std::thread([this] { arm::run_daemon(configuration_, daemon_stopping_); });
-    if (!wait_for([this](const auto& status) { return status.mode != Status::MODE_OFF && std::filesystem::exists(socket_); }))
+    if (!wait_for(
+            [this](const auto& status) { return status.mode != Status::MODE_OFF && std::filesystem::exists(socket_); }))
       throw std::runtime_error("the arm's daemon does not come up");
   }
   void end_daemon() {
@@ -109,7 +110,7 @@ class RunningArm {
     } else if (tracker_ == Tracker::stands_still) {  // new numbers and times, old places
       ++sample_.frame_number;
       sample_.utime = rig::host_now_us();
-    } else if (tracker_ == Tracker::fresh_times) {   // a replay with a number that was there before
+    } else if (tracker_ == Tracker::fresh_times) {  // a replay with a number that was there before
       sample_.utime = rig::host_now_us();
     }
     auto sent = sample_;
@@ -166,9 +167,7 @@ class RunningArm {
       try {
         client().arm("test");
       } catch (const arm::ControlRefused&) {
-      } catch (const wire::Disconnected&) {
-        let_go();
-      }
+      } catch (const wire::Disconnected&) { let_go(); }
       std::this_thread::sleep_for(std::chrono::milliseconds(100));
       return false;
     });
@@ -188,10 +187,10 @@ class RunningArm {
   int8_t send_path(int64_t id, const arm::Sinusoid& sinusoid) {
     try {
       client().send(to_message(id, arm::make_sinusoid(start_m_, sinusoid)));
-    } catch (const std::runtime_error&) {
-      return Status::PLAN_NONE;
-    }
-    wait_for([&](const auto& status) { return !status.armed || (status.plan_id == id && status.plan_state >= Status::PLAN_READY); });
+    } catch (const std::runtime_error&) { return Status::PLAN_NONE; }
+    wait_for([&](const auto& status) {
+      return !status.armed || (status.plan_id == id && status.plan_state >= Status::PLAN_READY);
+    });
     return status().plan_state;
   }
 
@@ -226,7 +225,15 @@ class RunningArm {
     return moved_s - from_s;
   }
 
-  enum class Tracker { sees, silent, repeats, stands_still, fresh_times, late, forged };  // forged: all as it should be, with another's key
+  enum class Tracker {
+    sees,
+    silent,
+    repeats,
+    stands_still,
+    fresh_times,
+    late,
+    forged
+  };  // forged: all as it should be, with another's key
 
   const std::filesystem::path model_file_;
   const arm::ArmModel model_;

@@ -10,7 +10,8 @@ constexpr double kStep_s = 0.002;
 }
 
 SimulatedJoints::SimulatedJoints(const arm::ArmModel& model, double lag_s, double now_s)
-    : model_(model), lag_s_(lag_s), time_s_(now_s), q_rad_(model.home_rad()), qd_rad_s_(Eigen::VectorXd::Zero(model.joints())) {
+    : model_(model), lag_s_(lag_s), time_s_(now_s), q_rad_(model.home_rad()),
+      qd_rad_s_(Eigen::VectorXd::Zero(model.joints())) {
   history_.push_back({time_s_, q_rad_, 0});
 }
 
@@ -48,7 +49,8 @@ bool SimulatedJoints::violates(const Eigen::VectorXd& target_rad, double factor)
     const arm::JointLimits& limit = model_.limits()[static_cast<size_t>(joint)];
     const double target = target_rad[joint];
     if (!(target >= limit.lower_rad && target <= limit.upper_rad)) return true;
-    if (!blocked_.contains(joint) && std::abs(target - q_rad_[joint]) > factor * limit.speed_rad_s * lag_s_) return true;
+    if (!blocked_.contains(joint) && std::abs(target - q_rad_[joint]) > factor * limit.speed_rad_s * lag_s_)
+      return true;
   }
   return false;
 }

@@ -23,7 +23,8 @@ class SimulatedJoints {
 
   // Moves on to host time now_s. A late call is made up for in small steps.
   void advance(const std::optional<Eigen::VectorXd>& target_rad, double now_s);
-  // True where a target lies outside a joint's range, or further from q than `factor` times its speed covers in the lag.
+  // True where a target lies outside a joint's range, or further from q than `factor` times its speed covers in the
+  // lag.
   bool violates(const Eigen::VectorXd& target_rad, double factor) const;
   void block(int joint, bool blocked);
 

@@ -21,14 +21,14 @@ struct NamedPoint {
 
 struct MocapOptions {
   double rate_hz = 120;
-  double noise_m = 0.2e-3;         // one standard deviation per axis
-  double latency_s = 5e-3;         // exposure to sending
-  double jitter_s = 0.3e-3;        // mean of the exponential delay on top, which nobody states
-  double occlusions_per_s = 0;     // per marker, how often it disappears
-  double occlusion_s = 0.05;       // mean length of a disappearance
-  double drop_probability = 0;     // of a whole frame (its number is then missing)
-  double swap_probability = 0;     // of a frame in which the first two markers carry each other's label
-  double ghost_probability = 0;    // of a frame with one unlabelled marker that does not exist
+  double noise_m = 0.2e-3;       // one standard deviation per axis
+  double latency_s = 5e-3;       // exposure to sending
+  double jitter_s = 0.3e-3;      // mean of the exponential delay on top, which nobody states
+  double occlusions_per_s = 0;   // per marker, how often it disappears
+  double occlusion_s = 0.05;     // mean length of a disappearance
+  double drop_probability = 0;   // of a whole frame (its number is then missing)
+  double swap_probability = 0;   // of a frame in which the first two markers carry each other's label
+  double ghost_probability = 0;  // of a frame with one unlabelled marker that does not exist
   unsigned seed = 1;
 };
 

@@ -1,5 +1,6 @@
-// The camera's register file: technology-agnostic bootstrap registers (ABRM), those of USB3 Vision (SBRM), of its stream
-// (SIRM), the manifest, the features of features.h. Little-endian, byte addressed. Sources: GenCP 1.0, USB3 Vision 1.0.
+// The camera's register file: technology-agnostic bootstrap registers (ABRM), those of USB3 Vision (SBRM), of its
+// stream (SIRM), the manifest, the features of features.h. Little-endian, byte addressed. Sources: GenCP 1.0, USB3
+// Vision 1.0.
 #pragma once
 
 #include <cstdint>
@@ -14,7 +15,7 @@ constexpr size_t kLeaderBytes = 52, kTrailerBytes = 32;
 
 // Addresses that the device itself looks at, besides those of features.h.
 namespace reg {
-inline constexpr uint32_t kTimestamp = 0x01f0;       // 64 bit
+inline constexpr uint32_t kTimestamp = 0x01f0;  // 64 bit
 inline constexpr uint32_t kTimestampLatch = 0x01f8;
 inline constexpr uint32_t kStreamControl = 0x18104;  // bit 0: enabled
 inline constexpr uint32_t kPayloadSize = 0x1811c;    // bytes of a payload transfer

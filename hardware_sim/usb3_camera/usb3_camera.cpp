@@ -29,17 +29,16 @@ std::string guid(const Usb3CameraOptions& options) { return fmt::format("12095E1
 
 // SuperSpeed; two interfaces joined by an association: control (bulk out and in) and stream (bulk in).
 UsbBytes descriptors() {
-  UsbBytes body = {
-      0x08, 0x0b, 0x00, 0x02, 0xef, 0x05, 0x00, 0x00,
-      0x09, 0x04, 0x00, 0x00, 0x02, 0xef, 0x05, 0x00, 0x00,
-      // Device information: GenCP 1.0, USB3 Vision 1.0, strings (GUID 4, maker 1, model 2, serial number 3), SuperSpeed.
-      0x14, 0x24, 0x01, 0x00, 0x00, 0x01, 0x00, 0x00, 0x00, 0x01, 0x00, 0x04, 0x01, 0x02, 0x00, 0x00, 0x00, 0x03, 0x00, 0x08,
-      0x07, 0x05, kAnswers, 0x02, 0x00, 0x04, 0x00, 0x06, 0x30, 0x00, 0x00, 0x00, 0x00,
-      0x07, 0x05, kCommands, 0x02, 0x00, 0x04, 0x00, 0x06, 0x30, 0x00, 0x00, 0x00, 0x00,
-      0x09, 0x04, 0x01, 0x00, 0x01, 0xef, 0x05, 0x02, 0x00,
-      0x07, 0x05, kFrames, 0x02, 0x00, 0x04, 0x00, 0x06, 0x30, 0x0f, 0x00, 0x00, 0x00};
-  UsbBytes all = {0x12, 0x01, 0x00, 0x03, 0xef, 0x02, 0x01, 0x09, 0x09, 0x12, 0x1d, 0x5e, 0x00, 0x01, 0x01, 0x02, 0x03, 0x01,
-                  0x09, 0x02};
+  UsbBytes body = {0x08, 0x0b, 0x00, 0x02, 0xef, 0x05, 0x00, 0x00, 0x09, 0x04, 0x00, 0x00, 0x02, 0xef, 0x05, 0x00, 0x00,
+                   // Device information: GenCP 1.0, USB3 Vision 1.0, strings (GUID 4, maker 1, model 2, serial number
+                   // 3), SuperSpeed.
+                   0x14, 0x24, 0x01, 0x00, 0x00, 0x01, 0x00, 0x00, 0x00, 0x01, 0x00, 0x04, 0x01, 0x02, 0x00, 0x00, 0x00,
+                   0x03, 0x00, 0x08, 0x07, 0x05, kAnswers, 0x02, 0x00, 0x04, 0x00, 0x06, 0x30, 0x00, 0x00, 0x00, 0x00,
+                   0x07, 0x05, kCommands, 0x02, 0x00, 0x04, 0x00, 0x06, 0x30, 0x00, 0x00, 0x00, 0x00, 0x09, 0x04, 0x01,
+                   0x00, 0x01, 0xef, 0x05, 0x02, 0x00, 0x07, 0x05, kFrames, 0x02, 0x00, 0x04, 0x00, 0x06, 0x30, 0x0f,
+                   0x00, 0x00, 0x00};
+  UsbBytes all = {0x12, 0x01, 0x00, 0x03, 0xef, 0x02, 0x01, 0x09, 0x09, 0x12,
+                  0x1d, 0x5e, 0x00, 0x01, 0x01, 0x02, 0x03, 0x01, 0x09, 0x02};
   put_little(all, 9 + body.size(), 2);
   all.insert(all.end(), {0x02, 0x01, 0x00, 0x80, 0x70});
   all.insert(all.end(), body.begin(), body.end());
@@ -53,8 +52,8 @@ struct Usb3Camera::State {
       : options(given), registers(given),
         usb({given.usb_number, 5000, descriptors(), {kMaker, kModel, given.serial, guid(given)}},
             [this](uint8_t, const UsbBytes& bytes) { on_command(bytes); }),
-        sensor({given.width_px, given.height_px, given.readout_s, given.clock_offset_s, given.clock_drift_ppm}, registers,
-               std::move(image_at), [this](SensorFrame&& frame) { send(frame); }) {}
+        sensor({given.width_px, given.height_px, given.readout_s, given.clock_offset_s, given.clock_drift_ppm},
+               registers, std::move(image_at), [this](SensorFrame&& frame) { send(frame); }) {}
 
   void on_command(const UsbBytes& bytes);
   AccessError execute(uint16_t command, const uint8_t* data, size_t size, UsbBytes& reply);
@@ -73,7 +72,8 @@ struct Usb3Camera::State {
 
 // ---------------------------------------------------------------- control
 
-// prefix u32, flags u16, command u16, length u16, request id u16, then the data; the acknowledge has a status for flags.
+// prefix u32, flags u16, command u16, length u16, request id u16, then the data; the acknowledge has a status for
+// flags.
 void Usb3Camera::State::on_command(const UsbBytes& bytes) {
   ++commands;
   if (hangs) return;
@@ -81,7 +81,8 @@ void Usb3Camera::State::on_command(const UsbBytes& bytes) {
     ++refused;
     return;
   }
-  const auto flags = static_cast<uint16_t>(get_little(&bytes[4], 2)), command = static_cast<uint16_t>(get_little(&bytes[6], 2));
+  const auto flags = static_cast<uint16_t>(get_little(&bytes[4], 2)),
+             command = static_cast<uint16_t>(get_little(&bytes[6], 2));
   const size_t size = get_little(&bytes[8], 2);
   UsbBytes reply;
   const AccessError error = size != bytes.size() - kHeaderBytes || bytes.size() > kLargestCommand
@@ -127,7 +128,9 @@ AccessError Usb3Camera::State::execute(uint16_t command, const uint8_t* data, si
 
 void Usb3Camera::State::act(uint64_t address) {
   switch (address) {
-    case reg::kTimestampLatch: registers.set_long(reg::kTimestamp, static_cast<uint64_t>(sensor.ticks(rig::host_now_s()))); break;
+    case reg::kTimestampLatch:
+      registers.set_long(reg::kTimestamp, static_cast<uint64_t>(sensor.ticks(rig::host_now_s())));
+      break;
     case reg::kStreamControl: usb.discard(kFrames); break;  // a stream begins with an empty memory
     case reg::kAcquisitionStart: sensor.start(); break;
     case reg::kAcquisitionStop: sensor.stop(); break;
@@ -159,13 +162,15 @@ size_t Usb3Camera::State::cut(size_t frame_bytes, const std::function<void(size_
 void Usb3Camera::State::send(const SensorFrame& frame) {
   const size_t room = static_cast<size_t>(options.memory_frames) * frame.pixels.size();
   const bool injected = lose_next > 0 && lose_next-- > 0;
-  if (injected || hangs || registers.word(reg::kStreamControl) == 0 || usb.waiting_bytes(kFrames) + frame.pixels.size() > room) {
+  if (injected || hangs || registers.word(reg::kStreamControl) == 0 ||
+      usb.waiting_bytes(kFrames) + frame.pixels.size() > room) {
     ++lost;
     return;
   }
   const bool spoiled = spoil_next > 0 && spoil_next-- > 0;
   const size_t frame_bytes = spoiled ? frame.pixels.size() / 2 : frame.pixels.size();
-  std::this_thread::sleep_for(std::chrono::duration<double>(static_cast<double>(frame_bytes) / options.link_bytes_per_s));
+  std::this_thread::sleep_for(
+      std::chrono::duration<double>(static_cast<double>(frame_bytes) / options.link_bytes_per_s));
 
   // magic u32, reserved u16, size u16, block id u64 before either.
   const auto id = static_cast<uint64_t>(frame.number - 1);
@@ -178,7 +183,7 @@ void Usb3Camera::State::send(const SensorFrame& frame) {
   put_little(leader, kMono8, 4);
   put_little(leader, static_cast<uint64_t>(options.width_px), 4);
   put_little(leader, static_cast<uint64_t>(options.height_px), 4);
-  leader.resize(kLeaderBytes);          // offsets and padding: 0
+  leader.resize(kLeaderBytes);  // offsets and padding: 0
   usb.send(kFrames, std::move(leader));
   const size_t sent = cut(frame_bytes, [&](size_t begin, size_t count) {
     const auto* pixels = frame.pixels.data() + begin;
@@ -202,7 +207,9 @@ Usb3Camera::Usb3Camera(const Usb3CameraOptions& options, ImageSource image_at)
 }
 Usb3Camera::~Usb3Camera() = default;
 
-std::string Usb3Camera::name() const { return fmt::format("{}-{}-{}", kMaker, guid(state_->options), state_->options.serial); }
+std::string Usb3Camera::name() const {
+  return fmt::format("{}-{}-{}", kMaker, guid(state_->options), state_->options.serial);
+}
 
 void Usb3Camera::trigger_edge(double host_s) {
   if (state_->registers.word(reg::kTriggerSource) == 0) state_->sensor.trigger(host_s);

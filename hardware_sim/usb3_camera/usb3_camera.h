@@ -18,16 +18,16 @@
 namespace selvedge::sim {
 
 struct Usb3CameraOptions {
-  int usb_number = 3;            // on the bus; one a camera
+  int usb_number = 3;  // on the bus; one a camera
   int width_px = 640;
   int height_px = 480;
-  double rate_hz = 30;           // running free; a client may set it
-  double exposure_s = 0.002;     // a client may set it
-  double readout_s = 0.001;      // between exposure and transfer
-  double clock_offset_s = 0;     // device minus host at start
-  double clock_drift_ppm = 0;    // positive: the device clock is fast
+  double rate_hz = 30;         // running free; a client may set it
+  double exposure_s = 0.002;   // a client may set it
+  double readout_s = 0.001;    // between exposure and transfer
+  double clock_offset_s = 0;   // device minus host at start
+  double clock_drift_ppm = 0;  // positive: the device clock is fast
   double link_bytes_per_s = 400e6;
-  int memory_frames = 4;         // that wait for the host
+  int memory_frames = 4;  // that wait for the host
   double temperature_degc = 43.5;
   std::string serial = "SIM-0003";
 };
@@ -54,9 +54,9 @@ class Usb3Camera {
   void trigger_edge(double host_s);
 
   void lose_next(int frames);
-  void spoil_next(int frames);  // they end early, as on an overrun of the camera's memory
-  void halt_stream();           // its endpoint stalls until a client clears it
-  void hang(bool hangs = true); // takes commands and answers none; sends no frame
+  void spoil_next(int frames);   // they end early, as on an overrun of the camera's memory
+  void halt_stream();            // its endpoint stalls until a client clears it
+  void hang(bool hangs = true);  // takes commands and answers none; sends no frame
   void unplug();
   void replug();
 

@@ -37,18 +37,21 @@ std::string node_of(const UsbIdentity& identity) { return fmt::format("/dev/bus/
 
 std::string description(const UsbIdentity& identity) {
   return fmt::format(
-      "P: /devices/pci0000:00/usb1/1-{0}\nN: bus/usb/001/{1:03}\nE: SUBSYSTEM=usb\nE: DRIVER=usb\nE: BUSNUM=001\nE: DEVNUM={1:03}\n"
-      "E: DEVNAME={2}\nE: DEVTYPE=usb_device\nA: bConfigurationValue=1\\n\nA: busnum=1\\n\nA: devnum={1}\\n\nA: speed={3}\\n\n"
+      "P: /devices/pci0000:00/usb1/1-{0}\nN: bus/usb/001/{1:03}\nE: SUBSYSTEM=usb\nE: DRIVER=usb\nE: BUSNUM=001\nE: "
+      "DEVNUM={1:03}\n"
+      "E: DEVNAME={2}\nE: DEVTYPE=usb_device\nA: bConfigurationValue=1\\n\nA: busnum=1\\n\nA: devnum={1}\\n\nA: "
+      "speed={3}\\n\n"
       "H: descriptors={4:02X}\n",
-      identity.number - 1, identity.number, node_of(identity), identity.speed_mbit, fmt::join(identity.descriptors, ""));
+      identity.number - 1, identity.number, node_of(identity), identity.speed_mbit,
+      fmt::join(identity.descriptors, ""));
 }
 
 usbdevfs_urb& urb_of(UMockdevIoctlData* data) { return *reinterpret_cast<usbdevfs_urb*>(data->data); }
 
 // The buffer of a URB as it is in the client's memory; nullptr where the client lied about it.
 uint8_t* buffer_of(UMockdevIoctlData* data) {
-  UMockdevIoctlData* buffer =
-      umockdev_ioctl_data_resolve(data, offsetof(usbdevfs_urb, buffer), static_cast<gsize>(urb_of(data).buffer_length), nullptr);
+  UMockdevIoctlData* buffer = umockdev_ioctl_data_resolve(data, offsetof(usbdevfs_urb, buffer),
+                                                          static_cast<gsize>(urb_of(data).buffer_length), nullptr);
   if (buffer == nullptr) return nullptr;
   uint8_t* bytes = buffer->data;
   umockdev_ioctl_data_unref(buffer);  // the URB holds it
@@ -59,7 +62,8 @@ uint8_t* buffer_of(UMockdevIoctlData* data) {
 
 class UsbDevice::Bus {
  public:
-  Bus(const UsbIdentity& identity, std::function<void(uint8_t, const UsbBytes&)> on_out) : identity_(identity), on_out_(std::move(on_out)) {
+  Bus(const UsbIdentity& identity, std::function<void(uint8_t, const UsbBytes&)> on_out)
+      : identity_(identity), on_out_(std::move(on_out)) {
     // umockdev_in_mock_environment() of 0.17 says no even under the wrapper.
     const char* preload = std::getenv("LD_PRELOAD");
     if (preload == nullptr || std::strstr(preload, "umockdev-preload") == nullptr)
@@ -144,7 +148,8 @@ class UsbDevice::Bus {
     const auto request = static_cast<unsigned>(umockdev_ioctl_client_get_request(client));
     switch (request) {
       case USBDEVFS_GET_CAPABILITIES:
-        return put_word(argument, USBDEVFS_CAP_BULK_SCATTER_GATHER | USBDEVFS_CAP_NO_PACKET_SIZE_LIM | USBDEVFS_CAP_REAP_AFTER_DISCONNECT);
+        return put_word(argument, USBDEVFS_CAP_BULK_SCATTER_GATHER | USBDEVFS_CAP_NO_PACKET_SIZE_LIM |
+                                      USBDEVFS_CAP_REAP_AFTER_DISCONNECT);
       case USBDEVFS_GETDRIVER: return ENODATA;  // no kernel driver holds the interface
       case USBDEVFS_CLAIMINTERFACE: return claim(client, word(argument, sizeof(unsigned)));
       case USBDEVFS_DISCONNECT_CLAIM: return claim(client, word(argument, sizeof(usbdevfs_disconnect_claim)));
@@ -237,10 +242,12 @@ class UsbDevice::Bus {
     uint8_t* bytes = buffer_of(data);
     if (bytes == nullptr) return finish(client, data, -EFAULT, 0);
     const uint8_t type = bytes[0], request = bytes[1];
-    const auto value = static_cast<uint16_t>(bytes[2] | bytes[3] << 8), index = static_cast<uint16_t>(bytes[4] | bytes[5] << 8);
+    const auto value = static_cast<uint16_t>(bytes[2] | bytes[3] << 8),
+               index = static_cast<uint16_t>(bytes[4] | bytes[5] << 8);
     if (type == kStandardIn && request == kGetDescriptor && value >> 8 == kStringDescriptor) {
       const UsbBytes string = string_descriptor(value & 0xff);
-      const size_t room = static_cast<size_t>(urb_of(data).buffer_length) - kSetupBytes, count = std::min(room, string.size());
+      const size_t room = static_cast<size_t>(urb_of(data).buffer_length) - kSetupBytes,
+                   count = std::min(room, string.size());
       std::memcpy(bytes + kSetupBytes, string.data(), count);
       return string.empty() ? finish(client, data, -EPIPE, 0) : finish(client, data, 0, static_cast<int>(count));
     }
@@ -253,9 +260,12 @@ class UsbDevice::Bus {
   // Length, type, then UTF-16; index 0 lists the languages. Empty: there is no such string.
   UsbBytes string_descriptor(size_t index) const {
     UsbBytes bytes = {0, kStringDescriptor};
-    const auto append = [&](uint16_t unit) { bytes.insert(bytes.end(), {static_cast<uint8_t>(unit), static_cast<uint8_t>(unit >> 8)}); };
+    const auto append = [&](uint16_t unit) {
+      bytes.insert(bytes.end(), {static_cast<uint8_t>(unit), static_cast<uint8_t>(unit >> 8)});
+    };
     if (index == 0) append(kEnglish);
-    else if (index <= identity_.strings.size()) for (const char letter : identity_.strings[index - 1]) append(static_cast<uint8_t>(letter));
+    else if (index <= identity_.strings.size())
+      for (const char letter : identity_.strings[index - 1]) append(static_cast<uint8_t>(letter));
     else return {};
     bytes[0] = static_cast<uint8_t>(bytes.size());
     return bytes;
@@ -277,8 +287,10 @@ class UsbDevice::Bus {
         finish(client, data, -EPIPE, 0);
       } else if (!transfers.empty()) {
         Transfer& transfer = transfers.front();
-        const size_t count = std::min(static_cast<size_t>(urb_of(data).buffer_length), transfer.bytes.size() - transfer.fetched);
-        if (uint8_t* bytes = count > 0 ? buffer_of(data) : nullptr) std::memcpy(bytes, transfer.bytes.data() + transfer.fetched, count);
+        const size_t count =
+            std::min(static_cast<size_t>(urb_of(data).buffer_length), transfer.bytes.size() - transfer.fetched);
+        if (uint8_t* bytes = count > 0 ? buffer_of(data) : nullptr)
+          std::memcpy(bytes, transfer.bytes.data() + transfer.fetched, count);
         transfer.fetched += count;
         waiting_bytes_[endpoint] -= count;
         if (transfer.fetched == transfer.bytes.size()) transfers.pop_front();
@@ -313,7 +325,9 @@ class UsbDevice::Bus {
     std::memcpy(&address, argument->data, sizeof address);
     const std::lock_guard lock(mutex_);
     for (auto& [endpoint, urbs] : waiting_) {
-      const auto found = std::find_if(urbs.begin(), urbs.end(), [&](const Urb& urb) { return urb.client == client && urb.data->client_addr == address; });
+      const auto found = std::find_if(urbs.begin(), urbs.end(), [&](const Urb& urb) {
+        return urb.client == client && urb.data->client_addr == address;
+      });
       if (found == urbs.end()) continue;
       finish(client, found->data, -ENOENT, 0);
       urbs.erase(found);
@@ -325,7 +339,8 @@ class UsbDevice::Bus {
   void forget(Client client) {
     const std::lock_guard lock(mutex_);
     for (auto& [endpoint, urbs] : waiting_)
-      std::erase_if(urbs, [&](const Urb& urb) { return urb.client == client && (umockdev_ioctl_data_unref(urb.data), true); });
+      std::erase_if(
+          urbs, [&](const Urb& urb) { return urb.client == client && (umockdev_ioctl_data_unref(urb.data), true); });
     for (auto* data : finished_[client]) umockdev_ioctl_data_unref(data);
     finished_.erase(client);
     std::erase_if(claims_, [&](const auto& held) { return held.second == client; });
@@ -337,7 +352,7 @@ class UsbDevice::Bus {
   UMockdevIoctlBase* handler_ = nullptr;
   mutable std::mutex mutex_;  // guards all below
   std::condition_variable changed_;
-  std::map<uint8_t, std::deque<Urb>> waiting_;         // reads of an endpoint
+  std::map<uint8_t, std::deque<Urb>> waiting_;  // reads of an endpoint
   std::map<Client, std::deque<UMockdevIoctlData*>> finished_;
   std::map<uint8_t, std::deque<Transfer>> to_fetch_;
   std::map<uint8_t, size_t> waiting_bytes_;

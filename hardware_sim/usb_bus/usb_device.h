@@ -18,7 +18,7 @@ namespace selvedge::hardware_sim {
 using UsbBytes = std::vector<uint8_t>;
 
 struct UsbIdentity {
-  int number = 2;                    // on bus 1: /dev/bus/usb/001/00N; 1 is the hub
+  int number = 2;  // on bus 1: /dev/bus/usb/001/00N; 1 is the hub
   int speed_mbit = 12;
   UsbBytes descriptors;              // device descriptor, then the configuration's, as the wire has them
   std::vector<std::string> strings;  // string descriptors from index 1 on, ASCII
@@ -26,8 +26,8 @@ struct UsbIdentity {
 
 class UsbDevice {
  public:
-  // on_out: what the host sends to an endpoint, on the bus's thread; it may call send(). Not plugged in yet: whoever owns
-  // the device is to be whole before a host speaks to it. Throws std::runtime_error outside umockdev-wrapper.
+  // on_out: what the host sends to an endpoint, on the bus's thread; it may call send(). Not plugged in yet: whoever
+  // owns the device is to be whole before a host speaks to it. Throws std::runtime_error outside umockdev-wrapper.
   UsbDevice(const UsbIdentity& identity, std::function<void(uint8_t endpoint, const UsbBytes& bytes)> on_out);
   ~UsbDevice();
   UsbDevice(const UsbDevice&) = delete;

@@ -37,8 +37,8 @@ constexpr int kLeastExposure = 1, kMostExposure = 5000;  // 0.1 ms
 // umockdev makes a node with content a regular file; clients find what it is by its numbers.
 std::string description(const std::string& node) {
   const std::string name = node.substr(node.rfind('/') + 1);
-  return "P: /devices/virtual/video4linux/" + name + "\nN: " + name + "=00\nE: SUBSYSTEM=video4linux\nE: DEVNAME=" + name +
-         "\nE: MAJOR=81\nE: MINOR=0\nA: dev=81:0\\n\n";
+  return "P: /devices/virtual/video4linux/" + name + "\nN: " + name +
+         "=00\nE: SUBSYSTEM=video4linux\nE: DEVNAME=" + name + "\nE: MAJOR=81\nE: MINOR=0\nA: dev=81:0\\n\n";
 }
 
 timeval to_timeval(double host_s) {
@@ -50,9 +50,11 @@ timeval to_timeval(double host_s) {
 
 class V4l2Camera::Device {
  public:
-  Device(const V4l2CameraOptions& options, ImageSource image_at) : options_(options), image_at_(std::move(image_at)), rate_hz_(options.rate_hz), exposure_s_(options.exposure_s) {
+  Device(const V4l2CameraOptions& options, ImageSource image_at)
+      : options_(options), image_at_(std::move(image_at)), rate_hz_(options.rate_hz), exposure_s_(options.exposure_s) {
     const char* preload = std::getenv("LD_PRELOAD");
-    if (preload == nullptr || std::strstr(preload, "umockdev-preload") == nullptr) throw std::runtime_error("the emulated V4L2 camera needs umockdev-wrapper");
+    if (preload == nullptr || std::strstr(preload, "umockdev-preload") == nullptr)
+      throw std::runtime_error("the emulated V4L2 camera needs umockdev-wrapper");
     testbed_ = umockdev_testbed_new();
     handler_ = umockdev_ioctl_base_new();
     g_signal_connect_after(handler_, "handle-ioctl", G_CALLBACK(&Device::on_ioctl), this);
@@ -85,7 +87,9 @@ class V4l2Camera::Device {
   std::atomic<bool> unplugged = false;
 
  private:
-  size_t picture_bytes() const { return static_cast<size_t>(options_.width_px) * static_cast<size_t>(options_.height_px); }
+  size_t picture_bytes() const {
+    return static_cast<size_t>(options_.width_px) * static_cast<size_t>(options_.height_px);
+  }
   size_t buffer_bytes() const { return (picture_bytes() + kPage_bytes - 1) / kPage_bytes * kPage_bytes; }
 
   // umockdev gives a regular file no device numbers, by which v4l2-ctl finds out what a node is.
@@ -100,10 +104,14 @@ class V4l2Camera::Device {
 
   void map_memory() {
     const int descriptor = ::open(options_.node.c_str(), O_RDWR | O_CLOEXEC);
-    const bool grown = descriptor >= 0 && ::ftruncate(descriptor, static_cast<off_t>(kMostBuffers * buffer_bytes())) == 0;
-    if (grown) memory_ = static_cast<uint8_t*>(::mmap(nullptr, kMostBuffers * buffer_bytes(), PROT_READ | PROT_WRITE, MAP_SHARED, descriptor, 0));
+    const bool grown =
+        descriptor >= 0 && ::ftruncate(descriptor, static_cast<off_t>(kMostBuffers * buffer_bytes())) == 0;
+    if (grown)
+      memory_ = static_cast<uint8_t*>(
+          ::mmap(nullptr, kMostBuffers * buffer_bytes(), PROT_READ | PROT_WRITE, MAP_SHARED, descriptor, 0));
     if (descriptor >= 0) ::close(descriptor);
-    if (!grown || memory_ == MAP_FAILED) throw std::runtime_error("umockdev: " + options_.node + " cannot hold the buffers: " + std::strerror(errno));
+    if (!grown || memory_ == MAP_FAILED)
+      throw std::runtime_error("umockdev: " + options_.node + " cannot hold the buffers: " + std::strerror(errno));
   }
 
   // On umockdev's own thread, one call at a time.
@@ -130,15 +138,19 @@ class V4l2Camera::Device {
     const auto request = static_cast<unsigned>(umockdev_ioctl_client_get_request(client));
     switch (request) {
       case VIDIOC_QUERYCAP: return with<v4l2_capability>(client, [](v4l2_capability& c) { return tell(c); });
-      case VIDIOC_ENUM_FMT: return with<v4l2_fmtdesc>(client, [](v4l2_fmtdesc& f) { return f.index == 0 ? (f.pixelformat = V4L2_PIX_FMT_GREY, 0) : EINVAL; });
+      case VIDIOC_ENUM_FMT:
+        return with<v4l2_fmtdesc>(
+            client, [](v4l2_fmtdesc& f) { return f.index == 0 ? (f.pixelformat = V4L2_PIX_FMT_GREY, 0) : EINVAL; });
       case VIDIOC_G_FMT:
       case VIDIOC_TRY_FMT:
       case VIDIOC_S_FMT: return with<v4l2_format>(client, [this](v4l2_format& f) { return tell(f); });
       case VIDIOC_G_PARM:
-      case VIDIOC_S_PARM: return with<v4l2_streamparm>(client, [&](v4l2_streamparm& p) { return rate(p, request == VIDIOC_S_PARM); });
+      case VIDIOC_S_PARM:
+        return with<v4l2_streamparm>(client, [&](v4l2_streamparm& p) { return rate(p, request == VIDIOC_S_PARM); });
       case VIDIOC_QUERYCTRL: return with<v4l2_queryctrl>(client, [](v4l2_queryctrl& q) { return tell(q); });
       case VIDIOC_S_CTRL: return with<v4l2_control>(client, [this](v4l2_control& c) { return set(c); });
-      case VIDIOC_REQBUFS: return with<v4l2_requestbuffers>(client, [this](v4l2_requestbuffers& r) { return grant(r); });
+      case VIDIOC_REQBUFS:
+        return with<v4l2_requestbuffers>(client, [this](v4l2_requestbuffers& r) { return grant(r); });
       case VIDIOC_QUERYBUF: return with<v4l2_buffer>(client, [this](v4l2_buffer& b) { return place(b); });
       case VIDIOC_QBUF: return with<v4l2_buffer>(client, [this](v4l2_buffer& b) { return queue(b); });
       case VIDIOC_DQBUF: return with<v4l2_buffer>(client, [this](v4l2_buffer& b) { return dequeue(b); });
@@ -183,7 +195,8 @@ class V4l2Camera::Device {
     const std::lock_guard lock(mutex_);
     v4l2_captureparm& capture = parameters.parm.capture;
     if (set_it && capture.timeperframe.numerator > 0)
-      rate_hz_ = std::clamp(static_cast<double>(capture.timeperframe.denominator) / capture.timeperframe.numerator, kLeastRate_hz, kMostRate_hz);
+      rate_hz_ = std::clamp(static_cast<double>(capture.timeperframe.denominator) / capture.timeperframe.numerator,
+                            kLeastRate_hz, kMostRate_hz);
     capture.capability = V4L2_CAP_TIMEPERFRAME;
     capture.timeperframe = {1000, static_cast<unsigned>(std::lround(1000 * rate_hz_))};
     return 0;
@@ -300,7 +313,8 @@ class V4l2Camera::Device {
   std::thread thread_;
 };
 
-V4l2Camera::V4l2Camera(const V4l2CameraOptions& options, ImageSource image_at) : device_(std::make_unique<Device>(options, std::move(image_at))) {}
+V4l2Camera::V4l2Camera(const V4l2CameraOptions& options, ImageSource image_at)
+    : device_(std::make_unique<Device>(options, std::move(image_at))) {}
 V4l2Camera::~V4l2Camera() = default;
 void V4l2Camera::drop_next(int frames) { device_->drop_next = frames; }
 void V4l2Camera::spoil_next(int frames) { device_->spoil_next = frames; }

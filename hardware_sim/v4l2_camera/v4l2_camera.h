@@ -16,8 +16,8 @@ namespace selvedge::hardware_sim {
 struct V4l2CameraOptions {
   std::string node = "/dev/video0";
   int width_px = 320, height_px = 240;
-  double rate_hz = 30;             // a client may set it
-  double exposure_s = 0.002;       // likewise, in steps of 0.1 ms
+  double rate_hz = 30;        // a client may set it
+  double exposure_s = 0.002;  // likewise, in steps of 0.1 ms
   bool stamps_end_of_frame = false;
 };
 
@@ -30,9 +30,9 @@ class V4l2Camera {
   V4l2Camera(const V4l2CameraOptions& options, ImageSource image_at);
   ~V4l2Camera();
 
-  void drop_next(int frames);      // they are counted and never delivered
-  void spoil_next(int frames);     // they are delivered with the error flag
-  void unplug();                   // every call fails from now on
+  void drop_next(int frames);   // they are counted and never delivered
+  void spoil_next(int frames);  // they are delivered with the error flag
+  void unplug();                // every call fails from now on
 
  private:
   class Device;

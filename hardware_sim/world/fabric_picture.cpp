@@ -33,7 +33,8 @@ std::vector<float> blurred_profile(const projector::Pattern& pattern, int mirror
   cv::Mat line(1, mirrors * per_mirror, CV_32F);
   for (int i = 0; i < line.cols; ++i) {
     const double mirror = i / per_mirror;
-    line.at<float>(i) = float(rows ? projector::brightness(pattern, 0, mirror) : projector::brightness(pattern, mirror, 0));
+    line.at<float>(i) =
+        float(rows ? projector::brightness(pattern, 0, mirror) : projector::brightness(pattern, mirror, 0));
   }
   if (blur_px > 0) cv::GaussianBlur(line, line, {}, blur_px * per_mirror, 1e-6, cv::BORDER_REPLICATE);
   return {line.ptr<float>(), line.ptr<float>() + line.cols};
@@ -50,11 +51,13 @@ FabricPicture::FabricPicture(const geometry::Projection& camera, const geometry:
 void FabricPicture::set_pattern(const projector::Pattern& pattern) {
   pattern_ = pattern;
   horizontal_ = pattern.orientation == projector::Orientation::horizontal;
-  profile_ = blurred_profile(pattern, horizontal_ ? projector_.height_px : projector_.width_px, kPerMirror, options_.projector_blur_px);
+  profile_ = blurred_profile(pattern, horizontal_ ? projector_.height_px : projector_.width_px, kPerMirror,
+                             options_.projector_blur_px);
 }
 
 float FabricPicture::shown(float column_px, float row_px) const {
-  if (column_px < -0.5f || row_px < -0.5f || column_px > projector_.width_px - 0.5f || row_px > projector_.height_px - 0.5f)
+  if (column_px < -0.5f || row_px < -0.5f || column_px > projector_.width_px - 0.5f ||
+      row_px > projector_.height_px - 0.5f)
     return 0;
   const float at = ((horizontal_ ? row_px : column_px) + 0.5f) * kPerMirror - 0.5f;
   const int last = int(profile_.size()) - 1, i = std::clamp(int(std::floor(at)), 0, last);
@@ -75,7 +78,8 @@ float FabricPicture::fabric_grey(float column_px, float row_px, float projector_
   return float(options_.ambient_grey) + float(options_.lit_grey - options_.ambient_grey) * light;
 }
 
-const std::vector<float>& FabricPicture::take(const Eigen::Matrix3Xd& position, const std::vector<std::array<int, 3>>& triangles,
+const std::vector<float>& FabricPicture::take(const Eigen::Matrix3Xd& position,
+                                              const std::vector<std::array<int, 3>>& triangles,
                                               const projector::Pattern& pattern) {
   if (!(pattern == pattern_)) set_pattern(pattern);
   map_.rasterise(position, triangles);
@@ -102,7 +106,8 @@ const std::vector<float>& FabricPicture::take(const Eigen::Matrix3Xd& position, 
   for (int y = box.top / 2; y < std::min(height, (box.bottom + 1) / 2); ++y)
     for (int x = box.left / 2; x < std::min(width, (box.right + 1) / 2); ++x) {
       const size_t at = size_t(y) * width + x, sub = size_t(2 * y) * 2 * width + 2 * x;
-      const int covered = (fine[sub] >= 0) + (fine[sub + 1] >= 0) + (fine[sub + 2 * width] >= 0) + (fine[sub + 2 * width + 1] >= 0);
+      const int covered =
+          (fine[sub] >= 0) + (fine[sub + 1] >= 0) + (fine[sub + 2 * width] >= 0) + (fine[sub + 2 * width + 1] >= 0);
       if (covered == 0) continue;
       float grey;
       if (!std::isnan(row_[at])) {
@@ -126,11 +131,14 @@ void FabricPicture::blur() {
   const render::RowMap::Box box = map_.covered();
   const int reach = int(std::ceil(3 * options_.camera_blur_px));
   const cv::Rect whole(0, 0, camera_.width_px, camera_.height_px);
-  const cv::Rect part = cv::Rect(box.left - reach, box.top - reach, box.right - box.left + 2 * reach, box.bottom - box.top + 2 * reach) & whole;
+  const cv::Rect part =
+      cv::Rect(box.left - reach, box.top - reach, box.right - box.left + 2 * reach, box.bottom - box.top + 2 * reach) &
+      whole;
   if (part.empty()) return;
   cv::Mat view(camera_.height_px, camera_.width_px, CV_32F, grey_.data());
   cv::Mat piece = view(part).clone();
-  cv::GaussianBlur(piece, piece, {2 * reach + 1, 2 * reach + 1}, options_.camera_blur_px, options_.camera_blur_px, cv::BORDER_REPLICATE);
+  cv::GaussianBlur(piece, piece, {2 * reach + 1, 2 * reach + 1}, options_.camera_blur_px, options_.camera_blur_px,
+                   cv::BORDER_REPLICATE);
   piece.copyTo(view(part));
 }
 

@@ -29,7 +29,8 @@ struct PictureOptions {
 
 class FabricPicture {
  public:
-  FabricPicture(const geometry::Projection& camera, const geometry::Projection& projector, const PictureOptions& options);
+  FabricPicture(const geometry::Projection& camera, const geometry::Projection& projector,
+                const PictureOptions& options);
 
   // Grey levels, row major, not rounded and without noise.
   const std::vector<float>& take(const Eigen::Matrix3Xd& position, const std::vector<std::array<int, 3>>& triangles,

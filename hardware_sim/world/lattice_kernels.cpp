@@ -92,12 +92,15 @@ void cells(ConstRow p0, ConstRow v0, Row f0, ConstRow p1, ConstRow v1, Row f1, i
     s[1][i + 1] = stress * ay * half_v;
     s[2][i + 1] = stress * az * half_v;
     // Twist x_uv = (p00 − p10 − p01 + p11)/(hu hv); energy bend · |x_uv|² · area.
-    t[0][i + 1] = 2 * per_area * (bend * (p0.x[i] - p0.x[i + 1] - p1.x[i] + p1.x[i + 1]) +
-                                  bend_damping * (v0.x[i] - v0.x[i + 1] - v1.x[i] + v1.x[i + 1]));
-    t[1][i + 1] = 2 * per_area * (bend * (p0.y[i] - p0.y[i + 1] - p1.y[i] + p1.y[i + 1]) +
-                                  bend_damping * (v0.y[i] - v0.y[i + 1] - v1.y[i] + v1.y[i + 1]));
-    t[2][i + 1] = 2 * per_area * (bend * (p0.z[i] - p0.z[i + 1] - p1.z[i] + p1.z[i + 1]) +
-                                  bend_damping * (v0.z[i] - v0.z[i + 1] - v1.z[i] + v1.z[i + 1]));
+    t[0][i + 1] = 2 * per_area *
+                  (bend * (p0.x[i] - p0.x[i + 1] - p1.x[i] + p1.x[i + 1]) +
+                   bend_damping * (v0.x[i] - v0.x[i + 1] - v1.x[i] + v1.x[i + 1]));
+    t[1][i + 1] = 2 * per_area *
+                  (bend * (p0.y[i] - p0.y[i + 1] - p1.y[i] + p1.y[i + 1]) +
+                   bend_damping * (v0.y[i] - v0.y[i + 1] - v1.y[i] + v1.y[i + 1]));
+    t[2][i + 1] = 2 * per_area *
+                  (bend * (p0.z[i] - p0.z[i + 1] - p1.z[i] + p1.z[i + 1]) +
+                   bend_damping * (v0.z[i] - v0.z[i + 1] - v1.z[i] + v1.z[i + 1]));
   }
   double* const top[3] = {f0.x, f0.y, f0.z};
   double* const bottom[3] = {f1.x, f1.y, f1.z};

@@ -4,8 +4,12 @@
 
 namespace selvedge::hardware_sim::lattice {
 
-struct Row { double *x, *y, *z; };
-struct ConstRow { const double *x, *y, *z; };
+struct Row {
+  double *x, *y, *z;
+};
+struct ConstRow {
+  const double *x, *y, *z;
+};
 
 // Edges along the row (n nodes, n − 1 edges of rest length h): force factor = area·(k E + c Ė)/h² times the edge.
 void edges_along(ConstRow p, ConstRow v, Row f, int n, double h, double area, double k, double c, double* scratch);

@@ -29,8 +29,8 @@ LatticeSheet::LatticeSheet(const FabricTruth& truth, const LatticeOptions& optio
   mass_.resize(n);
   for (int r = 0; r < rows_; ++r)
     for (int c = 0; c < columns_; ++c)
-      mass_[r * columns_ + c] = truth.density * hu_ * hv_ * (c == 0 || c + 1 == columns_ ? 0.5 : 1) *
-                                (r == 0 || r + 1 == rows_ ? 0.5 : 1);
+      mass_[r * columns_ + c] =
+          truth.density * hu_ * hv_ * (c == 0 || c + 1 == columns_ ? 0.5 : 1) * (r == 0 || r + 1 == rows_ ? 0.5 : 1);
   area_ = mass_;
   for (double& area : area_) area /= truth.density;
   scratch_.assign(9 * (columns_ + 2), 0.0);
@@ -45,18 +45,21 @@ LatticeSheet::LatticeSheet(const FabricTruth& truth, const LatticeOptions& optio
   set_position(flat);
 }
 
-// Shortest waves in the sheet's plane and out of it; rim nodes have half the mass and half the springs. Bending's damping
-// acts on second differences in every direction, so what brakes either wave adds up. sharpest: cos²(φ/2) of the sharpest
-// turning angle; κ = 2 tan(φ/2)/h stiffens by the square of that, and its own second derivative adds twice as much.
+// Shortest waves in the sheet's plane and out of it; rim nodes have half the mass and half the springs. Bending's
+// damping acts on second differences in every direction, so what brakes either wave adds up. sharpest: cos²(φ/2) of the
+// sharpest turning angle; κ = 2 tan(φ/2)/h stiffens by the square of that, and its own second derivative adds twice as
+// much.
 double LatticeSheet::stable_step_s(double sharpest) const {
   const double h = std::min(hu_, hv_), h2 = h * h, h4 = h2 * h2;
   const double bend = truth_.bend * (sharpest < 1 ? 3 / (sharpest * sharpest) : 1);
   const double omega2 = (4 * (truth_.stretch + truth_.shear) / h2 + 64 * bend / h4) / truth_.density;
-  const double gamma = (4 * (truth_.stretch_damping + truth_.shear_damping) / h2 + 64 * truth_.bend_damping / h4) / truth_.density;
+  const double gamma =
+      (4 * (truth_.stretch_damping + truth_.shear_damping) / h2 + 64 * truth_.bend_damping / h4) / truth_.density;
   return options_.step_share * step_share_ * stable_step(omega2, gamma);
 }
 
-// cos²(φ/2) of the sharpest turning angle of the lattice's lines, as the bending energy has it: ½ (1 + e·g/h²), at most 1.
+// cos²(φ/2) of the sharpest turning angle of the lattice's lines, as the bending energy has it: ½ (1 + e·g/h²), at
+// most 1.
 double LatticeSheet::sharpest_crease() const {
   double least = 2;
   const auto turn = [&](size_t i, size_t next, double h) {
@@ -109,7 +112,8 @@ void LatticeSheet::hang(const Eigen::Vector3d& left, const Eigen::Vector3d& righ
   set_velocity(Eigen::Matrix3Xd::Zero(3, count()));
 }
 
-void LatticeSheet::hang_unstrained(const Eigen::Vector3d& left, const Eigen::Vector3d& right, const Eigen::Vector3d& side) {
+void LatticeSheet::hang_unstrained(const Eigen::Vector3d& left, const Eigen::Vector3d& right,
+                                   const Eigen::Vector3d& side) {
   const Eigen::Vector3d span = right - left, along = span.normalized(), down = options_.gravity_m_s2.normalized();
   const Eigen::Vector3d across = (side - side.dot(along) * along - side.dot(down) * down).normalized();
   constexpr int kPieces = 2000;
@@ -128,9 +132,12 @@ void LatticeSheet::hang_unstrained(const Eigen::Vector3d& left, const Eigen::Vec
   Eigen::Matrix3Xd position(3, count());
   for (int c = 0; c < columns_; ++c) {
     const double wanted = length.back() * c / (columns_ - 1);
-    const auto next = std::clamp<std::ptrdiff_t>(std::lower_bound(length.begin(), length.end(), wanted) - length.begin(), 1, kPieces);
-    const double u = (static_cast<double>(next) - (length[next] - wanted) / (length[next] - length[next - 1])) / kPieces;
-    for (int r = 0; r < rows_; ++r) position.col(r * columns_ + c) = left + u * span + std::sin(M_PI * u) * low * across + r * hv_ * down;
+    const auto next =
+        std::clamp<std::ptrdiff_t>(std::lower_bound(length.begin(), length.end(), wanted) - length.begin(), 1, kPieces);
+    const double u =
+        (static_cast<double>(next) - (length[next] - wanted) / (length[next] - length[next - 1])) / kPieces;
+    for (int r = 0; r < rows_; ++r)
+      position.col(r * columns_ + c) = left + u * span + std::sin(M_PI * u) * low * across + r * hv_ * down;
   }
   set_position(position);
   set_velocity(Eigen::Matrix3Xd::Zero(3, count()));
@@ -184,20 +191,21 @@ void LatticeSheet::forces() {
   };
   for (int r = 0; r < rows_; ++r) {
     const double share = r == 0 || r + 1 == rows_ ? 0.5 : 1;
-    lattice::edges_along(row(x_, r), row(v_, r), force(r), columns_, hu_, cell * share, truth_.stretch, truth_.stretch_damping, scratch);
-    lattice::bends(row(x_, r), row(v_, r), row(x_, r, 1), row(v_, r, 1), row(x_, r, 2), row(v_, r, 2), out, columns_ - 2, hu_,
-                   cell * share, truth_.bend, truth_.bend_damping);
+    lattice::edges_along(row(x_, r), row(v_, r), force(r), columns_, hu_, cell * share, truth_.stretch,
+                         truth_.stretch_damping, scratch);
+    lattice::bends(row(x_, r), row(v_, r), row(x_, r, 1), row(v_, r, 1), row(x_, r, 2), row(v_, r, 2), out,
+                   columns_ - 2, hu_, cell * share, truth_.bend, truth_.bend_damping);
     for (int k = 0; k < 3; ++k) add(k, r, k, columns_ - 2);
     const int above = std::max(0, r - 1), below = std::min(rows_ - 1, r + 1);
     if (r + 1 < rows_) {
-      lattice::edges_across(row(x_, r), row(v_, r), force(r), row(x_, r + 1), row(v_, r + 1), force(r + 1), columns_, hv_, cell,
-                            0.5, truth_.stretch, truth_.stretch_damping);
+      lattice::edges_across(row(x_, r), row(v_, r), force(r), row(x_, r + 1), row(v_, r + 1), force(r + 1), columns_,
+                            hv_, cell, 0.5, truth_.stretch, truth_.stretch_damping);
       lattice::cells(row(x_, r), row(v_, r), force(r), row(x_, r + 1), row(v_, r + 1), force(r + 1), columns_, hu_, hv_,
                      truth_.shear, truth_.shear_damping, truth_.bend, truth_.bend_damping, scratch);
     }
     if (r + 2 < rows_) {
-      lattice::bends(row(x_, r), row(v_, r), row(x_, r + 1), row(v_, r + 1), row(x_, r + 2), row(v_, r + 2), out, columns_, hv_,
-                     cell, truth_.bend, truth_.bend_damping);
+      lattice::bends(row(x_, r), row(v_, r), row(x_, r + 1), row(v_, r + 1), row(x_, r + 2), row(v_, r + 2), out,
+                     columns_, hv_, cell, truth_.bend, truth_.bend_damping);
       for (double* plane : out) {  // the two side edges own half the area
         plane[0] *= 0.5;
         plane[columns_ - 1] *= 0.5;
@@ -205,16 +213,17 @@ void LatticeSheet::forces() {
       for (int k = 0; k < 3; ++k) add(k, r + k, 0, columns_);
     }
     for (int c = 0; c < columns_; ++c) scratch[c] = area_[size_t(r) * columns_ + c];
-    lattice::drag(row(x_, r), row(x_, above), row(x_, below), row(v_, r), force(r), columns_, scratch, options_.air_m_s.data(),
-                  truth_.drag_normal, truth_.drag_tangent, truth_.drag_fade);
+    lattice::drag(row(x_, r), row(x_, above), row(x_, below), row(v_, r), force(r), columns_, scratch,
+                  options_.air_m_s.data(), truth_.drag_normal, truth_.drag_tangent, truth_.drag_fade);
   }
   // What the two held cells' stretch and shear differ by from the others'.
   const double stretch = grip_change_ * truth_.stretch, stretch_damping = grip_change_ * truth_.stretch_damping;
   for (const int c : {0, columns_ - 2}) {
     for (const int r : {0, 1})
-      lattice::edges_along(row(x_, r, c), row(v_, r, c), force(r, c), 2, hu_, 0.5 * cell, stretch, stretch_damping, scratch);
-    lattice::edges_across(row(x_, 0, c), row(v_, 0, c), force(0, c), row(x_, 1, c), row(v_, 1, c), force(1, c), 2, hv_, cell, 0.5,
-                          stretch, stretch_damping);
+      lattice::edges_along(row(x_, r, c), row(v_, r, c), force(r, c), 2, hu_, 0.5 * cell, stretch, stretch_damping,
+                           scratch);
+    lattice::edges_across(row(x_, 0, c), row(v_, 0, c), force(0, c), row(x_, 1, c), row(v_, 1, c), force(1, c), 2, hv_,
+                          cell, 0.5, stretch, stretch_damping);
     lattice::cells(row(x_, 0, c), row(v_, 0, c), force(0, c), row(x_, 1, c), row(v_, 1, c), force(1, c), 2, hu_, hv_,
                    grip_change_ * truth_.shear, grip_change_ * truth_.shear_damping, 0, 0, scratch);
   }
@@ -260,8 +269,8 @@ void LatticeSheet::step(double dt, double brake, bool held) {
 
 // In equal steps; in parts of them from where the lattice was seen to be sharply creased.
 void LatticeSheet::steps(double duration_s, double brake, bool held) {
-  constexpr int kLook = 2;         // steps from one look to the next
-  constexpr double kSharp = 0.8;   // a turn of 53 degrees
+  constexpr int kLook = 2;        // steps from one look to the next
+  constexpr double kSharp = 0.8;  // a turn of 53 degrees
   const int count = std::max(1, static_cast<int>(std::ceil(duration_s / step_s_)));
   const double dt = duration_s / count;
   int parts = 1;
@@ -274,7 +283,8 @@ void LatticeSheet::steps(double duration_s, double brake, bool held) {
   }
 }
 
-void LatticeSheet::advance(double duration_s, const Eigen::Vector3d& left_end, const Eigen::Vector3d& right_end, double brake) {
+void LatticeSheet::advance(double duration_s, const Eigen::Vector3d& left_end, const Eigen::Vector3d& right_end,
+                           double brake) {
   for (int a = 0; a < 3; ++a) {
     v_.axis[a][0] = (left_end[a] - x_.axis[a][0]) / duration_s;
     v_.axis[a][columns_ - 1] = (right_end[a] - x_.axis[a][columns_ - 1]) / duration_s;
@@ -305,12 +315,18 @@ LatticeEnergy LatticeSheet::energy() const {
     for (int c = 0; c < columns_; ++c) {
       const double side_u = r == 0 || r + 1 == rows_ ? 0.5 : 1, side_v = c == 0 || c + 1 == columns_ ? 0.5 : 1;
       // Shares of the cells above and below an edge, left and right of it, and of the cell itself.
-      const auto held = [&](int column, int row) { return row == 0 && (column == 0 || column + 2 == columns_) ? 0.5 * grip_change_ : 0; };
+      const auto held = [&](int column, int row) {
+        return row == 0 && (column == 0 || column + 2 == columns_) ? 0.5 * grip_change_ : 0;
+      };
       const double along = side_u + held(c, r) + held(c, r - 1), across = side_v + held(c, r) + held(c - 1, r);
-      if (c + 1 < columns_) e.stretch += 0.5 * truth_.stretch * std::pow(strain(at(c + 1, r) - at(c, r), hu_), 2) * cell * along;
-      if (r + 1 < rows_) e.stretch += 0.5 * truth_.stretch * std::pow(strain(at(c, r + 1) - at(c, r), hv_), 2) * cell * across;
-      if (c + 2 < columns_) e.bend += 0.5 * truth_.bend * turn2(at(c + 1, r) - at(c, r), at(c + 2, r) - at(c + 1, r), hu_) * cell * side_u;
-      if (r + 2 < rows_) e.bend += 0.5 * truth_.bend * turn2(at(c, r + 1) - at(c, r), at(c, r + 2) - at(c, r + 1), hv_) * cell * side_v;
+      if (c + 1 < columns_)
+        e.stretch += 0.5 * truth_.stretch * std::pow(strain(at(c + 1, r) - at(c, r), hu_), 2) * cell * along;
+      if (r + 1 < rows_)
+        e.stretch += 0.5 * truth_.stretch * std::pow(strain(at(c, r + 1) - at(c, r), hv_), 2) * cell * across;
+      if (c + 2 < columns_)
+        e.bend += 0.5 * truth_.bend * turn2(at(c + 1, r) - at(c, r), at(c + 2, r) - at(c + 1, r), hu_) * cell * side_u;
+      if (r + 2 < rows_)
+        e.bend += 0.5 * truth_.bend * turn2(at(c, r + 1) - at(c, r), at(c, r + 2) - at(c, r + 1), hv_) * cell * side_v;
       if (c + 1 < columns_ && r + 1 < rows_) {
         const Eigen::Vector3d a = 0.5 / hu_ * (at(c + 1, r) - at(c, r) + at(c + 1, r + 1) - at(c, r + 1));
         const Eigen::Vector3d b = 0.5 / hv_ * (at(c, r + 1) - at(c, r) + at(c + 1, r + 1) - at(c + 1, r));

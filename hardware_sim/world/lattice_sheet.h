@@ -8,9 +8,9 @@
 // x_uv the twist of a cell. To first order these are the format's own definitions. Damping acts on the rates
 // of E_uu, E_vv, a·b and of the second differences. Drag as in the format: −(drag_normal |v_N| v_N / (1 + drag_fade
 // |v_N|²) + drag_tangent v_T) per area, v relative to the air. Masses are lumped; symplectic Euler with a step
-// below its stability bound, and parts of it while a crease is sharp: κ has no bound where a line turns back. The two top corners are held, their cells as soft as a grip of 6 mm leaves them
-// (docs/decisions/0007).
-// SI units. Nodes row by row from the top-left corner.
+// below its stability bound, and parts of it while a crease is sharp: κ has no bound where a line turns back. The two
+// top corners are held, their cells as soft as a grip of 6 mm leaves them (docs/decisions/0007). SI units. Nodes row by
+// row from the top-left corner.
 #pragma once
 
 #include <array>
@@ -63,7 +63,9 @@ class LatticeExtra {
   virtual void add(const LatticeView& view, double dt_s) = 0;
 };
 
-struct LatticeEnergy { double stretch = 0, shear = 0, bend = 0, kinetic = 0, weight = 0; };  // J
+struct LatticeEnergy {
+  double stretch = 0, shear = 0, bend = 0, kinetic = 0, weight = 0;
+};  // J
 
 class LatticeSheet {
  public:
@@ -79,7 +81,8 @@ class LatticeSheet {
 
   // Between the corners, bulging towards `side` (a direction across the sheet), at rest.
   void hang(const Eigen::Vector3d& left, const Eigen::Vector3d& right, const Eigen::Vector3d& side);
-  // The same along a curve as long as the edge, straight across: nothing is strained, so nothing flies off at the start.
+  // The same along a curve as long as the edge, straight across: nothing is strained, so nothing flies off at the
+  // start.
   void hang_unstrained(const Eigen::Vector3d& left, const Eigen::Vector3d& right, const Eigen::Vector3d& side);
   void set_position(const Eigen::Matrix3Xd& position);
   void set_velocity(const Eigen::Matrix3Xd& velocity);
@@ -102,7 +105,9 @@ class LatticeSheet {
 
  private:
   using Plane = std::vector<double>;  // one coordinate of all nodes
-  struct Field { std::array<Plane, 3> axis; };
+  struct Field {
+    std::array<Plane, 3> axis;
+  };
   LatticeView view();
   void forces();
   void step(double dt, double brake, bool held);
@@ -114,7 +119,7 @@ class LatticeSheet {
   LatticeOptions options_;
   int columns_, rows_;
   double hu_, hv_, step_s_;
-  double step_share_ = 1;  // of all extras
+  double step_share_ = 1;   // of all extras
   double grip_change_ = 0;  // of stretch and shear of the two held cells, relative
   Field x_, v_, f_;
   Plane mass_, area_;  // of each node; extras may add to the mass alone

@@ -15,7 +15,8 @@ void HandPath::carry(double start_s, const Eigen::Vector3d& place) {
   wave_.reset();
 }
 
-void HandPath::wave(double start_s, const Eigen::Vector3d& pivot, double amplitude_m, double frequency_hz, double duration_s) {
+void HandPath::wave(double start_s, const Eigen::Vector3d& pivot, double amplitude_m, double frequency_hz,
+                    double duration_s) {
   from_ = to_ = at(start_s);
   carry_start_s_ = -1e9;
   wave_ = Wave{start_s, duration_s, amplitude_m, frequency_hz, pivot};
@@ -60,9 +61,12 @@ Eigen::Isometry3d board_pose(const BoardPoses& options, const Eigen::Vector3d& v
   const Eigen::Vector3d x = Eigen::Vector3d::UnitZ().cross(z).normalized();
   Eigen::Matrix3d facing;
   facing << x, z.cross(x), z;
-  const double yaw = share(random) * options.yaw_rad, pitch = share(random) * options.pitch_rad, roll = share(random) * options.roll_rad;
-  pose.linear() = facing * (Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitY()) * Eigen::AngleAxisd(pitch, Eigen::Vector3d::UnitX()) *
-                            Eigen::AngleAxisd(roll, Eigen::Vector3d::UnitZ())).toRotationMatrix();
+  const double yaw = share(random) * options.yaw_rad, pitch = share(random) * options.pitch_rad,
+               roll = share(random) * options.roll_rad;
+  pose.linear() =
+      facing * (Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitY()) * Eigen::AngleAxisd(pitch, Eigen::Vector3d::UnitX()) *
+                Eigen::AngleAxisd(roll, Eigen::Vector3d::UnitZ()))
+                   .toRotationMatrix();
   return pose;
 }
 

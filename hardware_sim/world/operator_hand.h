@@ -13,8 +13,8 @@
 namespace selvedge::hardware_sim {
 
 struct HandOptions {
-  double carry_s = 1.5;            // from one place to another
-  double sway_m = 0.002;           // vertical, while waving
+  double carry_s = 1.5;   // from one place to another
+  double sway_m = 0.002;  // vertical, while waving
   unsigned seed = 1;
 };
 
@@ -32,7 +32,10 @@ class HandPath {
   Eigen::Vector3d rest_place() const { return to_; }
 
  private:
-  struct Wave { double start_s, duration_s, amplitude_m, frequency_hz; Eigen::Vector3d pivot; };
+  struct Wave {
+    double start_s, duration_s, amplitude_m, frequency_hz;
+    Eigen::Vector3d pivot;
+  };
   Eigen::Vector3d waved(const Wave& wave, double t) const;
 
   HandOptions options_;

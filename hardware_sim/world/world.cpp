@@ -13,12 +13,13 @@ namespace selvedge::hardware_sim {
 namespace {
 
 constexpr double kChunkS = 1.0 / 480;
-constexpr double kKeptS = 3;         // of the past
-constexpr double kReactionS = 0.3;   // of the person, to a prompt
-constexpr double kBoardUpS = 1.2;    // until the board stands still
-constexpr double kHangS = 1.0;       // until the fabric hangs
-constexpr double kSteadyS = 2.5;     // that the person steadies the fabric with a hand, once it hangs; less if told to stand back
-constexpr double kHandBrake = 8;     // 1/s, of every node's velocity under that hand
+constexpr double kKeptS = 3;        // of the past
+constexpr double kReactionS = 0.3;  // of the person, to a prompt
+constexpr double kBoardUpS = 1.2;   // until the board stands still
+constexpr double kHangS = 1.0;      // until the fabric hangs
+constexpr double kSteadyS =
+    2.5;  // that the person steadies the fabric with a hand, once it hangs; less if told to stand back
+constexpr double kHandBrake = 8;  // 1/s, of every node's velocity under that hand
 constexpr size_t kNoiseTable = 1 << 18;
 
 bool is(const Prompt& prompt, const char* step) { return prompt.step == step; }
@@ -93,7 +94,8 @@ void World::advance_to(double host_time_s) {
 
 void World::advance_one() {
   std::unique_lock lock(mutex_);
-  if (hanging_.valid() && (clockwork_ == Clockwork::by_hand || hanging_.wait_for(std::chrono::seconds(0)) == std::future_status::ready)) {
+  if (hanging_.valid() &&
+      (clockwork_ == Clockwork::by_hand || hanging_.wait_for(std::chrono::seconds(0)) == std::future_status::ready)) {
     hanging_.get();
     hung_ = true;
     stages_.push_back({std::max(now_s_ + kChunkS, hangs_from_s_), Stage::fabric, 0});
@@ -171,13 +173,16 @@ void World::obey(const Prompt& prompt, double at_s) {
     return;
   }
   if (is(prompt, "change_swatch")) return change_swatch(static_cast<size_t>(prompt.index), at_s);
-  if ((is(prompt, "hang_still") || is(prompt, "robot_path")) && ++trials_ == configuration_.knock.before_trial) knocked_from_s_ = at_s;
-  if (is(prompt, "stand_back") || is(prompt, "done") || is(prompt, "wave_right_corner") || is(prompt, "wave_left_corner"))
+  if ((is(prompt, "hang_still") || is(prompt, "robot_path")) && ++trials_ == configuration_.knock.before_trial)
+    knocked_from_s_ = at_s;
+  if (is(prompt, "stand_back") || is(prompt, "done") || is(prompt, "wave_right_corner") ||
+      is(prompt, "wave_left_corner"))
     steady_until_s_ = at_s;  // the hand lets go of the fabric
   if (is(prompt, "stand_back") || is(prompt, "done") || is(prompt, "ask")) return;
 
-  const double separation = prompt.separation_m > 0 ? std::min(prompt.separation_m, 0.99 * configuration_.fabric.width_m)
-                                                    : configuration_.separation_m;
+  const double separation = prompt.separation_m > 0
+                                ? std::min(prompt.separation_m, 0.99 * configuration_.fabric.width_m)
+                                : configuration_.separation_m;
   const Eigen::Vector3d place = configuration_.left_m + separation * Eigen::Vector3d::UnitX();
   if (!hung_) {
     begin_hanging(place, at_s);
@@ -193,7 +198,8 @@ void World::obey(const Prompt& prompt, double at_s) {
     holder_ = Holder::hand;
   };
   // A drape that was waved swings on for a minute; nobody waits for that.
-  if (is(prompt, "hang_still") || is(prompt, "robot_path")) steady_until_s_ = at_s + configuration_.hand.carry_s + kSteadyS;
+  if (is(prompt, "hang_still") || is(prompt, "robot_path"))
+    steady_until_s_ = at_s + configuration_.hand.carry_s + kSteadyS;
   if (is(prompt, "hang_still")) {
     back_to_hand();
     left_.carry(at_s, configuration_.left_m);
@@ -234,7 +240,8 @@ bool World::wait_for(std::unique_lock<std::mutex>& lock, double t) {
 
 Eigen::Matrix3Xd World::interpolated(double t) const {
   if (moments_.empty()) return {};
-  const auto after = std::lower_bound(moments_.begin(), moments_.end(), t, [](const Moment& m, double s) { return m.time_s < s; });
+  const auto after =
+      std::lower_bound(moments_.begin(), moments_.end(), t, [](const Moment& m, double s) { return m.time_s < s; });
   if (after == moments_.end()) return moments_.back().position.cast<double>();
   if (after == moments_.begin()) return after->position.cast<double>();
   const Moment &a = *(after - 1), &b = *after;
@@ -261,10 +268,13 @@ std::vector<SeenMarker> World::markers_at(double host_time_s) {
     markers.push_back({"fabric", "left", nodes.col(0)});
     markers.push_back({"fabric", "right", nodes.col(sheet_.columns() - 1)});
   } else if (stage.stage == Stage::board) {
-    const Eigen::Isometry3d pose = board_pose(configuration_.board, geometry::centre(configuration_.camera), stage.pose);
+    const Eigen::Isometry3d pose =
+        board_pose(configuration_.board, geometry::centre(configuration_.camera), stage.pose);
     const auto points = calib::marker_positions(configuration_.grid);
     for (int i = 0; i < int(points.size()); ++i)
-      markers.push_back({"grid", "g" + std::to_string(i / configuration_.grid.columns) + "_" + std::to_string(i % configuration_.grid.columns),
+      markers.push_back({"grid",
+                         "g" + std::to_string(i / configuration_.grid.columns) + "_" +
+                             std::to_string(i % configuration_.grid.columns),
                          pose * points[i]});
   }
   return markers;
@@ -292,7 +302,9 @@ bool World::image_at(double host_time_s, unsigned char* pixels) {
       const WorldConfiguration stands = knocked(configuration_);
       knocked_picture_ = std::make_unique<FabricPicture>(stands.camera, stands.projector, stands.picture);
     }
-    add_noise((after_knock ? *knocked_picture_ : picture_).take(nodes, triangles_, pattern_at_ ? pattern_at_(host_time_s) : projector::Pattern{}), pixels);
+    add_noise((after_knock ? *knocked_picture_ : picture_)
+                  .take(nodes, triangles_, pattern_at_ ? pattern_at_(host_time_s) : projector::Pattern{}),
+              pixels);
     return true;
   }
   const size_t count = size_t(configuration_.camera.width_px) * configuration_.camera.height_px;
@@ -314,16 +326,17 @@ void World::board_image(int pose, bool after_knock, double t, unsigned char* pix
   const projector::Pattern pattern = pattern_at_ ? pattern_at_(t) : projector::Pattern{};
   const bool rows = pattern.orientation == projector::Orientation::horizontal;
   constexpr int per_mirror = 4;
-  const auto profile = blurred_profile(pattern, rows ? configuration_.projector.height_px : configuration_.projector.width_px,
-                                       per_mirror, configuration_.picture.projector_blur_px);
+  const auto profile =
+      blurred_profile(pattern, rows ? configuration_.projector.height_px : configuration_.projector.width_px,
+                      per_mirror, configuration_.picture.projector_blur_px);
   board_->look.seed = unsigned(random_());
   const auto image = calib::shade_board(
       board_->view, board_->look,
       [&](double column, double row) {
-        const double at = ((rows ? row : column) + 0.5) * per_mirror - 0.5;
-        const int i = std::clamp(int(std::floor(at)), 0, int(profile.size()) - 2);
-        const double share = std::clamp(at - i, 0.0, 1.0);
-        return (1 - share) * profile[i] + share * profile[i + 1];
+    const double at = ((rows ? row : column) + 0.5) * per_mirror - 0.5;
+    const int i = std::clamp(int(std::floor(at)), 0, int(profile.size()) - 2);
+    const double share = std::clamp(at - i, 0.0, 1.0);
+    return (1 - share) * profile[i] + share * profile[i + 1];
       },
       pattern.kind == projector::PatternKind::off);
   std::copy_n(image.data(), image.size(), pixels);

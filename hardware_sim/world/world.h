@@ -5,10 +5,9 @@
 // of the last seconds are kept, and what is asked for between two of them is interpolated (cubic, with
 // velocities). Whoever asks for a moment that is not simulated yet waits. A slow host falls behind and catches
 // up; nothing is skipped.
-// A person at the rig obeys the session's prompts: shows the board, changes the swatch, hangs the fabric and steadies it
-// with a hand,
-// waves a corner, clips the corner to the arm, stands back. He may also run into a device before some trial.
-// Thread-safe. Host clock: CLOCK_MONOTONIC, s. Motion-capture frame, m.
+// A person at the rig obeys the session's prompts: shows the board, changes the swatch, hangs the fabric and steadies
+// it with a hand, waves a corner, clips the corner to the arm, stands back. He may also run into a device before some
+// trial. Thread-safe. Host clock: CLOCK_MONOTONIC, s. Motion-capture frame, m.
 #pragma once
 
 #include <condition_variable>
@@ -67,8 +66,15 @@ class World {
 
  private:
   enum class Stage { empty, board, fabric };
-  struct StageChange { double since_s = 0; Stage stage = Stage::empty; int pose = 0; };
-  struct Moment { double time_s = 0; Eigen::Matrix3Xf position, velocity; };
+  struct StageChange {
+    double since_s = 0;
+    Stage stage = Stage::empty;
+    int pose = 0;
+  };
+  struct Moment {
+    double time_s = 0;
+    Eigen::Matrix3Xf position, velocity;
+  };
   enum class Holder { hand, tool };
 
   void run();
@@ -93,7 +99,7 @@ class World {
 
   std::mutex mutex_;  // of all below up to the picture
   std::condition_variable advanced_;
-  double now_s_;      // simulated so far
+  double now_s_;  // simulated so far
   HandPath left_, right_;
   Holder holder_ = Holder::hand;
   double steady_until_s_ = 0;
@@ -102,10 +108,10 @@ class World {
   std::deque<std::pair<double, Prompt>> prompts_;
   std::vector<StageChange> stages_;
   std::deque<Moment> moments_;
-  bool hung_ = false;              // else the sheet lies aside and only time passes
-  std::future<void> hanging_;      // the person hangs it; prompts wait
+  bool hung_ = false;          // else the sheet lies aside and only time passes
+  std::future<void> hanging_;  // the person hangs it; prompts wait
   double hangs_from_s_ = 0;
-  int trials_ = 0;                 // hung so far
+  int trials_ = 0;  // hung so far
   double knocked_from_s_ = std::numeric_limits<double>::infinity();
   bool stopping_ = false;
 

@@ -11,7 +11,8 @@ using rig::Section;
 
 Eigen::Vector3d vector3(Section& section, const std::string& key, const Eigen::Vector3d& fallback, double most,
                         const std::string& unit) {
-  const auto v = section.numbers(key, std::vector<double>{fallback.x(), fallback.y(), fallback.z()}, 3, -most, most, unit);
+  const auto v =
+      section.numbers(key, std::vector<double>{fallback.x(), fallback.y(), fallback.z()}, 3, -most, most, unit);
   return {v[0], v[1], v[2]};
 }
 
@@ -101,7 +102,8 @@ void read_grid(Section s, WorldConfiguration& world) {
 }
 
 void read_camera(Section s, WorldConfiguration& world) {
-  world.camera = read_projection(s, {{0.06, -1.05, -0.12}, {1060, 1062}, {322.5, 236.5}, {-0.06, 0.03, 4e-4, -3e-4, 0}, 640, 480});
+  world.camera =
+      read_projection(s, {{0.06, -1.05, -0.12}, {1060, 1062}, {322.5, 236.5}, {-0.06, 0.03, 4e-4, -3e-4, 0}, 640, 480});
   world.noise_grey = s.number("noise_grey", world.noise_grey, 0, 50, "grey levels");
   PictureOptions& p = world.picture;
   p.camera_blur_px = s.number("blur_px", p.camera_blur_px, 0, 10, "px");
@@ -116,7 +118,8 @@ Knock read_knock(Section s) {
   const std::string device = s.text("device", "none");
   if (device == "camera") knock.device = Knock::Device::camera;
   else if (device == "projector") knock.device = Knock::Device::projector;
-  else if (device != "none") refuse(s.where() + " device", "expected camera, projector or none, found {}", in_quotes(device));
+  else if (device != "none")
+    refuse(s.where() + " device", "expected camera, projector or none, found {}", in_quotes(device));
   knock.turn_deg = vector3(s, "turn_deg", Eigen::Vector3d::Zero(), 45, "degrees");
   knock.before_trial = int(s.integer("before_trial", 1, 1, 1000));
   s.finish();
@@ -131,24 +134,26 @@ nlohmann::json to_json(const geometry::Projection& p) {
 
 nlohmann::json fabric_truth_json(const FabricTruth& f) {
   const auto value = [](double v, const char* unit) { return nlohmann::json{{"value", v}, {"unit", unit}}; };
-  return {{"fabric", {{"width_m", f.width_m}, {"height_m", f.height_m}, {"mass_kg", f.density * f.width_m * f.height_m}}},
-          {"parameters",
-           {{"stretch", value(f.stretch, "N/m")},
-            {"shear", value(f.shear, "N/m")},
-            {"bend", value(f.bend, "N·m")},
-            {"stretch_damping", value(f.stretch_damping, "N·s/m")},
-            {"shear_damping", value(f.shear_damping, "N·s/m")},
-            {"bend_damping", value(f.bend_damping, "N·m·s")},
-            {"drag_normal", value(f.drag_normal, "kg/m³")},
-            {"drag_tangent", value(f.drag_tangent, "kg/(m²·s)")},
-            {"drag_fade", value(f.drag_fade, "s²/m²")}}}};
+  return {
+      {"fabric", {{"width_m", f.width_m}, {"height_m", f.height_m}, {"mass_kg", f.density * f.width_m * f.height_m}}},
+      {"parameters",
+       {{"stretch", value(f.stretch, "N/m")},
+        {"shear", value(f.shear, "N/m")},
+        {"bend", value(f.bend, "N·m")},
+        {"stretch_damping", value(f.stretch_damping, "N·s/m")},
+        {"shear_damping", value(f.shear_damping, "N·s/m")},
+        {"bend_damping", value(f.bend_damping, "N·m·s")},
+        {"drag_normal", value(f.drag_normal, "kg/m³")},
+        {"drag_tangent", value(f.drag_tangent, "kg/(m²·s)")},
+        {"drag_fade", value(f.drag_fade, "s²/m²")}}}};
 }
 
 }  // namespace
 
 const std::vector<std::string>& world_sections() {
-  static const std::vector<std::string> sections = {"fabric", "swatches", "lattice", "air", "camera", "projector", "grid",
-                                                    "stand",  "hand",    "arm", "knock",  "world",  "devices",   "bus"};
+  static const std::vector<std::string> sections = {"fabric",    "swatches", "lattice", "air",  "camera",
+                                                    "projector", "grid",     "stand",   "hand", "arm",
+                                                    "knock",     "world",    "devices", "bus"};
   return sections;
 }
 
@@ -167,7 +172,8 @@ WorldConfiguration read_world(const rig::Configuration& configuration) {
   air.finish();
   read_camera(configuration.section("camera"), world);
   Section projector = configuration.section("projector");
-  world.projector = read_projection(projector, {{-0.12, -0.98, 0.42}, {1290, 2575}, {457, 571}, {0.02, 0, 0, 0, 0}, 912, 1140});
+  world.projector =
+      read_projection(projector, {{-0.12, -0.98, 0.42}, {1290, 2575}, {457, 571}, {0.02, 0, 0, 0, 0}, 912, 1140});
   world.picture.projector_blur_px = projector.number("blur_px", 1.5, 0, 20, "px");
   projector.finish();
   read_grid(configuration.section("grid"), world);
@@ -185,7 +191,8 @@ WorldConfiguration read_world(const rig::Configuration& configuration) {
   const Eigen::Vector3d turn = vector3(arm, "base_rpy_deg", Eigen::Vector3d::Zero(), 360, "degrees") * M_PI / 180;
   world.world_from_arm.linear() =
       (Eigen::AngleAxisd(turn.z(), Eigen::Vector3d::UnitZ()) * Eigen::AngleAxisd(turn.y(), Eigen::Vector3d::UnitY()) *
-       Eigen::AngleAxisd(turn.x(), Eigen::Vector3d::UnitX())).toRotationMatrix();
+       Eigen::AngleAxisd(turn.x(), Eigen::Vector3d::UnitX()))
+          .toRotationMatrix();
   arm.finish();
   world.knock = read_knock(configuration.section("knock"));
   Section general = configuration.section("world");
@@ -197,7 +204,8 @@ WorldConfiguration read_world(const rig::Configuration& configuration) {
 
 WorldConfiguration knocked(WorldConfiguration world) {
   if (world.knock.device == Knock::Device::camera) world.camera = calib::turned(world.camera, world.knock.turn_deg);
-  if (world.knock.device == Knock::Device::projector) world.projector = calib::turned(world.projector, world.knock.turn_deg);
+  if (world.knock.device == Knock::Device::projector)
+    world.projector = calib::turned(world.projector, world.knock.turn_deg);
   return world;
 }
 
@@ -208,7 +216,8 @@ nlohmann::json truth_json(const WorldConfiguration& world) {
   truth["projector"] = to_json(world.projector);
   for (const Swatch& swatch : world.swatches) {
     truth["swatches"][swatch.name] = fabric_truth_json(swatch.fabric);
-    if (!swatch.effect.empty()) truth["swatches"][swatch.name]["hidden"] = {{"effect", swatch.effect}, {"strength", swatch.strength}};
+    if (!swatch.effect.empty())
+      truth["swatches"][swatch.name]["hidden"] = {{"effect", swatch.effect}, {"strength", swatch.strength}};
   }
   return truth;
 }

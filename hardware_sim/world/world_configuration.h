@@ -44,7 +44,7 @@ namespace selvedge::hardware_sim {
 struct Swatch {
   std::string name;
   FabricTruth fabric;
-  std::string effect;               // empty: none
+  std::string effect;  // empty: none
   double strength = 0;
   std::shared_ptr<LatticeExtra> extra;  // of that effect; whoever knows the effects fills it in
   double step_share = 1;
@@ -60,17 +60,22 @@ struct Knock {
 
 struct WorldConfiguration {
   FabricTruth fabric;
-  std::vector<Swatch> swatches;     // empty: `fabric` alone; else `fabric` is the first
+  std::vector<Swatch> swatches;  // empty: `fabric` alone; else `fabric` is the first
   LatticeOptions lattice;
-  double sag_side = 1;              // +1: the fabric bulges away from the camera
+  double sag_side = 1;  // +1: the fabric bulges away from the camera
   geometry::Projection camera, projector;
   PictureOptions picture;
   double noise_grey = 1;
-  calib::MarkerGrid grid{.columns = 6, .rows = 5, .spacing_m = 0.062, .fold_rad = 0.9, .disc_diameter_m = 0.012,
-                         .ground_diameter_m = 0.034, .margin_m = 0.03};
+  calib::MarkerGrid grid{.columns = 6,
+                         .rows = 5,
+                         .spacing_m = 0.062,
+                         .fold_rad = 0.9,
+                         .disc_diameter_m = 0.012,
+                         .ground_diameter_m = 0.034,
+                         .margin_m = 0.03};
   BoardPoses board;
   Eigen::Vector3d left_m = Eigen::Vector3d(-0.128, 0, 0);
-  double separation_m = 0.256;      // of the corners while hanging, along +x, unless a prompt says otherwise
+  double separation_m = 0.256;  // of the corners while hanging, along +x, unless a prompt says otherwise
   HandOptions hand;
   Eigen::Isometry3d world_from_arm = Eigen::Isometry3d::Identity();
   Knock knock;

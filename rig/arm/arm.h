@@ -13,13 +13,13 @@
 namespace selvedge::arm {
 
 struct ArmSample {
-  double time_s = 0;            // host clock, when the controller measured the joints
-  Eigen::VectorXd q_rad;        // measured
-  Eigen::VectorXd qd_rad_s;     // measured, or differenced where the controller does not say
-  bool ready = false;           // the controller would follow a set-point
-  std::string not_ready;        // why not, for a person
-  bool protective_stop = false; // the controller stopped by itself
-  std::string intruder;         // who else spoke where the controller belongs, for a person; "": nobody did
+  double time_s = 0;             // host clock, when the controller measured the joints
+  Eigen::VectorXd q_rad;         // measured
+  Eigen::VectorXd qd_rad_s;      // measured, or differenced where the controller does not say
+  bool ready = false;            // the controller would follow a set-point
+  std::string not_ready;         // why not, for a person
+  bool protective_stop = false;  // the controller stopped by itself
+  std::string intruder;          // who else spoke where the controller belongs, for a person; "": nobody did
 };
 
 class Arm {

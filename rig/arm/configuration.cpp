@@ -9,17 +9,20 @@ namespace {
 
 Eigen::Vector3d vector(rig::Section& keys, const std::string& key, const Eigen::Vector3d& fallback, double most,
                        const std::string& unit) {
-  const auto values = keys.numbers(key, std::vector<double>{fallback.x(), fallback.y(), fallback.z()}, 3, -most, most, unit);
+  const auto values =
+      keys.numbers(key, std::vector<double>{fallback.x(), fallback.y(), fallback.z()}, 3, -most, most, unit);
   return {values[0], values[1], values[2]};
 }
 
 Eigen::Isometry3d read_base(rig::Section& keys) {
   const Eigen::Vector3d position_m = vector(keys, "base_position_m", Eigen::Vector3d::Zero(), 100, "m");
-  const Eigen::Vector3d rpy = vector(keys, "base_rpy_deg", Eigen::Vector3d::Zero(), 360, "degrees") * std::numbers::pi / 180;
+  const Eigen::Vector3d rpy =
+      vector(keys, "base_rpy_deg", Eigen::Vector3d::Zero(), 360, "degrees") * std::numbers::pi / 180;
   Eigen::Isometry3d world_from_base = Eigen::Isometry3d::Identity();
-  world_from_base.linear() = (Eigen::AngleAxisd(rpy.z(), Eigen::Vector3d::UnitZ()) * Eigen::AngleAxisd(rpy.y(), Eigen::Vector3d::UnitY()) *
-                              Eigen::AngleAxisd(rpy.x(), Eigen::Vector3d::UnitX()))
-                                 .toRotationMatrix();
+  world_from_base.linear() =
+      (Eigen::AngleAxisd(rpy.z(), Eigen::Vector3d::UnitZ()) * Eigen::AngleAxisd(rpy.y(), Eigen::Vector3d::UnitY()) *
+       Eigen::AngleAxisd(rpy.x(), Eigen::Vector3d::UnitX()))
+          .toRotationMatrix();
   world_from_base.translation() = position_m;
   return world_from_base;
 }
@@ -44,7 +47,8 @@ void read_plan_limits(rig::Section& keys, ArmConfiguration& result) {
   for (const std::string& name : obstacles.keys()) {
     rig::Section box = obstacles.section(name);
     for (const char* edge : {"low_m", "high_m"})
-      if (!box.has(edge)) refuse(box.where() + " " + edge, "missing, three numbers in m expected (motion-capture frame)");
+      if (!box.has(edge))
+        refuse(box.where() + " " + edge, "missing, three numbers in m expected (motion-capture frame)");
     Obstacle obstacle{name, {}, {}};
     obstacle.low_m.setZero();
     obstacle.high_m.setZero();
@@ -67,7 +71,8 @@ ArmConfiguration read_configuration(rig::Section keys) {
   controller.script_port = static_cast<int>(keys.integer("script_port", controller.script_port, 1, 65535));
   controller.script_address = keys.text("script_address", controller.script_address);
   controller.rate_hz = keys.number("rate_hz", controller.rate_hz, 50, 500, "Hz");
-  controller.controller_timeout_s = keys.number("controller_timeout_s", controller.controller_timeout_s, 0.02, 0.1, "s");
+  controller.controller_timeout_s =
+      keys.number("controller_timeout_s", controller.controller_timeout_s, 0.02, 0.1, "s");
   controller.connect_timeout_s = keys.number("connect_timeout_s", controller.connect_timeout_s, 0.1, 60, "s");
   result.world_from_base = read_base(keys);
   GuardLimits& guard = result.guard;

@@ -90,7 +90,9 @@ void ControlClient::control(int8_t action, const std::string& reason, int64_t st
 }
 
 void ControlClient::stop(const std::string& reason) { control(arm_control_t::STOP, reason); }
-void ControlClient::reset(int64_t stop_number, const std::string& whose) { control(arm_control_t::RESET, whose, stop_number); }
+void ControlClient::reset(int64_t stop_number, const std::string& whose) {
+  control(arm_control_t::RESET, whose, stop_number);
+}
 void ControlClient::arm(const std::string& whose_word) { control(arm_control_t::ARM, whose_word); }
 void ControlClient::disarm(const std::string& reason) { control(arm_control_t::DISARM, reason); }
 

@@ -50,9 +50,7 @@ std::optional<Message> decode_payload(const std::vector<std::uint8_t>& payload) 
   try {
     const int size = static_cast<int>(payload.size());
     if (message.decode(payload.data(), 0, size) != size) return std::nullopt;
-  } catch (const std::length_error&) {
-    return std::nullopt;
-  }
+  } catch (const std::length_error&) { return std::nullopt; }
   return message;
 }
 

@@ -49,9 +49,9 @@ ControlServer::Path to_path(arm_trajectory_t message) {
 
 ControlServer::ControlServer(std::filesystem::path socket, std::vector<uid_t> may_move,
                              std::function<void(const std::string&)> on_stop, std::function<void()> settle)
-    : path_(std::move(socket)), may_move_(std::move(may_move)), on_stop_(std::move(on_stop)), settle_(std::move(settle)),
-      listener_(wire::listen_unix(path_)), wake_(::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)), last_sender_(rig::host_now_us()),
-      thread_([this] { run(); }) {}
+    : path_(std::move(socket)), may_move_(std::move(may_move)), on_stop_(std::move(on_stop)),
+      settle_(std::move(settle)), listener_(wire::listen_unix(path_)), wake_(::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)),
+      last_sender_(rig::host_now_us()), thread_([this] { run(); }) {}
 
 ControlServer::~ControlServer() {
   stopping_ = true;
@@ -126,7 +126,8 @@ void ControlServer::handle(int64_t sender, Connection& connection, const Frame& 
     auto control = decode_payload<arm_control_t>(frame.payload);
     if (!control) throw wire::WireError("a control message that cannot be decoded");
     if (control->action == arm_control_t::STOP) {
-      on_stop_(fmt::format("{} (process {} of user {})", control->reason, connection.process, name_of(connection.user)));
+      on_stop_(
+          fmt::format("{} (process {} of user {})", control->reason, connection.process, name_of(connection.user)));
       return answer(sender, control->sequence, "");
     }
     control->sender = sender;
@@ -138,7 +139,8 @@ void ControlServer::handle(int64_t sender, Connection& connection, const Frame& 
     command->sender = sender;
     return push(connection, {sender, *command}, kNoAnswer);
   }
-  auto trajectory = frame.kind == FrameKind::trajectory ? decode_payload<arm_trajectory_t>(frame.payload) : std::nullopt;
+  auto trajectory =
+      frame.kind == FrameKind::trajectory ? decode_payload<arm_trajectory_t>(frame.payload) : std::nullopt;
   if (!trajectory) throw wire::WireError("a trajectory that cannot be decoded, or what only a daemon says");
   const int64_t sequence = trajectory->sequence;
   push(connection, {sender, to_path(std::move(*trajectory))}, sequence);
@@ -194,7 +196,8 @@ void ControlServer::send_answers() {
     message.text = given.refused;
     const auto bytes = encode_frame(FrameKind::answer, message);
     const int descriptor = connection->second.socket.descriptor();
-    if (::send(descriptor, bytes.data(), bytes.size(), MSG_NOSIGNAL | MSG_DONTWAIT) != static_cast<ssize_t>(bytes.size()))
+    if (::send(descriptor, bytes.data(), bytes.size(), MSG_NOSIGNAL | MSG_DONTWAIT) !=
+        static_cast<ssize_t>(bytes.size()))
       close(connection);
   }
 }

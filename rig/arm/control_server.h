@@ -47,8 +47,8 @@ class ControlServer {
 
   // Both on the reading thread. on_stop: why and by whom; must not wait. settle: at least every 50 ms.
   // Throws std::runtime_error where the socket cannot be made, or another daemon listens there.
-  ControlServer(std::filesystem::path socket, std::vector<uid_t> may_move, std::function<void(const std::string&)> on_stop,
-                std::function<void()> settle);
+  ControlServer(std::filesystem::path socket, std::vector<uid_t> may_move,
+                std::function<void(const std::string&)> on_stop, std::function<void()> settle);
   ~ControlServer();
   ControlServer(const ControlServer&) = delete;
   ControlServer& operator=(const ControlServer&) = delete;
@@ -66,7 +66,7 @@ class ControlServer {
     pid_t process = 0;
     bool may_move = false;
     std::vector<std::uint8_t> received;
-    double last_s = 0;   // that it said anything
+    double last_s = 0;  // that it said anything
   };
   struct Answer {
     int64_t sender, sequence;
@@ -87,10 +87,10 @@ class ControlServer {
   const std::vector<uid_t> may_move_;
   const std::function<void(const std::string&)> on_stop_;
   const std::function<void()> settle_;
-  wire::Socket listener_, wake_;       // wake_: an eventfd
-  Connections connections_;            // the reading thread's alone
+  wire::Socket listener_, wake_;  // wake_: an eventfd
+  Connections connections_;       // the reading thread's alone
   int64_t last_sender_ = 0;
-  std::mutex mutex_;                   // guards down to answers_
+  std::mutex mutex_;  // guards down to answers_
   std::vector<Message> messages_;
   std::map<int64_t, size_t> waiting_;  // messages a connection
   std::vector<Answer> answers_;

@@ -34,10 +34,10 @@ using selvedge_rig::arm_status_t;
 using selvedge_rig::corner_sample_t;
 using selvedge_rig::device_status_t;
 
-constexpr double kSilence_s = 0.5;         // no sample for so long: the controller is lost
+constexpr double kSilence_s = 0.5;  // no sample for so long: the controller is lost
 constexpr double kReconnect_s = 0.5;
-constexpr double kIdle_s = 0.01;           // between looks at the messages while there is no controller
-constexpr double kStatus_s = 0.05;         // the longest silence on the bus
+constexpr double kIdle_s = 0.01;    // between looks at the messages while there is no controller
+constexpr double kStatus_s = 0.05;  // the longest silence on the bus
 
 // The tracker's newest samples, from the bus's thread to the control loop.
 class Samples {
@@ -69,37 +69,38 @@ std::vector<uid_t> users_of(const ArmConfiguration& configuration) {
 }
 
 const char* name_of(int8_t action) {
-  return action == arm_control_t::ARM ? "arm" : action == arm_control_t::DISARM ? "disarm" : action == arm_control_t::RESET ? "reset" : "unknown";
+  return action == arm_control_t::ARM      ? "arm"
+         : action == arm_control_t::DISARM ? "disarm"
+         : action == arm_control_t::RESET  ? "reset"
+                                           : "unknown";
 }
 
 class Daemon {
  public:
   Daemon(const ArmConfiguration& configuration, const std::filesystem::path& socket, rig::Bus& bus, Samples& samples,
          const std::string& device)
-      : configuration_(configuration),
-        model_(ArmModel::read(configuration.model)),
-        bus_(bus),
-        samples_(samples),
-        status_(bus, device),
-        device_(device),
-        tracker_(configuration.corners),
-        guard_(model_, configuration.guard, 1 / configuration.controller.rate_hz, rig::host_now_us()),
-        planner_(model_),
+      : configuration_(configuration), model_(ArmModel::read(configuration.model)), bus_(bus), samples_(samples),
+        status_(bus, device), device_(device), tracker_(configuration.corners),
+        guard_(model_, configuration.guard, 1 / configuration.controller.rate_hz, rig::host_now_us()), planner_(model_),
         latch_(socket.string() + ".stopped"),
-        server_(socket, users_of(configuration), [this](const std::string& why) { latch_.pull(why); }, [this] { latch_.settle(); }) {
+        server_(
+            socket, users_of(configuration), [this](const std::string& why) { latch_.pull(why); },
+            [this] { latch_.settle(); }) {
     configuration_.controller.joints = model_.joints();
     if (configuration_.backend == "rtde" && model_.joints() != 6)
       refuse(configuration_.model.string(), "{} joints, backend rtde drives arms of 6", model_.joints());
     spdlog::info("{}: model {}, {} joints, control at {}", device, model_.name(), model_.joints(), socket.string());
     if (latch_.left_behind())
-      guard_.latch(arm_status_t::STOP_OPERATOR, "before the daemon was started again: " + *latch_.left_behind(), rig::host_now_s());
+      guard_.latch(arm_status_t::STOP_OPERATOR, "before the daemon was started again: " + *latch_.left_behind(),
+                   rig::host_now_s());
   }
 
   void run(const std::atomic<bool>& stopping) {
     spdlog::info("{}: control loop: {}", device_, ask_for_real_time());
     while (!stopping) {
       try {
-        const auto arm = configuration_.backend == "rtde" ? connect_rtde(configuration_.controller) : connect_mxt(configuration_.controller);
+        const auto arm = configuration_.backend == "rtde" ? connect_rtde(configuration_.controller)
+                                                          : connect_mxt(configuration_.controller);
         control(*arm, stopping);
       } catch (const std::runtime_error& error) {
         guard_.disconnected(error.what());
@@ -156,8 +157,8 @@ class Daemon {
 
   void handle(int64_t sender, const arm_control_t& control, double now_s) {
     const std::string refused = guard_.on_control(control, now_s);
-    spdlog::info("{}: {} from {:x}: {}{}", device_, name_of(control.action), static_cast<uint64_t>(sender), control.reason,
-                 refused.empty() ? "" : "; refused: " + refused);
+    spdlog::info("{}: {} from {:x}: {}{}", device_, name_of(control.action), static_cast<uint64_t>(sender),
+                 control.reason, refused.empty() ? "" : "; refused: " + refused);
     server_.answer(sender, control.sequence, refused);
   }
   void handle(int64_t, const arm_command_t& command, double now_s) {
@@ -177,17 +178,20 @@ class Daemon {
     if (configuration_.corners.corner_distance_m > 0) {
       const auto corners = tracker_.corners(now_s);
       if (!corners)
-        return guard_.plan_refused(path.trajectory_id, "the tracker does not see both corners, so their distance cannot be checked");
+        return guard_.plan_refused(path.trajectory_id,
+                                   "the tracker does not see both corners, so their distance cannot be checked");
       const Eigen::Isometry3d base_from_world = configuration_.world_from_base.inverse();
-      limits.corners = CornerDistance{base_from_world * corners->fixed_m,
-                                      base_from_world * corners->held_m - model_.base_from_tool(guard_.hold_rad()).translation(),
-                                      configuration_.corners.corner_distance_m};
+      limits.corners =
+          CornerDistance{base_from_world * corners->fixed_m,
+                         base_from_world * corners->held_m - model_.base_from_tool(guard_.hold_rad()).translation(),
+                         configuration_.corners.corner_distance_m};
     }
     planner_.start({path.trajectory_id, guard_.hold_rad(), path.tool, limits});
   }
 
   Eigen::Vector3d tool_m() const {
-    return last_sample_ ? Eigen::Vector3d(model_.base_from_tool(last_sample_->q_rad).translation()) : Eigen::Vector3d::Zero();
+    return last_sample_ ? Eigen::Vector3d(model_.base_from_tool(last_sample_->q_rad).translation())
+                        : Eigen::Vector3d::Zero();
   }
 
   void watch_corners(double now_s) {
@@ -252,13 +256,13 @@ class Daemon {
 
 }  // namespace
 
-void run_daemon(const rig::Configuration& configuration, const std::atomic<bool>& stopping,
-                const std::string& device) {
+void run_daemon(const rig::Configuration& configuration, const std::atomic<bool>& stopping, const std::string& device) {
   const ArmConfiguration own = read_configuration(configuration.section(device));
   Samples samples;  // outlives the bus, whose thread fills it
   rig::Bus bus(configuration.bus());
   if (!own.tracker.empty())
-    bus.subscribe<corner_sample_t>(rig::channel(own.tracker, rig::kCorners), [&](const auto& sample) { samples.push(sample); });
+    bus.subscribe<corner_sample_t>(rig::channel(own.tracker, rig::kCorners),
+                                   [&](const auto& sample) { samples.push(sample); });
   Daemon daemon(own, control_socket(configuration, device), bus, samples, device);
   bus.start();
   daemon.run(stopping);

@@ -26,16 +26,16 @@
 namespace selvedge::arm {
 
 struct ArmConfiguration {
-  std::string backend = "rtde";                  // or "mxt"
-  std::filesystem::path model;                   // data/arms/*.toml
-  ArmOptions controller;                         // host, port, rate_hz …
+  std::string backend = "rtde";                                       // or "mxt"
+  std::filesystem::path model;                                        // data/arms/*.toml
+  ArmOptions controller;                                              // host, port, rate_hz …
   Eigen::Isometry3d world_from_base = Eigen::Isometry3d::Identity();  // base_position_m, base_rpy_deg
   GuardLimits guard;
-  PlanLimits plan;                               // workspace_low_m … links_high_m, link_radius_m, tool_speed_m_s, obstacles
-  std::string tracker = "tracker";               // section of the tracker; "" where there is none
-  TrackerLimits corners;                         // tracker_timeout_s, corner_distance_m, held_corner, fixed_corner
-  std::filesystem::path control_socket;          // "": in the user's runtime folder (control_link.h)
-  std::vector<std::string> control_users;        // beside the daemon's own and root: who may arm and move
+  PlanLimits plan;                         // workspace_low_m … links_high_m, link_radius_m, tool_speed_m_s, obstacles
+  std::string tracker = "tracker";         // section of the tracker; "" where there is none
+  TrackerLimits corners;                   // tracker_timeout_s, corner_distance_m, held_corner, fixed_corner
+  std::filesystem::path control_socket;    // "": in the user's runtime folder (control_link.h)
+  std::vector<std::string> control_users;  // beside the daemon's own and root: who may arm and move
 };
 
 // [arm] of the configuration. Throws BadInput.

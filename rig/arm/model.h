@@ -38,7 +38,8 @@ class ArmModel {
   std::vector<Eigen::Vector3d> link_points(const Eigen::VectorXd& q_rad) const;
   // Joint angles near `start_rad` that bring the tool to base_from_tool, to 1 µm and 1 µrad; none where that
   // is out of reach.
-  std::optional<Eigen::VectorXd> inverse(const Eigen::Isometry3d& base_from_tool, const Eigen::VectorXd& start_rad) const;
+  std::optional<Eigen::VectorXd> inverse(const Eigen::Isometry3d& base_from_tool,
+                                         const Eigen::VectorXd& start_rad) const;
 
  private:
   ArmModel() = default;

@@ -12,8 +12,8 @@ using selvedge_rig::arm_control_t;
 using selvedge_rig::arm_status_t;
 
 namespace {
-constexpr double kClockSlack_s = 0.005;     // a message from the future by more than this is not from our clock
-constexpr double kTrajectoryAge_s = 2;      // a trajectory is long, and nothing moves by it alone
+constexpr double kClockSlack_s = 0.005;  // a message from the future by more than this is not from our clock
+constexpr double kTrajectoryAge_s = 2;   // a trajectory is long, and nothing moves by it alone
 constexpr double kLongestStep_periods = 2.5;
 constexpr double kSamePose_rad = 1e-6;
 }  // namespace
@@ -34,11 +34,10 @@ std::string MotionGuard::on_control(const arm_control_t& control, double now_s) 
     latch(arm_status_t::STOP_OPERATOR, control.reason, now_s);
     return "";
   }
-  if (control.sender == control_sender_ && control.sequence <= control_sequence_)
-    return refuse("it was sent before");
+  if (control.sender == control_sender_ && control.sequence <= control_sequence_) return refuse("it was sent before");
   if (!fresh(control.utime, limits_.control_age_s, now_s))
-    return refuse(fmt::format("it was sent {:.2f} s ago, at most {} s", now_s - 1e-6 * static_cast<double>(control.utime),
-                              limits_.control_age_s));
+    return refuse(fmt::format("it was sent {:.2f} s ago, at most {} s",
+                              now_s - 1e-6 * static_cast<double>(control.utime), limits_.control_age_s));
   control_sender_ = control.sender;
   control_sequence_ = control.sequence;
   switch (control.action) {
@@ -83,7 +82,8 @@ std::string MotionGuard::disarm(const arm_control_t& control) {
 std::string MotionGuard::reset(const arm_control_t& control) {
   if (!latched_) return refuse("no stop holds");
   if (control.stop_number != stop_number_)
-    return refuse(fmt::format("stop {} holds, not {}: look again before resetting it", stop_number_, control.stop_number));
+    return refuse(
+        fmt::format("stop {} holds, not {}: look again before resetting it", stop_number_, control.stop_number));
   if (1e-6 * static_cast<double>(control.utime) <= latched_s_) return refuse("it is older than the stop");
   if (moving()) return refuse("the arm still brakes");
   latched_ = stopped_ = false;
@@ -205,8 +205,8 @@ void MotionGuard::watch(const std::optional<ArmSample>& sample, double now_s) {
                       limits_.following_error_rad),
           now_s, true);
   if (now_s - last_sample_s_ > limits_.sample_age_s)
-    stop(arm_status_t::STOP_CONNECTION,
-         fmt::format("the controller's newest sample is {:.2f} s old, limit {} s", now_s - last_sample_s_, limits_.sample_age_s));
+    stop(arm_status_t::STOP_CONNECTION, fmt::format("the controller's newest sample is {:.2f} s old, limit {} s",
+                                                    now_s - last_sample_s_, limits_.sample_age_s));
   if (armed_ && now_s > lease_until_s_)
     stop(arm_status_t::STOP_LEASE,
          fmt::format("no command for {:.0f} ms", 1e3 * (now_s - lease_until_s_ + limits_.longest_lease_s)));
@@ -248,9 +248,10 @@ bool MotionGuard::within_limits(const Eigen::VectorXd& next_rad, double step_s, 
     const double turn = std::abs(next_rad[joint] - set_point_rad_[joint]);
     const bool in_range = next_rad[joint] >= limit.lower_rad && next_rad[joint] <= limit.upper_rad;
     if (in_range && turn <= limits_.speed_margin * limit.speed_rad_s * step_s + 1e-6) continue;
-    latch(arm_status_t::STOP_LIMIT,
-          fmt::format("set-point of joint {} at {:.3f} rad, {:.3f} rad from the last", joint + 1, next_rad[joint], turn),
-          now_s, true);
+    latch(
+        arm_status_t::STOP_LIMIT,
+        fmt::format("set-point of joint {} at {:.3f} rad, {:.3f} rad from the last", joint + 1, next_rad[joint], turn),
+        now_s, true);
     return false;
   }
   return true;
@@ -258,10 +259,10 @@ bool MotionGuard::within_limits(const Eigen::VectorXd& next_rad, double step_s, 
 
 void MotionGuard::fill(arm_status_t& status) const {
   using Status = arm_status_t;
-  status.mode = !connected_ ? Status::MODE_OFF
+  status.mode = !connected_             ? Status::MODE_OFF
                 : moving() && !stopped_ ? Status::MODE_MOVING
-                : stopped_ || latched_ ? Status::MODE_STOPPED
-                                       : Status::MODE_IDLE;
+                : stopped_ || latched_  ? Status::MODE_STOPPED
+                                        : Status::MODE_IDLE;
   status.armed = armed_ ? 1 : 0;
   status.latched = latched_ ? 1 : 0;
   status.stop_number = stop_number_;

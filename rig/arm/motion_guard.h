@@ -35,11 +35,11 @@ namespace selvedge::arm {
 struct GuardLimits {
   double following_error_rad = 0.15;
   double stop_ramp_s = 0.15;
-  double speed_margin = 1.2;       // set-points may exceed the model's joint speed by so much before a stop
+  double speed_margin = 1.2;  // set-points may exceed the model's joint speed by so much before a stop
   double longest_lease_s = 0.1;
-  double control_age_s = 0.1;      // ARM, RESET and DISARM older than this are dropped
-  double arming_grace_s = 2;       // time to the first command after arming
-  double sample_age_s = 0.1;       // a moving arm's newest sample may be so old
+  double control_age_s = 0.1;  // ARM, RESET and DISARM older than this are dropped
+  double arming_grace_s = 2;   // time to the first command after arming
+  double sample_age_s = 0.1;   // a moving arm's newest sample may be so old
 };
 
 class MotionGuard {
@@ -93,14 +93,14 @@ class MotionGuard {
 
   bool connected_ = false, ready_ = false, armed_ = false, stopped_ = false, latched_ = false;
   int64_t stop_number_ = 0;
-  double latched_s_ = 0;                // when the latched stop was received
-  int64_t sender_ = 0;                  // who armed
+  double latched_s_ = 0;  // when the latched stop was received
+  int64_t sender_ = 0;    // who armed
   int64_t control_sender_ = 0, control_sequence_ = 0, command_sequence_ = 0;
   double lease_until_s_ = 0;
   double last_step_s_ = 0, last_sample_s_ = 0;
   Eigen::VectorXd measured_rad_;
-  Eigen::VectorXd set_point_rad_;       // last one; while armed it is held
-  bool sending_ = false;                // set_point_rad_ is being sent
+  Eigen::VectorXd set_point_rad_;  // last one; while armed it is held
+  bool sending_ = false;           // set_point_rad_ is being sent
 
   int64_t plan_id_ = 0;
   int8_t plan_state_ = selvedge_rig::arm_status_t::PLAN_NONE;

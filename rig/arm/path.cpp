@@ -51,7 +51,8 @@ ToolPath ramp_recorded(const ToolPath& recorded, const Eigen::Vector3d& start_m,
 // 3 (h_{i+1} Δ_i + h_i Δ_{i+1}), with Δ the chord slopes, solved by elimination (Thomas).
 PathSpline::PathSpline(const ToolPath& path) : path_(path) {
   const long n = path.point_m.cols();
-  if (n < 2 || static_cast<long>(path.time_s.size()) != n) refuse("path", "at least two points, each with a time, expected");
+  if (n < 2 || static_cast<long>(path.time_s.size()) != n)
+    refuse("path", "at least two points, each with a time, expected");
   if (path.time_s[0] != 0) refuse("path", "the first time is {}, expected 0", path.time_s[0]);
   if (!path.point_m.allFinite()) refuse("path", "a coordinate is not finite");
   for (size_t i = 1; i < path.time_s.size(); ++i)

@@ -46,12 +46,13 @@ void check_joints(const Eigen::MatrixXd& q, long i, const ArmModel& model) {
              limit.lower_rad, limit.upper_rad);
     const double speed = i >= 1 ? std::abs(q(joint, i) - q(joint, i - 1)) / kStep_s : 0;
     if (!(speed <= limit.speed_rad_s))
-      refuse("arm path", "at {:.3f} s joint {} turns at {:.3f} rad/s, limit {:.3f} rad/s", t, joint + 1, speed, limit.speed_rad_s);
+      refuse("arm path", "at {:.3f} s joint {} turns at {:.3f} rad/s, limit {:.3f} rad/s", t, joint + 1, speed,
+             limit.speed_rad_s);
     const double acceleration =
         i >= 2 ? std::abs(q(joint, i) - 2 * q(joint, i - 1) + q(joint, i - 2)) / (kStep_s * kStep_s) : 0;
     if (!(acceleration <= limit.acceleration_rad_s2))
-      refuse("arm path", "at {:.3f} s joint {} accelerates at {:.2f} rad/s², limit {:.2f} rad/s²", t, joint + 1, acceleration,
-             limit.acceleration_rad_s2);
+      refuse("arm path", "at {:.3f} s joint {} accelerates at {:.2f} rad/s², limit {:.2f} rad/s²", t, joint + 1,
+             acceleration, limit.acceleration_rad_s2);
   }
 }
 
@@ -61,7 +62,8 @@ class Links {
   Links(const ArmModel& model, const PlanLimits& limits) : model_(model), limits_(limits) {
     // Which places any joint moves, told from two poses that differ in every joint.
     const Eigen::VectorXd home = model.home_rad();
-    const auto here = model.link_points(home), there = model.link_points(home + Eigen::VectorXd::Constant(home.size(), 0.37));
+    const auto here = model.link_points(home),
+               there = model.link_points(home + Eigen::VectorXd::Constant(home.size(), 0.37));
     for (size_t i = 0; i < here.size(); ++i) moves_.push_back((here[i] - there[i]).norm() > kStandsStill_m);
   }
 
@@ -71,12 +73,13 @@ class Links {
       if (!moves_[i]) continue;
       check_box(points[i], limits_.links_low_m, limits_.links_high_m, t,
                 i + 1 == points.size() ? "the tool" : "link " + std::to_string(i));
-      const Eigen::Vector3d from_m = limits_.world_from_base * points[i - 1], to_m = limits_.world_from_base * points[i];
+      const Eigen::Vector3d from_m = limits_.world_from_base * points[i - 1],
+                            to_m = limits_.world_from_base * points[i];
       for (const Obstacle& obstacle : limits_.obstacles) {
         const double distance_m = distance_to_box(from_m, to_m, obstacle);
         if (!(distance_m >= limits_.link_radius_m))
-          refuse("arm path", "at {:.3f} s link {} comes within {:.3f} m of {}, at least {} m expected", t, i, distance_m,
-                 obstacle.name, limits_.link_radius_m);
+          refuse("arm path", "at {:.3f} s link {} comes within {:.3f} m of {}, at least {} m expected", t, i,
+                 distance_m, obstacle.name, limits_.link_radius_m);
       }
     }
   }
@@ -143,7 +146,9 @@ JointPath plan(const ArmModel& model, const Eigen::VectorXd& start_rad, const To
     check_box(point_m, limits.workspace_low_m, limits.workspace_high_m, t, "the tool");
     pose.translation() = point_m;
     const auto solved = model.inverse(pose, q_rad);
-    if (!solved) refuse("arm path", "at {:.3f} s the tool point ({:.4f}, {:.4f}, {:.4f}) m is out of reach", t, point_m.x(), point_m.y(), point_m.z());
+    if (!solved)
+      refuse("arm path", "at {:.3f} s the tool point ({:.4f}, {:.4f}, {:.4f}) m is out of reach", t, point_m.x(),
+             point_m.y(), point_m.z());
     check_corners(point_m, t, limits);
     const double speed_m_s = (point_m - before_m).norm() / kStep_s;
     if (!(speed_m_s <= limits.tool_speed_m_s))

@@ -23,7 +23,7 @@ namespace selvedge::arm {
 
 // The other corner of the fabric, and how far from it the held one may go.
 struct CornerDistance {
-  Eigen::Vector3d fixed_corner_m = Eigen::Vector3d::Zero();    // arm base frame
+  Eigen::Vector3d fixed_corner_m = Eigen::Vector3d::Zero();      // arm base frame
   Eigen::Vector3d corner_from_tool_m = Eigen::Vector3d::Zero();  // held corner less tool point, now
   double limit_m = 0;
 };
@@ -37,13 +37,13 @@ struct Obstacle {
 struct PlanLimits {
   Eigen::Vector3d workspace_low_m = Eigen::Vector3d::Constant(-2);  // box of tool points, arm base frame
   Eigen::Vector3d workspace_high_m = Eigen::Vector3d::Constant(2);
-  Eigen::Vector3d links_low_m = Eigen::Vector3d::Constant(-2);      // box of the joints and the tool, arm base frame
+  Eigen::Vector3d links_low_m = Eigen::Vector3d::Constant(-2);  // box of the joints and the tool, arm base frame
   Eigen::Vector3d links_high_m = Eigen::Vector3d::Constant(2);
   double link_radius_m = 0.06;
   std::vector<Obstacle> obstacles;
   Eigen::Isometry3d world_from_base = Eigen::Isometry3d::Identity();  // for the obstacles
   double tool_speed_m_s = 1.5;
-  double start_distance_m = 0.005;   // how far the path's first point may lie from the tool
+  double start_distance_m = 0.005;  // how far the path's first point may lie from the tool
   double longest_s = 600;
   std::optional<CornerDistance> corners;
 };

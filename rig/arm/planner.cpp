@@ -50,9 +50,7 @@ void Planner::run(const std::stop_token& ending) {
     Outcome outcome{job.trajectory_id, nullptr, ""};
     try {
       outcome.path = std::make_shared<const JointPath>(plan(model_, job.start_rad, job.path, job.limits, given_up));
-    } catch (const Cancelled&) {
-      continue;
-    } catch (const std::exception& error) {
+    } catch (const Cancelled&) { continue; } catch (const std::exception& error) {
       spdlog::warn("arm: trajectory {} refused: {}", job.trajectory_id, error.what());
       outcome.refused = error.what();
     }

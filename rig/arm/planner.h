@@ -29,7 +29,8 @@ class Planner {
     std::string refused;
   };
 
-  explicit Planner(const ArmModel& model) : model_(model), thread_([this](const std::stop_token& ending) { run(ending); }) {}
+  explicit Planner(const ArmModel& model)
+      : model_(model), thread_([this](const std::stop_token& ending) { run(ending); }) {}
   ~Planner();
   Planner(const Planner&) = delete;
   Planner& operator=(const Planner&) = delete;

@@ -1,7 +1,7 @@
 // A stop that holds until a person resets it, over the end of the daemon that received it.
 //
-// Pulled from any thread, without waiting; the control loop takes it in its next cycle. What holds is kept in a file beside
-// the control socket: where the daemon is killed and started again, the stop still holds. `settle` brings the
+// Pulled from any thread, without waiting; the control loop takes it in its next cycle. What holds is kept in a file
+// beside the control socket: where the daemon is killed and started again, the stop still holds. `settle` brings the
 // file up to date and on the disk, and is called before a stop is answered.
 #pragma once
 
@@ -37,7 +37,7 @@ class StopLatch {
  private:
   const std::filesystem::path file_;
   std::optional<std::string> left_behind_;
-  std::mutex mutex_;                    // guards the rest
+  std::mutex mutex_;  // guards the rest
   std::optional<Pulled> pulled_;
   std::optional<std::string> wanted_, written_;
 };

@@ -57,8 +57,10 @@ std::optional<std::pair<int8_t, std::string>> TrackerWatch::fault(const Eigen::V
     return {{arm_status_t::STOP_TRACKER,
              corners_ ? fmt::format("both corners not seen for {:.2f} s", old_s) : "both corners were never seen"}};
   if (changed_tool_m_ && now_s - changed_s_ > limits_.timeout_s && (tool_m - *changed_tool_m_).norm() > kMoved_m)
-    return {{arm_status_t::STOP_TRACKER, fmt::format("the tracker shows the held corner at one place for {:.2f} s while the tool moved by {:.0f} mm",
-                                                     now_s - changed_s_, 1e3 * (tool_m - *changed_tool_m_).norm())}};
+    return {
+        {arm_status_t::STOP_TRACKER,
+         fmt::format("the tracker shows the held corner at one place for {:.2f} s while the tool moved by {:.0f} mm",
+                     now_s - changed_s_, 1e3 * (tool_m - *changed_tool_m_).norm())}};
   const double apart_m = (corners_->held_m - corners_->fixed_m).norm();
   if (limits_.corner_distance_m > 0 && !(apart_m <= limits_.corner_distance_m + kMarkerSlack_m))
     return {{arm_status_t::STOP_LIMIT,

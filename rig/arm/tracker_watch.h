@@ -1,8 +1,8 @@
 // Whether the tracker still sees the two corners, for a moving arm.
 //
 // What counts is when a sample was taken (its own utime) and that its number and its time rise, not that something
-// arrived: a tracker that repeats itself, or whose samples come late, is a tracker that is lost. So is one that shows the
-// held corner at the very same place, to the last bit, while the tool has moved by kMoved_m. Numbers may begin anew
+// arrived: a tracker that repeats itself, or whose samples come late, is a tracker that is lost. So is one that shows
+// the held corner at the very same place, to the last bit, while the tool has moved by kMoved_m. Numbers may begin anew
 // only after a silence longer than the time-out, by which a moving arm has been stopped.
 // Positions in the motion-capture frame, m; times on the host's clock, s.
 #pragma once
@@ -19,7 +19,7 @@ namespace selvedge::arm {
 
 struct TrackerLimits {
   double timeout_s = 0.5;
-  double corner_distance_m = 0;   // 0: nobody checks
+  double corner_distance_m = 0;  // 0: nobody checks
   std::string held_corner = "right", fixed_corner = "left";
 };
 
@@ -47,10 +47,10 @@ class TrackerWatch {
  private:
   const TrackerLimits limits_;
   std::optional<Corners> corners_;
-  double seen_s_ = -1e9;               // when the newest sample with both was taken
-  double sample_s_ = -1e9;             // when the newest sample was taken
+  double seen_s_ = -1e9;    // when the newest sample with both was taken
+  double sample_s_ = -1e9;  // when the newest sample was taken
   int64_t number_ = 0;
-  bool changed_ = false;               // the held corner, since changed_tool_m_ was noted
+  bool changed_ = false;                           // the held corner, since changed_tool_m_ was noted
   std::optional<Eigen::Vector3d> changed_tool_m_;  // where the tool was when the corner last moved
   double changed_s_ = 0;
   int64_t repeated_ = 0;

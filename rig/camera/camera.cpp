@@ -35,7 +35,8 @@ CameraConfiguration read_configuration(rig::Section keys) {
   result.minimum_delay_s = keys.number("minimum_delay_s", result.minimum_delay_s, 0, 1, "s");
   result.minimum_delay_sd_s = keys.number("minimum_delay_sd_s", result.minimum_delay_sd_s, 0, 1, "s");
   result.ptp = keys.flag("ptp", result.ptp);
-  if (result.ptp && result.backend != "aravis") refuse(keys.where() + " ptp", "found true with backend \"{}\", expected \"aravis\"", result.backend);
+  if (result.ptp && result.backend != "aravis")
+    refuse(keys.where() + " ptp", "found true with backend \"{}\", expected \"aravis\"", result.backend);
   result.ring_frames = static_cast<int>(keys.integer("ring_frames", result.ring_frames, 4, 4096, "frames"));
   result.preview_rate_hz = keys.number("preview_rate_hz", result.preview_rate_hz, 0, 30, "Hz");
   result.preview_width_px = static_cast<int>(keys.integer("preview_width_px", result.preview_width_px, 16, 640, "px"));

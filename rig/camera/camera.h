@@ -18,37 +18,37 @@ enum class CameraTrigger { off, software, hardware };  // off: runs free at rate
 
 // [camera] of the rig's configuration.
 struct CameraConfiguration {
-  std::string backend = "aravis";    // or "v4l2"
-  std::string address;               // of the device: IPv4 address for GigE Vision, Aravis's name for USB3 Vision, node for V4L2
-  double rate_hz = 60;               // running free
+  std::string backend = "aravis";  // or "v4l2"
+  std::string address;  // of the device: IPv4 address for GigE Vision, Aravis's name for USB3 Vision, node for V4L2
+  double rate_hz = 60;  // running free
   double exposure_s = 0.002;
   CameraTrigger trigger = CameraTrigger::off;
-  int packet_size_bytes = 1500;      // GigE Vision: with IP and UDP header; 9000 where the network carries it
-  int buffers = 32;                  // frames that may wait in the back-end
-  double minimum_delay_s = 0;        // of arrival behind the end of exposure: read-out and transfer
-  double minimum_delay_sd_s = 0.002; // how well that is known; matters where the device's clock cannot be read
-  bool ptp = false;                  // the device's clock follows the network's master (IEEE 1588)
-  int ring_frames = 64;              // frames in the shared-memory ring
-  double preview_rate_hz = 5;        // 0: none
+  int packet_size_bytes = 1500;       // GigE Vision: with IP and UDP header; 9000 where the network carries it
+  int buffers = 32;                   // frames that may wait in the back-end
+  double minimum_delay_s = 0;         // of arrival behind the end of exposure: read-out and transfer
+  double minimum_delay_sd_s = 0.002;  // how well that is known; matters where the device's clock cannot be read
+  bool ptp = false;                   // the device's clock follows the network's master (IEEE 1588)
+  int ring_frames = 64;               // frames in the shared-memory ring
+  double preview_rate_hz = 5;         // 0: none
   int preview_width_px = 160;
-  double lost_after_s = 2;           // without an answer (or a frame when running free) the device counts as lost
+  double lost_after_s = 2;  // without an answer (or a frame when running free) the device counts as lost
 };
 
 // Throws BadInput naming the key; refuses unknown ones.
 CameraConfiguration read_configuration(rig::Section keys);
 
 struct CameraInformation {
-  std::string description;   // maker, model, serial number
+  std::string description;  // maker, model, serial number
   int width_px = 0, height_px = 0;
   double ticks_per_s = 1e9;  // of the device's clock
   double stamp_sd_s = 0;     // of the frames' ticks as the start of exposure, where the device stamps something else
 };
 
 struct CameraFrame {
-  int64_t number = 0;        // of the device, widened to 64 bits: a step above 1 is a lost frame
-  int64_t ticks = 0;         // start of exposure, device clock
-  int64_t arrival_us = 0;    // host clock, when it was whole
-  bool whole = false;        // false: pixels are missing
+  int64_t number = 0;               // of the device, widened to 64 bits: a step above 1 is a lost frame
+  int64_t ticks = 0;                // start of exposure, device clock
+  int64_t arrival_us = 0;           // host clock, when it was whole
+  bool whole = false;               // false: pixels are missing
   const uint8_t* pixels = nullptr;  // width_px·height_px, valid during the callback only
 };
 

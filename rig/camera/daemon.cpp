@@ -29,7 +29,7 @@ using selvedge_rig::camera_command_t;
 using selvedge_rig::device_status_t;
 
 constexpr double kClockPublished_s = 0.5;
-constexpr double kFirstReadings_s = 5;       // the device's clock is read often at first, to have a map soon
+constexpr double kFirstReadings_s = 5;  // the device's clock is read often at first, to have a map soon
 constexpr double kEarlyReading_s = 0.1, kReading_s = 1;
 constexpr int kReadingsPerTemperature = 5;
 constexpr double kReopen_s = 0.5;
@@ -198,8 +198,7 @@ class Daemon {
     std::vector<ClockReading> readings;
     std::optional<double> temperature_degc;
     probe.take(readings, temperature_degc);
-    for (const ClockReading& reading : readings)
-      clock_.add_bracket(reading.ticks, reading.before_us, reading.after_us);
+    for (const ClockReading& reading : readings) clock_.add_bracket(reading.ticks, reading.before_us, reading.after_us);
     if (temperature_degc) status_.set_temperature_degc(*temperature_degc);
     if (clock_.map() && rig::host_now_s() - clock_published_s_ > kClockPublished_s) {
       auto message = rig::to_message(*clock_.map(), device_);
@@ -328,17 +327,16 @@ class Daemon {
   std::unique_ptr<Camera> camera_;
   std::unique_ptr<FrameRingWriter> ring_;
   rig::PassiveClock clock_;
-  bool begun_ = false;             // a whole frame came since the stream began
-  int step_ = 1;                   // of the frame number over the last beginning
+  bool begun_ = false;  // a whole frame came since the stream began
+  int step_ = 1;        // of the frame number over the last beginning
   int64_t number_offset_ = 0, last_number_ = 0;
-  int64_t refused_ = 0;            // commands
+  int64_t refused_ = 0;  // commands
   double last_frame_s_ = 0, clock_published_s_ = 0, preview_s_ = 0;
 };
 
 }  // namespace
 
-void run_daemon(const rig::Configuration& configuration, const std::atomic<bool>& stopping,
-                const std::string& device) {
+void run_daemon(const rig::Configuration& configuration, const std::atomic<bool>& stopping, const std::string& device) {
   Daemon(configuration, device).run(stopping);
 }
 

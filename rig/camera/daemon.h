@@ -4,8 +4,8 @@
 // frames' arrivals and, where the device's clock can be read, from readings once a second. The map itself goes
 // out on <DEVICE>_CLOCK, so that a recorder can map the ticks of a whole trial with the best map.
 // Frames with missing pixels do not enter the ring; their stamps say whole = false. Frame numbers go on over a
-// reconnection and a restart of the daemon with a step of at least 2, so that the hole shows. A lost device is opened anew for as long as the
-// daemon runs.
+// reconnection and a restart of the daemon with a step of at least 2, so that the hole shows. A lost device is opened
+// anew for as long as the daemon runs.
 #pragma once
 
 #include <atomic>

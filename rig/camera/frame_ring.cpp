@@ -30,7 +30,8 @@ struct Slot {
   std::atomic<int64_t> number;  // of the frame it holds, 0 while it is written
   RingHead head;
 };
-static_assert(sizeof(Slot) <= kSlotHeadBytes && alignof(Slot) == alignof(uint64_t) && std::is_trivially_copyable_v<RingHead>);
+static_assert(sizeof(Slot) <= kSlotHeadBytes && alignof(Slot) == alignof(uint64_t) &&
+              std::is_trivially_copyable_v<RingHead>);
 static_assert(std::atomic<int64_t>::is_always_lock_free && std::atomic<uint32_t>::is_always_lock_free);
 
 }  // namespace
@@ -56,9 +57,7 @@ static_assert(sizeof(Memory) <= kHeaderBytes);
 
 namespace {
 
-size_t ring_bytes(const Memory& shape) {
-  return kHeaderBytes + static_cast<size_t>(shape.slots) * shape.slot_bytes();
-}
+size_t ring_bytes(const Memory& shape) { return kHeaderBytes + static_cast<size_t>(shape.slots) * shape.slot_bytes(); }
 
 void* map(int descriptor, size_t bytes, int protection) {
   void* address = ::mmap(nullptr, bytes, protection, MAP_SHARED, descriptor, 0);
@@ -66,7 +65,7 @@ void* map(int descriptor, size_t bytes, int protection) {
 }
 
 bool same_shape(int descriptor, const Memory& wanted) {
-  struct stat status{};
+  struct stat status {};
   if (::fstat(descriptor, &status) != 0 || static_cast<size_t>(status.st_size) != ring_bytes(wanted)) return false;
   auto* memory = static_cast<Memory*>(map(descriptor, kHeaderBytes, PROT_READ));
   if (!memory) return false;
@@ -76,8 +75,8 @@ bool same_shape(int descriptor, const Memory& wanted) {
   return same;
 }
 
-// To and from the ring, word by word: a reader may look while the writer writes, finds that out from the slot's number and
-// throws away what it has. Plain copies would then be a data race.
+// To and from the ring, word by word: a reader may look while the writer writes, finds that out from the slot's number
+// and throws away what it has. Plain copies would then be a data race.
 void copy_in(const void* from, void* shared, size_t bytes) {
   const auto* in = static_cast<const uint8_t*>(from);
   auto* out = static_cast<uint8_t*>(shared);
@@ -177,7 +176,8 @@ int64_t FrameRingWriter::write(const RingHead& head, const uint8_t* pixels) {
   slot.number.store(0, std::memory_order_relaxed);
   std::atomic_thread_fence(std::memory_order_release);
   copy_in(&head, &slot.head, sizeof head);
-  copy_in(pixels, memory_->pixels(number), static_cast<size_t>(memory_->width_px) * static_cast<size_t>(memory_->height_px));
+  copy_in(pixels, memory_->pixels(number),
+          static_cast<size_t>(memory_->width_px) * static_cast<size_t>(memory_->height_px));
   slot.number.store(number, std::memory_order_release);
   memory_->newest.store(number, std::memory_order_release);
   memory_->wake.store(static_cast<uint32_t>(number), std::memory_order_release);
@@ -189,7 +189,7 @@ FrameRingReader::FrameRingReader(const std::string& name) : name_(name) {
   const std::string where = "frame ring " + name;
   descriptor_ = ::shm_open(name.c_str(), O_RDONLY | O_CLOEXEC, 0);
   if (descriptor_ < 0) refuse(where, "cannot be opened: {}; does the camera daemon run?", std::strerror(errno));
-  struct stat status{};
+  struct stat status {};
   ::fstat(descriptor_, &status);
   bytes_ = static_cast<size_t>(status.st_size);
   if (bytes_ > kHeaderBytes) memory_ = static_cast<const Memory*>(map(descriptor_, bytes_, PROT_READ));
@@ -247,7 +247,8 @@ bool FrameRingReader::next(RingFrame& frame, double timeout_s) {
 bool FrameRingReader::replaced() const {
   const int current = ::shm_open(name_.c_str(), O_RDONLY | O_CLOEXEC, 0);
   if (current < 0) return true;
-  struct stat mine{}, theirs{};
+  struct stat mine {
+  }, theirs{};
   ::fstat(descriptor_, &mine);
   ::fstat(current, &theirs);
   ::close(current);

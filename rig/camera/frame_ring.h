@@ -18,17 +18,17 @@
 namespace selvedge::camera {
 
 struct RingHead {
-  int64_t frame_number = 0;    // of the camera; a step above 1 is a frame lost before the ring
-  int64_t device_ticks = 0;    // start of exposure, device clock
-  int64_t arrival_us = 0;      // host clock
-  int64_t utime = 0;           // us, host clock, mid-exposure, as mapped when the frame arrived
+  int64_t frame_number = 0;  // of the camera; a step above 1 is a frame lost before the ring
+  int64_t device_ticks = 0;  // start of exposure, device clock
+  int64_t arrival_us = 0;    // host clock
+  int64_t utime = 0;         // us, host clock, mid-exposure, as mapped when the frame arrived
   double exposure_s = 0;
-  double uncertainty_s = 0;    // one sd of utime; infinity before the clock map stands
+  double uncertainty_s = 0;  // one sd of utime; infinity before the clock map stands
   bool whole = false;
 };
 
 struct RingFrame {
-  int64_t ring_number = 0;     // 1 is the first ever written
+  int64_t ring_number = 0;  // 1 is the first ever written
   RingHead head;
   std::vector<uint8_t> pixels;
 };

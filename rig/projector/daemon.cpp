@@ -25,22 +25,16 @@ using selvedge_rig::projector_status_t;
 Pattern to_pattern(const projector_command_t& command) {
   Pattern pattern;
   switch (command.kind) {
-    case projector_command_t::KIND_OFF:
-      return pattern;
-    case projector_command_t::KIND_SOLID:
-      pattern.kind = PatternKind::solid;
-      break;
-    case projector_command_t::KIND_STRIPES:
-      pattern.kind = PatternKind::stripes;
-      break;
-    case projector_command_t::KIND_GRAY_CODE:
-      pattern.kind = PatternKind::gray_code;
-      break;
-    default:
-      refuse("projector command", "kind {}, expected 0 to 3", command.kind);
+    case projector_command_t::KIND_OFF: return pattern;
+    case projector_command_t::KIND_SOLID: pattern.kind = PatternKind::solid; break;
+    case projector_command_t::KIND_STRIPES: pattern.kind = PatternKind::stripes; break;
+    case projector_command_t::KIND_GRAY_CODE: pattern.kind = PatternKind::gray_code; break;
+    default: refuse("projector command", "kind {}, expected 0 to 3", command.kind);
   }
-  if (!(command.level >= 0 && command.level <= 1)) refuse("projector command", "level {}, expected 0 to 1", command.level);
-  pattern.orientation = command.orientation == projector_command_t::COLUMNS ? Orientation::vertical : Orientation::horizontal;
+  if (!(command.level >= 0 && command.level <= 1))
+    refuse("projector command", "level {}, expected 0 to 1", command.level);
+  pattern.orientation =
+      command.orientation == projector_command_t::COLUMNS ? Orientation::vertical : Orientation::horizontal;
   pattern.level = command.level;
   pattern.period_px = command.period_px;
   pattern.duty = command.duty;
@@ -68,9 +62,7 @@ class Showing {
       projector.show(wanted);
       pattern_ = wanted;
       accept(command);
-    } catch (const BadInput& error) {
-      deny(command, error.what());
-    } catch (const ProjectorFault& error) {
+    } catch (const BadInput& error) { deny(command, error.what()); } catch (const ProjectorFault& error) {
       deny(command, error.what());
     }
     publish();
@@ -200,8 +192,7 @@ std::unique_ptr<Projector> open(const ProjectorConfiguration& configuration) {
   return configuration.backend == "window" ? open_window(configuration.window) : open_dlpc350(configuration.device);
 }
 
-void run_daemon(const rig::Configuration& configuration, const std::atomic<bool>& stopping,
-                const std::string& device) {
+void run_daemon(const rig::Configuration& configuration, const std::atomic<bool>& stopping, const std::string& device) {
   const ProjectorConfiguration own = read_configuration(configuration.section(device));
   Commands commands;  // outlives the bus, whose thread fills it
   rig::Bus bus(configuration.bus());

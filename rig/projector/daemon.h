@@ -19,7 +19,7 @@ struct ProjectorConfiguration {
   std::string backend = "dlpc350";  // or "window"
   ProjectorOptions device;
   WindowOptions window;
-  int width_px = 912;    // columns and rows that pattern coordinates run over
+  int width_px = 912;  // columns and rows that pattern coordinates run over
   int height_px = 1140;
 };
 

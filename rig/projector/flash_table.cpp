@@ -29,7 +29,8 @@ class Keys {
     read_.push_back(key);
     const auto value = table_[key].value<std::string>();
     if (!value || std::find(allowed.begin(), allowed.end(), *value) == allowed.end())
-      refuse(where_ + " " + key, "found {}, expected \"{}\" or \"{}\"", value.value_or("no text"), allowed[0], allowed[1]);
+      refuse(where_ + " " + key, "found {}, expected \"{}\" or \"{}\"", value.value_or("no text"), allowed[0],
+             allowed[1]);
     return *value;
   }
   std::vector<double> list(const std::string& key, double least, double most) {
@@ -76,13 +77,11 @@ void read_planes(Keys& keys, const std::string& where, FlashTable& table) {
   Pattern pattern;
   if (!gray) pattern = read_stripes(keys);
   pattern.kind = gray ? PatternKind::gray_code : PatternKind::stripes;
-  pattern.orientation =
-      keys.choice("orientation", {"horizontal", "vertical"}) == "vertical" ? Orientation::vertical : Orientation::horizontal;
+  pattern.orientation = keys.choice("orientation", {"horizontal", "vertical"}) == "vertical" ? Orientation::vertical
+                                                                                             : Orientation::horizontal;
   for (const double value : gray ? keys.list("bits", 0, 30) : keys.list("period_px", 1, 4096)) {
-    if (gray)
-      pattern.bit = static_cast<int>(value);
-    else
-      pattern.period_px = value;
+    if (gray) pattern.bit = static_cast<int>(value);
+    else pattern.period_px = value;
     if (plane >= kPlanes) refuse(where, "image {} has {} planes, more are listed", image, kPlanes);
     if (table.at(image, plane) != nullptr) refuse(where, "image {} plane {} is listed twice", image, plane);
     table.planes.push_back({image, plane++, pattern});

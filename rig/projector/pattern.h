@@ -7,7 +7,8 @@
 //   gray_code:   bright where bit `bit` (0 = least significant) of x ⊕ (x >> 1) is set
 //   phase_shift: ½ + ½ cos(2π (x − first_bright_row_px) / period_px + phase_rad)
 //   solid:       1 everywhere;  off: the lamp is dark
-// `inverted` shows one minus that (not for off), and all is multiplied by `level`. Source of the stripe rule: docs/formats.md.
+// `inverted` shows one minus that (not for off), and all is multiplied by `level`. Source of the stripe rule:
+// docs/formats.md.
 #pragma once
 
 #include <cmath>
@@ -57,11 +58,8 @@ inline double brightness(const Pattern& pattern, double column_px, double row_px
   const double x = std::floor((pattern.orientation == Orientation::horizontal ? row_px : column_px) + 0.5);
   double value = 0;
   switch (pattern.kind) {
-    case PatternKind::off:
-      return 0;
-    case PatternKind::solid:
-      value = 1;
-      break;
+    case PatternKind::off: return 0;
+    case PatternKind::solid: value = 1; break;
     case PatternKind::stripes: {
       const double from_first = x - pattern.first_bright_row_px;
       const double in_period = from_first - pattern.period_px * std::floor(from_first / pattern.period_px);

@@ -70,7 +70,8 @@ class Connection {
  public:
   Connection(const TrackerConfiguration& configuration, rig::Bus& bus, rig::DeviceStatus& status,
              const std::string& device)
-      : configuration_(configuration), bus_(bus), status_(status), device_(device), tracker_(connect_tracker(configuration)) {}
+      : configuration_(configuration), bus_(bus), status_(status), device_(device),
+        tracker_(connect_tracker(configuration)) {}
 
   void deliver(const std::atomic<bool>& stopping) {
     double last_frame_s = rig::host_now_s();
@@ -129,20 +130,18 @@ TrackerConfiguration read_configuration(rig::Section keys) {
 }
 
 std::unique_ptr<Tracker> connect_tracker(const TrackerConfiguration& configuration) {
-  return configuration.backend == "natnet" ? connect_natnet(configuration.connection) : connect_datastream(configuration.connection);
+  return configuration.backend == "natnet" ? connect_natnet(configuration.connection)
+                                           : connect_datastream(configuration.connection);
 }
 
-void run_daemon(const rig::Configuration& configuration, const std::atomic<bool>& stopping,
-                const std::string& device) {
+void run_daemon(const rig::Configuration& configuration, const std::atomic<bool>& stopping, const std::string& device) {
   const TrackerConfiguration own = read_configuration(configuration.section(device));
   rig::Bus bus(configuration.bus());
   rig::DeviceStatus status(bus, device);
   while (!stopping) {
     try {
       Connection(own, bus, status, device).deliver(stopping);
-    } catch (const std::runtime_error& error) {
-      status.set_state(device_status_t::LOST, error.what());
-    }
+    } catch (const std::runtime_error& error) { status.set_state(device_status_t::LOST, error.what()); }
     for (int i = 0; i < 5 && !stopping; ++i) {
       status.publish_if_due();
       std::this_thread::sleep_for(std::chrono::milliseconds(100));

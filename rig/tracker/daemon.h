@@ -14,9 +14,9 @@
 namespace selvedge::tracker {
 
 struct TrackerConfiguration {
-  std::string backend = "datastream";   // or "natnet"
-  TrackerOptions connection;            // host, port, connect_timeout_s, y_up
-  double silence_s = 1;                 // no frame for so long counts as a lost connection
+  std::string backend = "datastream";  // or "natnet"
+  TrackerOptions connection;           // host, port, connect_timeout_s, y_up
+  double silence_s = 1;                // no frame for so long counts as a lost connection
 };
 
 // [tracker] of the configuration. Throws BadInput.

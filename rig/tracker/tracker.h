@@ -27,10 +27,10 @@ struct TrackerFrame {
   std::int64_t frame_number = 0;  // of the motion-capture system; a step above 1 is a lost frame
   double arrival_s = 0;           // host clock, when the last byte arrived
   double capture_s = 0;           // host clock, mid-exposure: arrival less latency, before any regression
-  double network_s = 0;           // shortest way from the system to here, still in capture_s; 0 where capture_s is free of it
-  double capture_sd_s = 0;        // of capture_s − network_s, the part that no regression takes out
-  double latency_s = 0;           // exposure to sending, as the system states it; 0 where it says nothing
-  double rate_hz = 0;             // as the system states it; 0 before it did
+  double network_s = 0;     // shortest way from the system to here, still in capture_s; 0 where capture_s is free of it
+  double capture_sd_s = 0;  // of capture_s − network_s, the part that no regression takes out
+  double latency_s = 0;     // exposure to sending, as the system states it; 0 where it says nothing
+  double rate_hz = 0;       // as the system states it; 0 before it did
   std::vector<TrackedMarker> markers;
 };
 
@@ -47,8 +47,8 @@ class Tracker {
 // Where the system is. Each back-end reads what it needs.
 struct TrackerOptions {
   std::string host = "127.0.0.1";
-  int port = 0;               // 0: the protocol's own
-  bool y_up = false;          // natnet: the system's y axis points up (Motive's default)
+  int port = 0;       // 0: the protocol's own
+  bool y_up = false;  // natnet: the system's y axis points up (Motive's default)
   double connect_timeout_s = 2;
 };
 

@@ -47,8 +47,7 @@ class Reader {
   }
 
   std::span<const std::uint8_t> take(size_t count) {
-    if (count > left())
-      throw WireError(fmt::format("byte {}: {} bytes expected, {} left", at_, count, left()));
+    if (count > left()) throw WireError(fmt::format("byte {}: {} bytes expected, {} left", at_, count, left()));
     const auto part = bytes_.subspan(at_, count);
     at_ += count;
     return part;
@@ -86,12 +85,8 @@ class Writer {
     if constexpr (order != std::endian::native) std::reverse(raw, raw + sizeof(Number));
     return append(raw, sizeof(Number));
   }
-  Writer& text(std::string_view value) {
-    return append(value.data(), value.size());
-  }
-  Writer& raw(std::span<const std::uint8_t> value) {
-    return append(value.data(), value.size());
-  }
+  Writer& text(std::string_view value) { return append(value.data(), value.size()); }
+  Writer& raw(std::span<const std::uint8_t> value) { return append(value.data(), value.size()); }
   const std::vector<std::uint8_t>& bytes() const { return bytes_; }
   size_t size() const { return bytes_.size(); }
 

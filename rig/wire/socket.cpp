@@ -70,8 +70,8 @@ sockaddr_un unix_address(const std::filesystem::path& path) {
   address.sun_family = AF_UNIX;
   const std::string text = path.string();
   if (text.size() >= sizeof address.sun_path)
-    throw std::runtime_error(fmt::format("{}: a socket's path has at most {} characters", text,
-                                         sizeof address.sun_path - 1));
+    throw std::runtime_error(
+        fmt::format("{}: a socket's path has at most {} characters", text, sizeof address.sun_path - 1));
   text.copy(address.sun_path, text.size());
   return address;
 }
@@ -106,10 +106,8 @@ void Socket::send(std::span<const std::uint8_t> bytes, double timeout_s) const {
     if (!wait_for(descriptor_, POLLOUT, timeout_s))
       throw Disconnected(fmt::format("the peer took nothing for {} s", timeout_s));
     const ssize_t sent = ::send(descriptor_, bytes.data(), bytes.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
-    if (sent >= 0)
-      bytes = bytes.subspan(static_cast<size_t>(sent));
-    else if (errno != EINTR && errno != EAGAIN)
-      throw Disconnected("send: " + error_text());
+    if (sent >= 0) bytes = bytes.subspan(static_cast<size_t>(sent));
+    else if (errno != EINTR && errno != EAGAIN) throw Disconnected("send: " + error_text());
   }
 }
 

@@ -34,8 +34,14 @@ void require(herr_t status, const std::string& what) {
 
 template <class Number>
 hid_t type_of();
-template <> hid_t type_of<double>() { return H5T_NATIVE_DOUBLE; }
-template <> hid_t type_of<int>() { return H5T_NATIVE_INT; }
+template <>
+hid_t type_of<double>() {
+  return H5T_NATIVE_DOUBLE;
+}
+template <>
+hid_t type_of<int>() {
+  return H5T_NATIVE_INT;
+}
 
 void text_attribute(hid_t object, const char* name, const std::string& text) {
   const Handle type(H5Tcopy(H5T_C_S1), H5Tclose, name);
@@ -55,21 +61,27 @@ void number_attribute(hid_t object, const char* name, Number value) {
 
 // A dataset of any shape, row major, with its unit.
 template <class Number>
-void dataset(hid_t group, const char* name, const std::vector<hsize_t>& shape, const Number* values, const std::string& unit) {
+void dataset(hid_t group, const char* name, const std::vector<hsize_t>& shape, const Number* values,
+             const std::string& unit) {
   const Handle space(H5Screate_simple(static_cast<int>(shape.size()), shape.data(), nullptr), H5Sclose, name);
-  const Handle set(H5Dcreate2(group, name, type_of<Number>(), space, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT), H5Dclose, name);
+  const Handle set(H5Dcreate2(group, name, type_of<Number>(), space, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT), H5Dclose,
+                   name);
   require(H5Dwrite(set, type_of<Number>(), H5S_ALL, H5S_ALL, H5P_DEFAULT, values), name);
   text_attribute(set, "unit", unit);
 }
 
-void times(hid_t group, const std::vector<double>& time_s) { dataset(group, "time", {time_s.size()}, time_s.data(), "s"); }
+void times(hid_t group, const std::vector<double>& time_s) {
+  dataset(group, "time", {time_s.size()}, time_s.data(), "s");
+}
 
 // 3×N, column major, is N×3 row major.
 void points(hid_t group, const char* name, const Eigen::Matrix3Xd& positions) {
   dataset(group, name, {static_cast<hsize_t>(positions.cols()), 3}, positions.data(), "m");
 }
 
-Handle make_group(hid_t file, const char* name) { return {H5Gcreate2(file, name, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT), H5Gclose, name}; }
+Handle make_group(hid_t file, const char* name) {
+  return {H5Gcreate2(file, name, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT), H5Gclose, name};
+}
 
 void write_optics(hid_t file, const char* name, const geometry::Projection& p) {
   const Handle group = make_group(file, name);
@@ -88,12 +100,15 @@ void write_frames(hid_t file, const trial::Trial& trial) {
   number_attribute(group, "frame_rate_hz", trial.frame_rate_hz);
   number_attribute(group, "exposure_s", trial.exposure_s);
   if (!trial.camera || count == 0) return;
-  const std::array<hsize_t, 3> shape = {count, static_cast<hsize_t>(trial.camera->height_px), static_cast<hsize_t>(trial.camera->width_px)}, one = {1, shape[1], shape[2]};
+  const std::array<hsize_t, 3> shape = {count, static_cast<hsize_t>(trial.camera->height_px),
+                                        static_cast<hsize_t>(trial.camera->width_px)},
+                               one = {1, shape[1], shape[2]};
   const Handle space(H5Screate_simple(3, shape.data(), nullptr), H5Sclose, "image");
   const Handle layout(H5Pcreate(H5P_DATASET_CREATE), H5Pclose, "image");
   require(H5Pset_chunk(layout, 3, one.data()), "image");
   require(H5Pset_deflate(layout, 1), "image");
-  const Handle set(H5Dcreate2(group, "image", H5T_NATIVE_UINT8, space, H5P_DEFAULT, layout, H5P_DEFAULT), H5Dclose, "image");
+  const Handle set(H5Dcreate2(group, "image", H5T_NATIVE_UINT8, space, H5P_DEFAULT, layout, H5P_DEFAULT), H5Dclose,
+                   "image");
   text_attribute(set, "unit", "grey level");
   const Handle memory(H5Screate_simple(3, one.data(), nullptr), H5Sclose, "image");
   for (size_t i = 0; i < count; ++i) {
@@ -164,7 +179,8 @@ void export_hdf5(const trial::Trial& trial, const fs::path& path) {
   H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);  // failures are thrown, not printed
   const fs::path unfinished = path.string() + ".part";
   try {
-    const Handle file(H5Fcreate(unfinished.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT), H5Fclose, "making " + unfinished.string());
+    const Handle file(H5Fcreate(unfinished.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT), H5Fclose,
+                      "making " + unfinished.string());
     write_all(file, trial);
     require(H5Fflush(file, H5F_SCOPE_GLOBAL), "writing " + unfinished.string());
   } catch (...) {

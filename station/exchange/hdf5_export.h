@@ -4,10 +4,10 @@
 //   /fabric                attributes name, width_m, height_m, mass_kg, mass_known
 //   /gravity               3, m/s^2
 //   /corners/time          N, s;  /corners/left, /corners/right   N×3, m (NaN where hidden)
-//   /frames/time           F, s;  /frames/number  F;  /frames/image  F×height×width, grey level (deflated, a chunk a frame)
-//   /camera, /projector    projection 3×4, px; distortion 5 (OpenCV's k1 k2 p1 p2 k3); attributes width_px, height_px
-//   /pattern               attributes orientation, period_px, duty, first_bright_row_px
-//   /markers/time, marker, uv, position   /robot/time, commanded, measured   where the trial has them
+//   /frames/time           F, s;  /frames/number  F;  /frames/image  F×height×width, grey level (deflated, a chunk a
+//   frame) /camera, /projector    projection 3×4, px; distortion 5 (OpenCV's k1 k2 p1 p2 k3); attributes width_px,
+//   height_px /pattern               attributes orientation, period_px, duty, first_bright_row_px /markers/time,
+//   marker, uv, position   /robot/time, commanded, measured   where the trial has them
 // Attributes with a unit in their name are in it. Source: HDF5 1.10; layout as docs/sessions.md.
 #pragma once
 

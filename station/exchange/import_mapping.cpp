@@ -41,10 +41,12 @@ Units read_units(Section keys) {
     const std::string& text = axes[static_cast<size_t>(row)];
     const bool minus = !text.empty() && text[0] == '-';
     const auto axis = known.find(minus ? text.substr(1) : text);
-    if (axis == known.end()) refuse(keys.where() + " axes", "found {}, expected x, y, z or one of them with a minus", in_quotes(text));
+    if (axis == known.end())
+      refuse(keys.where() + " axes", "found {}, expected x, y, z or one of them with a minus", in_quotes(text));
     units.axes(row, axis->second) = minus ? -1 : 1;
   }
-  if (std::abs(units.axes.determinant() - 1) > 1e-9) refuse(keys.where() + " axes", "are not right-handed, or name an axis twice");
+  if (std::abs(units.axes.determinant() - 1) > 1e-9)
+    refuse(keys.where() + " axes", "are not right-handed, or name an axis twice");
   return units;
 }
 
@@ -60,7 +62,8 @@ trial::Markers read_markers(Section keys, const fs::path& base, const Units& uni
   const auto position = columns(keys, "position", 3), flat = columns(keys, "flat", 2);
   trial.mocap_noise_m = keys.number("noise_m", 3e-4, 0, 0.1, "m");
   keys.finish();
-  const files::CsvTable table = files::read_csv(file, {{time}, {marker}, {position[0]}, {position[1]}, {position[2]}, {flat[0]}, {flat[1]}});
+  const files::CsvTable table =
+      files::read_csv(file, {{time}, {marker}, {position[0]}, {position[1]}, {position[2]}, {flat[0]}, {flat[1]}});
   files::require_times_ascend(table, 0);
   trial::Markers markers;
   markers.position.resize(3, static_cast<Eigen::Index>(table.rows()));
@@ -78,7 +81,8 @@ trial::Corners corners_of_markers(const trial::Markers& markers, int left, int r
   std::map<double, std::array<std::optional<Eigen::Vector3d>, 2>> at;
   for (size_t i = 0; i < markers.marker.size(); ++i)
     for (const int side : {0, 1})
-      if (markers.marker[i] == (side == 0 ? left : right)) at[markers.time_s[i]][static_cast<size_t>(side)] = markers.position.col(static_cast<Eigen::Index>(i));
+      if (markers.marker[i] == (side == 0 ? left : right))
+        at[markers.time_s[i]][static_cast<size_t>(side)] = markers.position.col(static_cast<Eigen::Index>(i));
   trial::Corners corners;
   corners.left.resize(3, static_cast<Eigen::Index>(at.size()));
   corners.right.resize(3, static_cast<Eigen::Index>(at.size()));
@@ -95,7 +99,8 @@ trial::Corners corners_of_markers(const trial::Markers& markers, int left, int r
 
 trial::Corners read_corners(Section keys, const fs::path& base, const Units& units, const trial::Trial& trial) {
   if (keys.has("left_marker")) {
-    const int left = static_cast<int>(keys.integer("left_marker", std::nullopt, 0, 1 << 30)), right = static_cast<int>(keys.integer("right_marker", std::nullopt, 0, 1 << 30));
+    const int left = static_cast<int>(keys.integer("left_marker", std::nullopt, 0, 1 << 30)),
+              right = static_cast<int>(keys.integer("right_marker", std::nullopt, 0, 1 << 30));
     keys.finish();
     if (!trial.markers) refuse(keys.where() + " left_marker", "there are no markers");
     return corners_of_markers(*trial.markers, left, right, keys.where());
@@ -104,7 +109,13 @@ trial::Corners read_corners(Section keys, const fs::path& base, const Units& uni
   const std::string time = keys.text("time", std::nullopt);
   const auto left = columns(keys, "left", 3), right = columns(keys, "right", 3);
   keys.finish();
-  const files::CsvTable table = files::read_csv(file, {{time}, {left[0], true}, {left[1], true}, {left[2], true}, {right[0], true}, {right[1], true}, {right[2], true}});
+  const files::CsvTable table = files::read_csv(file, {{time},
+                                                       {left[0], true},
+                                                       {left[1], true},
+                                                       {left[2], true},
+                                                       {right[0], true},
+                                                       {right[1], true},
+                                                       {right[2], true}});
   files::require_times_ascend(table, 0);
   trial::Corners corners;
   corners.left.resize(3, static_cast<Eigen::Index>(table.rows()));
@@ -147,7 +158,8 @@ std::vector<trial::GreyImage> read_images(Section keys, const fs::path& base, tr
     const cv::Mat grey = cv::imread(picture.string(), cv::IMREAD_GRAYSCALE);
     if (grey.empty()) refuse(picture.string(), "is no picture that can be read");
     if (grey.cols != trial.camera->width_px || grey.rows != trial.camera->height_px)
-      refuse(picture.string(), "has {}×{} px, [camera] says {}×{}", grey.cols, grey.rows, trial.camera->width_px, trial.camera->height_px);
+      refuse(picture.string(), "has {}×{} px, [camera] says {}×{}", grey.cols, grey.rows, trial.camera->width_px,
+             trial.camera->height_px);
     const int number = static_cast<int>(images.size());
     trial.frames->number.push_back(number);
     trial.frames->time_s.push_back(start_s + number / trial.frame_rate_hz);
@@ -167,7 +179,9 @@ void read_pattern(Section keys, trial::Trial& trial) {
 }
 
 double rate_of(const std::vector<double>& time_s) {
-  return time_s.size() > 1 && time_s.back() > time_s.front() ? static_cast<double>(time_s.size() - 1) / (time_s.back() - time_s.front()) : 1;
+  return time_s.size() > 1 && time_s.back() > time_s.front()
+             ? static_cast<double>(time_s.size() - 1) / (time_s.back() - time_s.front())
+             : 1;
 }
 
 trial::Trial read_about(const files::TomlFile& file) {
@@ -195,7 +209,8 @@ trial::Trial read_about(const files::TomlFile& file) {
 
 fs::path import_recording(const fs::path& mapping, const fs::path& folder) {
   const fs::path base = mapping.parent_path();
-  const files::TomlFile file = files::TomlFile::load(mapping, {"trial", "fabric", "corners", "markers", "images", "camera", "projector", "pattern", "units"});
+  const files::TomlFile file = files::TomlFile::load(
+      mapping, {"trial", "fabric", "corners", "markers", "images", "camera", "projector", "pattern", "units"});
   trial::Trial trial = read_about(file);
   const fs::path out = folder / trial.name;
   if (fs::exists(out)) refuse("--out", "{} is there already", out.string());
@@ -206,7 +221,8 @@ fs::path import_recording(const fs::path& mapping, const fs::path& folder) {
   if (file.has("markers")) trial.markers = read_markers(file.section("markers"), base, units, trial);
   std::vector<trial::GreyImage> images;
   if (file.has("images")) images = read_images(file.section("images"), base, trial);
-  if (!trial.markers && images.empty()) refuse(mapping.string(), "found neither [markers] nor [images], expected one of them");
+  if (!trial.markers && images.empty())
+    refuse(mapping.string(), "found neither [markers] nor [images], expected one of them");
   trial.corners = read_corners(file.section("corners"), base, units, trial);
   trial.mocap_rate_hz = rate_of(trial.corners.time_s);
   const fs::path unfinished = folder / ("." + trial.name + ".part");

@@ -13,10 +13,10 @@
 //   noise_m = 3e-4
 //   [images]                    # pictures of a folder, in order of their names, turned to 8-bit grey
 //   folder = "pictures"         rate_hz = 30    start_s = 0.0
-//   [camera] / [projector]      # as docs/formats.md: width_px, height_px, projection (12 numbers, row by row), distortion (5)
-//   [pattern]                   # orientation, period_px, duty, first_bright_row_px
-//   [units]                     # of the CSV files, and what turns their axes into right-handed, z up
-//   length_m = 0.001            time_s = 0.001    axes = ["x", "-z", "y"]
+//   [camera] / [projector]      # as docs/formats.md: width_px, height_px, projection (12 numbers, row by row),
+//   distortion (5) [pattern]                   # orientation, period_px, duty, first_bright_row_px [units] # of the CSV
+//   files, and what turns their axes into right-handed, z up length_m = 0.001            time_s = 0.001    axes = ["x",
+//   "-z", "y"]
 // Paths are relative to the mapping file. A trial has markers or images, or both.
 #pragma once
 
@@ -24,8 +24,8 @@
 
 namespace selvedge::station {
 
-// Writes FOLDER/NAME as a trial of the exchange format and returns its folder. Throws BadInput naming file and key, and where
-// the folder is there already; nothing half-written is left.
+// Writes FOLDER/NAME as a trial of the exchange format and returns its folder. Throws BadInput naming file and key, and
+// where the folder is there already; nothing half-written is left.
 std::filesystem::path import_recording(const std::filesystem::path& mapping, const std::filesystem::path& folder);
 
 }  // namespace selvedge::station

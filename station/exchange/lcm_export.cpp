@@ -89,7 +89,8 @@ void append_marker(selvedge_rig::corner_sample_t& sample, const std::string& nam
 void BusMessages::add_tracker(const trial::Trial& trial) {
   std::map<int64_t, std::pair<double, selvedge_rig::corner_sample_t>> samples;
   const auto sample_at = [&](double time_s) -> selvedge_rig::corner_sample_t& {
-    auto& [recorded_s, sample] = samples.try_emplace(microseconds(time_s), time_s, selvedge_rig::corner_sample_t{}).first->second;
+    auto& [recorded_s, sample] =
+        samples.try_emplace(microseconds(time_s), time_s, selvedge_rig::corner_sample_t{}).first->second;
     return sample;
   };
   for (size_t i = 0; i < trial.corners.time_s.size(); ++i) {
@@ -99,7 +100,8 @@ void BusMessages::add_tracker(const trial::Trial& trial) {
   }
   if (trial.markers)
     for (size_t i = 0; i < trial.markers->time_s.size(); ++i)
-      append_marker(sample_at(trial.markers->time_s[i]), fmt::format("m{}", trial.markers->marker[i]), trial.markers->position.col(static_cast<Eigen::Index>(i)));
+      append_marker(sample_at(trial.markers->time_s[i]), fmt::format("m{}", trial.markers->marker[i]),
+                    trial.markers->position.col(static_cast<Eigen::Index>(i)));
   const double first_s = samples.empty() ? 0 : samples.begin()->second.first;
   int64_t last_number = -1;
   for (auto& [utime, entry] : samples) {
@@ -131,7 +133,8 @@ Eigen::Isometry3d base_from_world(const trial::Trial& trial) {
   const fs::path rig = fs::weakly_canonical(trial.folder).parent_path() / "rig.toml";
   if (!fs::exists(rig)) return Eigen::Isometry3d::Identity();
   const auto configuration = rig::Configuration::load(rig);
-  return configuration.has("arm") ? arm::read_configuration(configuration.section("arm")).world_from_base.inverse() : Eigen::Isometry3d::Identity();
+  return configuration.has("arm") ? arm::read_configuration(configuration.section("arm")).world_from_base.inverse()
+                                  : Eigen::Isometry3d::Identity();
 }
 
 void BusMessages::add_arm(const trial::Trial& trial) {
@@ -152,7 +155,8 @@ void BusMessages::add_arm(const trial::Trial& trial) {
 void BusMessages::add_pattern(const trial::StripePattern& pattern, const trial::Trial& trial, double time_s) {
   selvedge_rig::projector_status_t shown{};
   shown.kind = selvedge_rig::projector_command_t::KIND_STRIPES;
-  shown.orientation = pattern.orientation == "horizontal" ? selvedge_rig::projector_command_t::ROWS : selvedge_rig::projector_command_t::COLUMNS;
+  shown.orientation = pattern.orientation == "horizontal" ? selvedge_rig::projector_command_t::ROWS
+                                                          : selvedge_rig::projector_command_t::COLUMNS;
   shown.period_px = pattern.period_px;
   shown.duty = pattern.duty;
   shown.first_bright_px = pattern.first_bright_row_px;
@@ -185,7 +189,7 @@ void BusMessages::add_trial(const trial::Trial& trial, const std::string& name) 
   if (trial.frames) cover(trial.frames->time_s);
   if (trial.markers) cover(trial.markers->time_s);
   if (trial.robot) cover(trial.robot->time_s);
-  if (last_s < first_s) return;  // cut before its first sample
+  if (last_s < first_s) return;      // cut before its first sample
   first_s = std::min(first_s, 0.0);  // the origin is part of it
   offset_us_ = (events_.empty() ? 0 : events_.back().utime + kBetweenTrials_us) - microseconds(first_s);
   if (trial.pattern && trial.projector) add_pattern(*trial.pattern, trial, first_s);
@@ -230,7 +234,12 @@ void write_log(const std::vector<Event>& events, const fs::path& path) {
   for (const Event& event : events) {
     std::string channel = event.channel;
     std::vector<uint8_t> bytes = event.bytes;
-    lcm_eventlog_event_t record{0, event.utime, static_cast<int32_t>(channel.size()), static_cast<int32_t>(bytes.size()), channel.data(), bytes.data()};
+    lcm_eventlog_event_t record{0,
+                                event.utime,
+                                static_cast<int32_t>(channel.size()),
+                                static_cast<int32_t>(bytes.size()),
+                                channel.data(),
+                                bytes.data()};
     whole = whole && lcm_eventlog_write_event(log, &record) == 0;
   }
   whole = std::fflush(log->f) == 0 && whole;
@@ -255,7 +264,8 @@ LcmExported export_lcm(const fs::path& source, const fs::path& path) {
     throw;
   }
   fs::rename(unfinished, path);
-  return {static_cast<int>(trials.size()), static_cast<int64_t>(events.size()), 1e-6 * static_cast<double>(events.back().utime)};
+  return {static_cast<int>(trials.size()), static_cast<int64_t>(events.size()),
+          1e-6 * static_cast<double>(events.back().utime)};
 }
 
 }  // namespace selvedge::station

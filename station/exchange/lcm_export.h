@@ -6,11 +6,11 @@
 //   PROJECTOR_PATTERN  projector_status_t  the stripes, at the start of each trial
 //   SESSION_STATUS     session_status_t    "recording" at the start of each trial, "done" at its end
 //
-// An event's time is its message's utime: µs since the first trial's origin, since a trial does not keep the host's clock.
-// Trials follow each other a second apart. What a trial does not keep is 0 or empty (device ticks, joints, arrival as utime);
-// the arm's mode is MOVING while its commanded point moves, IDLE otherwise. sequence counts each channel from 1, over all trials.
-// A trial whose own folder's parent holds the rig.toml of the rig has its arm's base from there; without it, the base frame
-// is taken to be that of the motion capture.
+// An event's time is its message's utime: µs since the first trial's origin, since a trial does not keep the host's
+// clock. Trials follow each other a second apart. What a trial does not keep is 0 or empty (device ticks, joints,
+// arrival as utime); the arm's mode is MOVING while its commanded point moves, IDLE otherwise. sequence counts each
+// channel from 1, over all trials. A trial whose own folder's parent holds the rig.toml of the rig has its arm's base
+// from there; without it, the base frame is taken to be that of the motion capture.
 #pragma once
 
 #include <filesystem>

@@ -32,7 +32,9 @@ struct Backend {
 };
 void PrintTo(const Backend& backend, std::ostream* out) { *out << backend.name; }
 
-arm::ArmModel read(const char* file) { return arm::ArmModel::read(std::string(SELVEDGE_SOURCE_DIR) + "/data/arms/" + file); }
+arm::ArmModel read(const char* file) {
+  return arm::ArmModel::read(std::string(SELVEDGE_SOURCE_DIR) + "/data/arms/" + file);
+}
 
 Controller start_rtde() {
   const auto model = read("ur5e.toml");
@@ -129,9 +131,7 @@ TEST_P(ArmContract, ControllersOwnStopIsSaidAndItCanBeRepaired) {
       const auto sample = arm->cycle(std::nullopt, 0.05);
       said = sample && !sample->ready && !sample->not_ready.empty();
     }
-  } catch (const wire::Disconnected&) {
-    said = true;
-  }
+  } catch (const wire::Disconnected&) { said = true; }
   EXPECT_TRUE(said);
   arm.reset();
   // Saying goodbye ends a controller's program, perhaps only after the repair.
@@ -139,8 +139,7 @@ TEST_P(ArmContract, ControllersOwnStopIsSaidAndItCanBeRepaired) {
     controller.repair();
     try {
       arm = controller.connect();
-    } catch (const wire::Disconnected&) {
-    }
+    } catch (const wire::Disconnected&) {}
   }
   ASSERT_TRUE(arm);
   EXPECT_TRUE(wait_ready(*arm).ready);

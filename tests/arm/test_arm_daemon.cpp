@@ -16,21 +16,22 @@ TEST_F(ArmDaemon, WavesTheToolAlongThePath) {
   double furthest_m = 0, off_path_m = 0;
   arm_status_t end{};
   for (int attempt = 0; attempt < 10 && (attempt == 0 || end.stop_reason == arm_status_t::STOP_LEASE); ++attempt) {
-  ASSERT_TRUE(start_moving({.amplitude_m = 0.05, .frequency_hz = 1, .duration_s = 4}, 0));
-  furthest_m = off_path_m = 0;
-  while (status().mode == arm_status_t::MODE_MOVING) {
-    const Eigen::Vector3d away_m = controller_->tool_at(rig::host_now_s()) - start_m_;
-    furthest_m = std::max(furthest_m, std::abs(away_m.x()));
-    off_path_m = std::max(off_path_m, std::hypot(away_m.y(), away_m.z()));
-    std::this_thread::sleep_for(std::chrono::milliseconds(4));
-  }
-  end = status();
+    ASSERT_TRUE(start_moving({.amplitude_m = 0.05, .frequency_hz = 1, .duration_s = 4}, 0));
+    furthest_m = off_path_m = 0;
+    while (status().mode == arm_status_t::MODE_MOVING) {
+      const Eigen::Vector3d away_m = controller_->tool_at(rig::host_now_s()) - start_m_;
+      furthest_m = std::max(furthest_m, std::abs(away_m.x()));
+      off_path_m = std::max(off_path_m, std::hypot(away_m.y(), away_m.z()));
+      std::this_thread::sleep_for(std::chrono::milliseconds(4));
+    }
+    end = status();
   }
   EXPECT_EQ(end.stop_reason, arm_status_t::STOP_NONE) << end.stop_text;
   EXPECT_GT(furthest_m, 0.04);
   EXPECT_LT(furthest_m, 0.052);
   EXPECT_LT(off_path_m, 0.003);
-  EXPECT_TRUE(wait_for([&](const auto&) { return (controller_->tool_at(rig::host_now_s()) - start_m_).norm() < 0.001; }));
+  EXPECT_TRUE(
+      wait_for([&](const auto&) { return (controller_->tool_at(rig::host_now_s()) - start_m_).norm() < 0.001; }));
 }
 
 TEST_F(ArmDaemon, CornersFurtherApartThanTheFabricAreRefusedBeforeItStarts) {
@@ -73,8 +74,8 @@ TEST_F(ArmDaemon, EachLossStopsTheArm) {
 
 // What counts is when the tracker saw the corners, not that something arrives.
 TEST_F(ArmDaemon, ATrackerThatOnlySeemsToSeeStopsTheArm) {
-  for (const Tracker fault : {Tracker::silent, Tracker::repeats, Tracker::fresh_times, Tracker::late, Tracker::stands_still,
-                              Tracker::forged}) {
+  for (const Tracker fault : {Tracker::silent, Tracker::repeats, Tracker::fresh_times, Tracker::late,
+                              Tracker::stands_still, Tracker::forged}) {
     SCOPED_TRACE(static_cast<int>(fault));
     tracker_ = Tracker::sees;
     std::this_thread::sleep_for(std::chrono::milliseconds(700));  // numbers may begin anew after a silence
@@ -93,15 +94,17 @@ TEST(ArmConfiguration, MistakesAreRefusedByName) {
     return arm::read_configuration(rig::Configuration::parse("[arm]\n" + text, "lab.toml").section("arm"));
   };
   EXPECT_NO_THROW(read("model = \"a.toml\"\n"));
-  const auto table = read("model = \"a\"\n[arm.obstacle.table]\nlow_m = [0, 0, 0]\nhigh_m = [1, 2, 3]\n").plan.obstacles.at(0);
+  const auto table =
+      read("model = \"a\"\n[arm.obstacle.table]\nlow_m = [0, 0, 0]\nhigh_m = [1, 2, 3]\n").plan.obstacles.at(0);
   EXPECT_EQ(table.name, "table");
   EXPECT_EQ(table.high_m, Eigen::Vector3d(1, 2, 3));
-  for (const std::string text : {"", "model = \"a\"\nbackend = \"abb\"\n", "model = \"a\"\ncorner_distance_m = 0.3\ntracker = \"\"\n",
-                                 "model = \"a\"\nworkspace_low_m = [1, 1, 1]\nworkspace_high_m = [0, 2, 2]\n", "model = \"a\"\nspeed = 3\n",
-                                 "model = \"a\"\nlinks_low_m = [1, 1, 1]\nlinks_high_m = [0, 2, 2]\n",
-                                 "model = \"a\"\n[arm.obstacle.table]\nlow_m = [0, 0, 0]\n",
-                                 "model = \"a\"\n[arm.obstacle.table]\nlow_m = [0, 0, 0]\nhigh_m = [0, 1, 1]\n",
-                                 "model = \"a\"\n[arm.obstacle.table]\nlow_m = [0, 0, 0]\nhigh_m = [1, 1, 1]\nradius = 2\n"})
+  for (const std::string text :
+       {"", "model = \"a\"\nbackend = \"abb\"\n", "model = \"a\"\ncorner_distance_m = 0.3\ntracker = \"\"\n",
+        "model = \"a\"\nworkspace_low_m = [1, 1, 1]\nworkspace_high_m = [0, 2, 2]\n", "model = \"a\"\nspeed = 3\n",
+        "model = \"a\"\nlinks_low_m = [1, 1, 1]\nlinks_high_m = [0, 2, 2]\n",
+        "model = \"a\"\n[arm.obstacle.table]\nlow_m = [0, 0, 0]\n",
+        "model = \"a\"\n[arm.obstacle.table]\nlow_m = [0, 0, 0]\nhigh_m = [0, 1, 1]\n",
+        "model = \"a\"\n[arm.obstacle.table]\nlow_m = [0, 0, 0]\nhigh_m = [1, 1, 1]\nradius = 2\n"})
     EXPECT_THROW(read(text), BadInput) << text;
 }
 

@@ -61,9 +61,7 @@ TEST(RtdePackages, SurviveDamagedAndRandomBytes) {
         for (const double angle : state.q_rad) ASSERT_TRUE(std::isfinite(angle));
         ++read;
       }
-    } catch (const wire::WireError&) {
-      ++refused;
-    }
+    } catch (const wire::WireError&) { ++refused; }
   }
   EXPECT_GT(read, 1000);
   EXPECT_GT(refused, 1000);
@@ -86,8 +84,8 @@ TEST(MxtPacket, HasTheControllersOffsets) {
   EXPECT_EQ(u16(152), 11);
   EXPECT_EQ(bytes[60], 4);
   EXPECT_EQ(bytes[63], 1);
-  EXPECT_EQ(bytes[11], 0x3F);                     // 1.0f begins at byte 8
-  EXPECT_EQ(bytes[8 + 24 + 3], 0xC0);             // −2.0f is the seventh
+  EXPECT_EQ(bytes[11], 0x3F);          // 1.0f begins at byte 8
+  EXPECT_EQ(bytes[8 + 24 + 3], 0xC0);  // −2.0f is the seventh
 }
 
 TEST(MxtPacket, SurvivesDamagedAndRandomBytes) {
@@ -101,9 +99,7 @@ TEST(MxtPacket, SurvivesDamagedAndRandomBytes) {
       const auto reply = mxt::decode(bytes, 7);
       ASSERT_TRUE(reply.encoder_rad.allFinite() && reply.command_rad.allFinite());
       ++read;
-    } catch (const wire::WireError&) {
-      ++refused;
-    }
+    } catch (const wire::WireError&) { ++refused; }
   }
   EXPECT_GT(read, 1000);
   EXPECT_GT(refused, 1000);

@@ -31,7 +31,9 @@ class Server : public testing::Test {
   // A server and a loop that does whatever it is asked.
   struct Running {
     Running(const fs::path& socket, std::vector<uid_t> users)
-        : server(socket, std::move(users), [this](const std::string&) { ++stops; }, [] {}), loop([this] {
+        : server(
+              socket, std::move(users), [this](const std::string&) { ++stops; }, [] {}),
+          loop([this] {
             while (!ending) {
               for (const auto& message : server.take())
                 if (const auto* control = std::get_if<arm_control_t>(&message.what)) {
@@ -65,9 +67,7 @@ TEST_F(Server, AnswersAndRefusalsReachWhoeverAsked) {
   try {
     client.arm("no");
     FAIL();
-  } catch (const ControlRefused& refused) {
-    EXPECT_STREQ(refused.what(), "arm: would not");
-  }
+  } catch (const ControlRefused& refused) { EXPECT_STREQ(refused.what(), "arm: would not"); }
   EXPECT_NO_THROW(client.stop("stop"));
   EXPECT_EQ(running.stops, 1);
 }
@@ -86,7 +86,8 @@ TEST_F(Server, OthersMayStopAlone) {
 // The stop comes after more than anybody's queue holds, and the loop takes nothing.
 TEST_F(Server, AStopDoesNotQueue) {
   std::atomic<int> stops = 0;
-  ControlServer server(folder_ / "s", {::geteuid()}, [&](const std::string&) { ++stops; }, [] {});
+  ControlServer server(
+      folder_ / "s", {::geteuid()}, [&](const std::string&) { ++stops; }, [] {});
   const wire::Socket flood = wire::connect_unix(folder_ / "s");
   arm_command_t command{};
   for (int i = 0; i < 10000; ++i) flood.send(encode_frame(FrameKind::command, command), 20);
@@ -105,9 +106,9 @@ TEST_F(Server, StopsComeThroughManyConnectionsAndNonsense) {
   for (size_t i = 0; i < 3 * ControlServer::kConnections; ++i) {
     open.push_back(wire::connect_unix(folder_ / "s"));
     try {
-      open.back().send(std::vector<std::uint8_t>{0, 0, 0, static_cast<std::uint8_t>(i), 1, 2, 3});  // half a frame, or a wrong kind
-    } catch (const wire::Disconnected&) {
-    }
+      open.back().send(
+          std::vector<std::uint8_t>{0, 0, 0, static_cast<std::uint8_t>(i), 1, 2, 3});  // half a frame, or a wrong kind
+    } catch (const wire::Disconnected&) {}
   }
   EXPECT_NO_THROW(ControlClient(folder_ / "s").stop("through the crowd"));
   EXPECT_EQ(running.stops, 1);
@@ -115,8 +116,11 @@ TEST_F(Server, StopsComeThroughManyConnectionsAndNonsense) {
 
 TEST_F(Server, TwoDaemonsDoNotShareASocketAndALeftOneIsReplaced) {
   {
-    ControlServer first(folder_ / "s", {}, [](const std::string&) {}, [] {});
-    EXPECT_THROW(ControlServer(folder_ / "s", {}, [](const std::string&) {}, [] {}), std::runtime_error);
+    ControlServer first(
+        folder_ / "s", {}, [](const std::string&) {}, [] {});
+    EXPECT_THROW(ControlServer(
+                     folder_ / "s", {}, [](const std::string&) {}, [] {}),
+                 std::runtime_error);
   }
   const int left = ::socket(AF_UNIX, SOCK_STREAM, 0);  // as a killed daemon leaves it
   sockaddr_un address{};
@@ -124,7 +128,8 @@ TEST_F(Server, TwoDaemonsDoNotShareASocketAndALeftOneIsReplaced) {
   (folder_ / "s").string().copy(address.sun_path, sizeof address.sun_path - 1);
   ASSERT_EQ(::bind(left, reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
   ::close(left);
-  EXPECT_NO_THROW(ControlServer(folder_ / "s", {}, [](const std::string&) {}, [] {}));
+  EXPECT_NO_THROW(ControlServer(
+      folder_ / "s", {}, [](const std::string&) {}, [] {}));
 }
 
 TEST(ControlFrames, SizesAndKindsThatCannotBeAreRefused) {

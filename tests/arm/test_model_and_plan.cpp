@@ -38,7 +38,8 @@ TEST(ArmModel, InverseUndoesForwardOnTheSameBranch) {
     Eigen::VectorXd q = model.home_rad();
     for (int i = 0; i < 50; ++i) {
       Eigen::Isometry3d pose = model.base_from_tool(model.home_rad());
-      pose.translation() += Eigen::Vector3d(0.05 * std::sin(i * 0.3), 0.05 * std::cos(i * 0.3) - 0.05, 0.02 * std::sin(i * 0.1));
+      pose.translation() +=
+          Eigen::Vector3d(0.05 * std::sin(i * 0.3), 0.05 * std::cos(i * 0.3) - 0.05, 0.02 * std::sin(i * 0.1));
       const auto solved = model.inverse(pose, q);
       ASSERT_TRUE(solved) << file << " " << i;
       EXPECT_LT((model.base_from_tool(*solved).translation() - pose.translation()).norm(), 2e-6);
@@ -82,8 +83,10 @@ class Plan : public testing::Test {
   std::string refusal(const ToolPath& path, const PlanLimits& limits = {}) const {
     return refusal_of([&] { plan(model_, model_.home_rad(), path, limits); });
   }
-  ToolPath sinusoid(double amplitude_m, double frequency_hz, const Eigen::Vector3d& direction = Eigen::Vector3d::UnitX()) const {
-    return make_sinusoid(start_m_, {.direction = direction, .amplitude_m = amplitude_m, .frequency_hz = frequency_hz, .duration_s = 6});
+  ToolPath sinusoid(double amplitude_m, double frequency_hz,
+                    const Eigen::Vector3d& direction = Eigen::Vector3d::UnitX()) const {
+    return make_sinusoid(
+        start_m_, {.direction = direction, .amplitude_m = amplitude_m, .frequency_hz = frequency_hz, .duration_s = 6});
   }
   const ArmModel model_ = ur5e();
   const Eigen::Vector3d start_m_ = model_.base_from_tool(model_.home_rad()).translation();
@@ -143,7 +146,8 @@ TEST_F(Plan, PathThatStartsElsewhereIsRefusedAndASmallDifferenceIsTakenOut) {
   path.point_m.colwise() += Eigen::Vector3d(0.002, 0, 0);
   const JointPath joints = plan(model_, model_.home_rad(), path, {});
   EXPECT_EQ(Eigen::VectorXd(joints.q_rad.col(0)), model_.home_rad());
-  EXPECT_LT((model_.base_from_tool(joints.q_rad.rightCols<1>()).translation() - path.point_m.rightCols<1>()).norm(), 2e-6);
+  EXPECT_LT((model_.base_from_tool(joints.q_rad.rightCols<1>()).translation() - path.point_m.rightCols<1>()).norm(),
+            2e-6);
   path.point_m.colwise() += Eigen::Vector3d(0.01, 0, 0);
   EXPECT_NE(refusal(path).find("at 0 s it begins"), std::string::npos);
 }
@@ -175,7 +179,9 @@ TEST_F(Plan, WhatIsNotFiniteIsRefusedByItsName) {
 
 TEST_F(Plan, EveryLinkKeepsToItsWorkspaceAndClearOfWhatStandsAbout) {
   const ToolPath path = make_sinusoid(start_m_, {.duration_s = 4});
-  const auto refusal = [&](const PlanLimits& limits) { return refusal_of([&] { plan(model_, model_.home_rad(), path, limits); }); };
+  const auto refusal = [&](const PlanLimits& limits) {
+    return refusal_of([&] { plan(model_, model_.home_rad(), path, limits); });
+  };
   const std::vector<Eigen::Vector3d> points = model_.link_points(model_.home_rad());
   const Eigen::Vector3d elbow_m = points[2];
   PlanLimits limits;
@@ -215,7 +221,8 @@ TEST_F(Plan, DistanceToABoxIsNeverTooLong) {
 TEST_F(Plan, AskedToGiveUpItDoesAtOnce) {
   std::stop_source asked;
   asked.request_stop();
-  EXPECT_THROW(plan(model_, model_.home_rad(), make_sinusoid(start_m_, {.duration_s = 600}), {}, asked.get_token()), Cancelled);
+  EXPECT_THROW(plan(model_, model_.home_rad(), make_sinusoid(start_m_, {.duration_s = 600}), {}, asked.get_token()),
+               Cancelled);
 }
 
 TEST_F(Plan, SenselessPathsAreRefused) {
@@ -238,7 +245,9 @@ TEST(Path, RecordedPathIsRampedInAndOut) {
   for (long i = 0; i < ramped.point_m.cols(); ++i) {
     const double t = ramped.time_s[static_cast<size_t>(i)];
     if (t < 1.5 || t > 6.5) continue;
-    EXPECT_LT((ramped.point_m.col(i) - Eigen::Vector3d(0, 0, 1) - (recorded.point_m.col(i) - recorded.point_m.col(0))).norm(), 1e-12);
+    EXPECT_LT(
+        (ramped.point_m.col(i) - Eigen::Vector3d(0, 0, 1) - (recorded.point_m.col(i) - recorded.point_m.col(0))).norm(),
+        1e-12);
   }
 }
 

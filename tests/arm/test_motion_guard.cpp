@@ -50,7 +50,8 @@ class Guard : public testing::Test {
   void plan_waving(int64_t id) {
     if (!guard_->on_trajectory(kSender, id, utime(), now_s_).empty()) return;
     const Eigen::Vector3d start_m = model_.base_from_tool(guard_->hold_rad()).translation();
-    guard_->plan_ready(id, std::make_shared<JointPath>(plan(model_, guard_->hold_rad(), make_sinusoid(start_m, {.duration_s = 4}), {})));
+    guard_->plan_ready(id, std::make_shared<JointPath>(
+                               plan(model_, guard_->hold_rad(), make_sinusoid(start_m, {.duration_s = 4}), {})));
   }
   // One control cycle; true where a set-point was sent.
   bool cycle(bool arm_follows = true) {
@@ -83,8 +84,7 @@ class Guard : public testing::Test {
   // Cycles until nothing is sent any more; how long that took, s.
   double time_to_rest() {
     const double from_s = now_s_;
-    while (cycle() && now_s_ < from_s + 10) {
-    }
+    while (cycle() && now_s_ < from_s + 10) {}
     return now_s_ - from_s;
   }
 
@@ -159,11 +159,11 @@ TEST_F(Guard, BrakesAlongThePathWithoutAJerk) {
 TEST_F(Guard, StaleRepeatedAndForeignCommandsAreDroppedAndCounted) {
   start_moving();
   const auto refused = status().commands_refused;
-  guard_->on_command(last_, now_s_);                        // repeated
-  command(arm_command_t::FOLLOW, 1, 99);                   // unknown sender
-  command(arm_command_t::FOLLOW, 1, kSender, 0.2);         // stale
-  command(arm_command_t::FOLLOW, 1, kSender, -1);          // from the future
-  command(arm_command_t::FOLLOW, 5);                       // a trajectory nobody planned
+  guard_->on_command(last_, now_s_);                // repeated
+  command(arm_command_t::FOLLOW, 1, 99);            // unknown sender
+  command(arm_command_t::FOLLOW, 1, kSender, 0.2);  // stale
+  command(arm_command_t::FOLLOW, 1, kSender, -1);   // from the future
+  command(arm_command_t::FOLLOW, 5);                // a trajectory nobody planned
   EXPECT_EQ(status().commands_refused, refused + 5);
   arm_command_t greedy = last_;
   greedy.sequence = ++command_sequence_;

@@ -61,7 +61,8 @@ TEST_F(Stops, HoldOverTheEndOfTheDaemon) {
   end_daemon();
   start_daemon();
   EXPECT_TRUE(status().latched);
-  EXPECT_NE(status().stop_text.find("before the daemon was started again: test"), std::string::npos) << status().stop_text;
+  EXPECT_NE(status().stop_text.find("before the daemon was started again: test"), std::string::npos)
+      << status().stop_text;
   EXPECT_THROW(client().arm("test"), arm::ControlRefused);
   reset();
   let_go();
@@ -106,9 +107,7 @@ TEST_F(Stops, AnotherUserMayStopAndNothingElse) {
           arm::ControlClient other(socket_);
           action(other);
           outcome = 0;
-        } catch (const arm::ControlRefused&) {
-          outcome = 1;
-        } catch (...) {
+        } catch (const arm::ControlRefused&) { outcome = 1; } catch (...) {
           outcome = 2;
         }
       }
@@ -181,7 +180,8 @@ TEST_F(Stops, PlanningNeverHoldsUpControl) {
   idle.join();
   {
     const std::lock_guard lock(mutex);
-    for (size_t i = 1; i < arrived_s.size(); ++i) longest_gap_s = std::max(longest_gap_s, arrived_s[i] - arrived_s[i - 1]);
+    for (size_t i = 1; i < arrived_s.size(); ++i)
+      longest_gap_s = std::max(longest_gap_s, arrived_s[i] - arrived_s[i - 1]);
     EXPECT_GT(arrived_s.size(), 20u);
   }
   RecordProperty("longest_gap_ms", static_cast<int>(1e3 * longest_gap_s));

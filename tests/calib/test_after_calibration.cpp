@@ -108,8 +108,10 @@ TEST_F(AfterCalibration, drift_names_the_trial_since_which_the_camera_stands_els
       for (int frame = 0; frame < 60; ++frame)
         for (int marker = 0; marker < 6; ++marker) {
           Sighting s;
-          const Eigen::Vector3d point(0.08 * marker - 0.2 + 0.05 * std::sin(0.2 * frame), 0.02 * std::cos(0.3 * frame), 0.9 + 0.06 * marker);
-          s.pixel = pixel_of(camera, point, trial >= knocked_from ? &knock : nullptr) + 0.2 * Eigen::Vector2d(normal(generator), normal(generator));
+          const Eigen::Vector3d point(0.08 * marker - 0.2 + 0.05 * std::sin(0.2 * frame), 0.02 * std::cos(0.3 * frame),
+                                      0.9 + 0.06 * marker);
+          s.pixel = pixel_of(camera, point, trial >= knocked_from ? &knock : nullptr) +
+                    0.2 * Eigen::Vector2d(normal(generator), normal(generator));
           s.point = point + 0.0003 * Eigen::Vector3d(normal(generator), normal(generator), normal(generator));
           one.sightings.push_back(s);
         }

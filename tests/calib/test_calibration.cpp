@@ -149,7 +149,8 @@ TEST(calibration, file_carries_what_it_takes_to_solve_it_again) {
   const nlohmann::json file = to_json(calibration);
   const Calibration again = calibrate(poses_from_json(file["inputs"], "inputs"), quick());
   EXPECT_EQ(again.camera.projection().matrix, calibration.camera.projection().matrix);
-  for (const char* key : {"projection", "distortion", "rms_px", "leave_one_pose_out_px", "predicted_sd_px", "worst_pose"})
+  for (const char* key :
+       {"projection", "distortion", "rms_px", "leave_one_pose_out_px", "predicted_sd_px", "worst_pose"})
     EXPECT_TRUE(file["camera"].contains(key) && file["projector"].contains(key)) << key;
 }
 

@@ -45,7 +45,9 @@ double largest_camera_error(const Recording& recording, const ImageReading& read
   double largest = 0;
   for (const Correspondence& row : reading.poses.rows)
     if (row.camera)
-      largest = std::max(largest, (*row.camera - geometry::project(recording.truth.camera, true_point(recording, row.pose, row.marker))).norm());
+      largest = std::max(largest, (*row.camera - geometry::project(recording.truth.camera,
+                                                                   true_point(recording, row.pose, row.marker)))
+                                      .norm());
   return largest;
 }
 
@@ -58,7 +60,9 @@ TEST(images, give_centres_labels_and_projector_pixels) {
   int count = 0;
   for (const Correspondence& row : reading.poses.rows)
     if (row.projector) {
-      sum += (*row.projector - geometry::project(plain().truth.projector, true_point(plain(), row.pose, row.marker))).squaredNorm() / 2;
+      sum += (*row.projector - geometry::project(plain().truth.projector, true_point(plain(), row.pose, row.marker)))
+                 .squaredNorm() /
+             2;
       ++count;
     }
   EXPECT_EQ(count, 30);
@@ -77,9 +81,9 @@ TEST(images, hidden_merged_and_false_blobs_are_told_apart) {
   const auto pixel = [&](int pose, int marker) {
     return geometry::project(recording.truth.camera, true_point(recording, pose, marker));
   };
-  paint(0, pixel(0, 7), 12, 12);                                       // hidden
-  paint(1, pixel(1, 3) + Eigen::Vector2d(9, 0), 5, 200);               // merged with a reflection
-  for (int i = 0; i < 6; ++i) paint(2, Eigen::Vector2d(60 + 40 * i, 70 + 3 * i), 5, 210);   // false
+  paint(0, pixel(0, 7), 12, 12);                                                           // hidden
+  paint(1, pixel(1, 3) + Eigen::Vector2d(9, 0), 5, 200);                                   // merged with a reflection
+  for (int i = 0; i < 6; ++i) paint(2, Eigen::Vector2d(60 + 40 * i, 70 + 3 * i), 5, 210);  // false
   // A marker that the tracker lost has a blob and no position.
   recording.images[3].markers.erase(recording.images[3].markers.begin() + 11);
   for (PoseImages& pose : recording.images) pose.sequence.clear();
@@ -124,7 +128,9 @@ TEST(images, gamma_is_measured_and_taken_out) {
     int count = 0;
     for (const Correspondence& row : reading.poses.rows)
       if (row.projector) {
-        sum += (*row.projector - geometry::project(recording.truth.projector, true_point(recording, row.pose, row.marker))).squaredNorm();
+        sum +=
+            (*row.projector - geometry::project(recording.truth.projector, true_point(recording, row.pose, row.marker)))
+                .squaredNorm();
         ++count;
       }
     EXPECT_GT(count, 25);
@@ -177,7 +183,8 @@ TEST(images, an_incomplete_sequence_is_refused) {
 }
 
 TEST(images, a_folder_of_images_comes_back_and_damage_is_refused) {
-  const std::filesystem::path folder = std::filesystem::temp_directory_path() / ("selvedge_images_" + std::to_string(getpid()));
+  const std::filesystem::path folder =
+      std::filesystem::temp_directory_path() / ("selvedge_images_" + std::to_string(getpid()));
   ImageFolder written{plain().truth.poses, plain().images};
   written.header.rows.clear();
   const auto sequence = written.poses[0].sequence;

@@ -63,9 +63,7 @@ struct DaemonBench {
     for (const double end_s = rig::host_now_s() + 30; rig::host_now_s() < end_s;) {
       try {
         return std::make_unique<FrameRingReader>(ring());
-      } catch (const std::exception&) {
-        std::this_thread::sleep_for(std::chrono::milliseconds(10));
-      }
+      } catch (const std::exception&) { std::this_thread::sleep_for(std::chrono::milliseconds(10)); }
     }
     return nullptr;
   }
@@ -79,7 +77,8 @@ struct DaemonBench {
 // With the simulated GigE Vision camera.
 struct Bench : DaemonBench {
   explicit Bench(int number, sim::GigeCameraOptions given = {}, const std::string& keys = "rate_hz = 50\n")
-      : DaemonBench(number, "127.0.3." + std::to_string(number), "packet_size_bytes = 9000\n" + keys), options(std::move(given)) {
+      : DaemonBench(number, "127.0.3." + std::to_string(number), "packet_size_bytes = 9000\n" + keys),
+        options(std::move(given)) {
     options.address = "127.0.3." + std::to_string(number);
     plug_in();
   }

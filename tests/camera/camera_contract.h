@@ -51,7 +51,8 @@ class CameraContract : public testing::TestWithParam<ContractBackend> {
       camera.next_frame(0.5, [&](const CameraFrame& frame) {
         const size_t size = static_cast<size_t>(information.width_px) * static_cast<size_t>(information.height_px);
         shot = Shot{frame.number, frame.ticks, frame.arrival_us, frame.whole,
-                    frame.whole ? painted_time_s({frame.pixels, frame.pixels + size}) : std::numeric_limits<double>::quiet_NaN()};
+                    frame.whole ? painted_time_s({frame.pixels, frame.pixels + size})
+                                : std::numeric_limits<double>::quiet_NaN()};
       });
     return shot;
   }
@@ -88,7 +89,8 @@ TEST_P(CameraContract, FramesComeWholeInOrderAndSayWhenTheyWereTaken) {
   if (camera->read_clock(reading)) {
     // The reading tells what the host's clock was at the frame's ticks, its start of exposure.
     const double ticks_per_s = camera->information().ticks_per_s;
-    const double since_s = static_cast<double>(reading.ticks - last.ticks) / ticks_per_s + 0.5 * configuration_.exposure_s;
+    const double since_s =
+        static_cast<double>(reading.ticks - last.ticks) / ticks_per_s + 0.5 * configuration_.exposure_s;
     const double start_s = last.painted_s - configuration_.exposure_s;
     EXPECT_GE(1e-6 * static_cast<double>(reading.after_us) + 1e-3, start_s + since_s);
     EXPECT_LE(1e-6 * static_cast<double>(reading.before_us) - 1e-3, last.painted_s + since_s);
@@ -146,9 +148,7 @@ TEST_P(CameraContract, AnUnpluggedDeviceIsSaidToBeLostOrFallsSilent) {
   for (int i = 0; i < 1000 && !lost && !silent; ++i) {
     try {
       silent = !camera->next_frame(1, [](const CameraFrame&) {});
-    } catch (const CameraLost&) {
-      lost = true;
-    }
+    } catch (const CameraLost&) { lost = true; }
   }
   EXPECT_TRUE(lost || silent);
 }

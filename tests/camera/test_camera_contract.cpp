@@ -24,7 +24,8 @@ ContractDevice start_gige() {
           .height_px = 240};
 }
 
-INSTANTIATE_TEST_SUITE_P(Backends, CameraContract, testing::Values(ContractBackend{"aravis", start_gige}), [](const auto& info) { return info.param.name; });
+INSTANTIATE_TEST_SUITE_P(Backends, CameraContract, testing::Values(ContractBackend{"aravis", start_gige}),
+                         [](const auto& info) { return info.param.name; });
 
 }  // namespace
 }  // namespace selvedge::camera

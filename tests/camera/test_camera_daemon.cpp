@@ -202,7 +202,8 @@ TEST(CameraDaemon, LivesThroughHostileCommands) {
   bus.subscribe<device_status_t>("CAMERA_STATUS", [&](const device_status_t& message) { status = message; });
   bench.start();
   ASSERT_TRUE(wait(bus, [&] { return status.delivered > 10; }));
-  for (size_t size : {0u, 1u, 7u, 8u, 20u, 60000u}) bus.publish_bytes("CAMERA_COMMAND", std::vector<uint8_t>(size, 0xff));
+  for (size_t size : {0u, 1u, 7u, 8u, 20u, 60000u})
+    bus.publish_bytes("CAMERA_COMMAND", std::vector<uint8_t>(size, 0xff));
   camera_command_t command{};
   command.action = 77;
   bus.publish("CAMERA_COMMAND", command);
@@ -233,7 +234,8 @@ TEST(CameraDaemon, OpensALostCameraAnewAndShowsTheHole) {
     was_lost |= message.state == device_status_t::LOST;
   });
   std::vector<int64_t> numbers;
-  bus.subscribe<frame_stamp_t>("CAMERA_STAMP", [&](const frame_stamp_t& stamp) { numbers.push_back(stamp.frame_number); });
+  bus.subscribe<frame_stamp_t>("CAMERA_STAMP",
+                               [&](const frame_stamp_t& stamp) { numbers.push_back(stamp.frame_number); });
   bench.start();
   ASSERT_TRUE(wait(bus, [&] { return status.delivered > 20; }));
   bench.device.reset();

@@ -17,10 +17,10 @@
 namespace selvedge::sim {
 namespace {
 
-using ::testing::HasSubstr;
 using camera::installed;
 using camera::number_after;
 using camera::output;
+using ::testing::HasSubstr;
 
 std::unique_ptr<GigeCamera> camera(const std::string& address, GigeCameraOptions options = {}) {
   options.address = address;
@@ -33,16 +33,19 @@ std::unique_ptr<GigeCamera> camera(const std::string& address, GigeCameraOptions
 TEST(GigeCamera, ArvToolReadsAndWritesFeatures) {
   if (!installed("arv-tool-0.8")) GTEST_SKIP() << "skipped: arv-tool-0.8 (package aravis-tools-cli) is not installed";
   const auto device = camera("127.0.4.1");
-  const std::string text = output("arv-tool-0.8 -a 127.0.4.1 control Width Height PixelFormat ExposureTime=5000 "
-                                  "ExposureTime AcquisitionFrameRate=12.5 AcquisitionFrameRate DeviceModelName "
-                                  "GevTimestampControlLatch GevTimestampValue TriggerSource=Line0 TriggerSource");
+  const std::string text = output(
+      "arv-tool-0.8 -a 127.0.4.1 control Width Height PixelFormat ExposureTime=5000 "
+      "ExposureTime AcquisitionFrameRate=12.5 AcquisitionFrameRate DeviceModelName "
+      "GevTimestampControlLatch GevTimestampValue TriggerSource=Line0 TriggerSource");
   EXPECT_THAT(text, AllOf(HasSubstr("Width = 640"), HasSubstr("Height = 480"), HasSubstr("PixelFormat = Mono8"),
                           HasSubstr("ExposureTime = 5000"), HasSubstr("AcquisitionFrameRate = 12.5"),
                           HasSubstr("Simulated GigE camera"), HasSubstr("TriggerSource = Line0")));
   EXPECT_GT(number_after(text, "GevTimestampValue"), 0) << text;
   EXPECT_THAT(output("arv-tool-0.8 -a 127.0.4.1 control Width=100"), HasSubstr("invalid-parameter"));
-  EXPECT_THAT(output("arv-tool-0.8 -a 127.0.4.1 control PtpEnable=true PtpEnable PtpDataSetLatch PtpStatus PtpOffsetFromMaster"),
-              AllOf(HasSubstr("PtpEnable = true"), HasSubstr("PtpStatus = Listening"), HasSubstr("PtpOffsetFromMaster = 0")));
+  EXPECT_THAT(
+      output(
+          "arv-tool-0.8 -a 127.0.4.1 control PtpEnable=true PtpEnable PtpDataSetLatch PtpStatus PtpOffsetFromMaster"),
+      AllOf(HasSubstr("PtpEnable = true"), HasSubstr("PtpStatus = Listening"), HasSubstr("PtpOffsetFromMaster = 0")));
 }
 
 TEST(GigeCamera, ArvCameraTestStreamsFromIt) {
@@ -52,8 +55,9 @@ TEST(GigeCamera, ArvCameraTestStreamsFromIt) {
   GigeCameraFaults faults;
   faults.stream_loss = 0.01;
   device->set_faults(faults);
-  const std::string text = output("timeout 60 arv-camera-test-0.8 -n 127.0.4.2 --no-packet-socket -i 9000 "
-                                  "--packet-request-ratio=2 --duration 2");
+  const std::string text = output(
+      "timeout 60 arv-camera-test-0.8 -n 127.0.4.2 --no-packet-socket -i 9000 "
+      "--packet-request-ratio=2 --duration 2");
   const int64_t whole = number_after(text, "n_completed_buffers"), failed = number_after(text, "n_failures");
   EXPECT_GT(whole, 20) << text;
   EXPECT_LT(failed, whole / 2) << text;  // its own socket buffer is small, so a busy machine costs frames
@@ -104,13 +108,13 @@ TEST(GigeCamera, AnswersWithTheStandardsErrors) {
     return answer.size() < 2 ? -1 : answer[0] << 8 | answer[1];
   };
   const std::vector<uint8_t> take_control = {0x42, 1, 0, 0x82, 0, 8, 0, 1, 0, 0, 0x0a, 0, 0, 0, 0, 2};
-  EXPECT_EQ(error({0x42, 1, 0, 0x99, 0, 0, 0, 9}), 0x8001);                                      // no such command
-  EXPECT_EQ(error({0x42, 1, 0, 0x80, 0, 4, 0, 10, 0, 0, 0, 2}), 0x8005);                         // alignment
-  EXPECT_EQ(error({0x42, 1, 0, 0x80, 0, 4, 0, 11, 0x7f, 0, 0, 0}), 0x8003);                      // address
-  EXPECT_EQ(error({0x42, 1, 0, 0x82, 0, 8, 0, 12, 0, 1, 0, 0x2c, 0, 0, 0, 1}), 0x8006);          // not in control
+  EXPECT_EQ(error({0x42, 1, 0, 0x99, 0, 0, 0, 9}), 0x8001);                              // no such command
+  EXPECT_EQ(error({0x42, 1, 0, 0x80, 0, 4, 0, 10, 0, 0, 0, 2}), 0x8005);                 // alignment
+  EXPECT_EQ(error({0x42, 1, 0, 0x80, 0, 4, 0, 11, 0x7f, 0, 0, 0}), 0x8003);              // address
+  EXPECT_EQ(error({0x42, 1, 0, 0x82, 0, 8, 0, 12, 0, 1, 0, 0x2c, 0, 0, 0, 1}), 0x8006);  // not in control
   EXPECT_EQ(error(take_control), 0);
-  EXPECT_EQ(error({0x42, 1, 0, 0x82, 0, 8, 0, 13, 0, 0, 0, 0, 0, 0, 0, 1}), 0x8004);             // read-only
-  EXPECT_EQ(error({0x42, 1, 0, 0x82, 0, 8, 0, 14, 0, 1, 0, 0x2c, 0, 0, 0, 9}), 0x8002);          // out of range
+  EXPECT_EQ(error({0x42, 1, 0, 0x82, 0, 8, 0, 13, 0, 0, 0, 0, 0, 0, 0, 1}), 0x8004);     // read-only
+  EXPECT_EQ(error({0x42, 1, 0, 0x82, 0, 8, 0, 14, 0, 1, 0, 0x2c, 0, 0, 0, 9}), 0x8002);  // out of range
   RawClient stranger("127.0.4.5");
   const auto denied = stranger.ask(take_control);
   ASSERT_GE(denied.size(), 2u);

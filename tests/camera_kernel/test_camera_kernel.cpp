@@ -1,7 +1,9 @@
-// The V4L2 camera on the kernel's own test driver, vivid, which streams through the real videobuf2 and injects real errors.
+// The V4L2 camera on the kernel's own test driver, vivid, which streams through the real videobuf2 and injects real
+// errors.
 //
 // SELVEDGE_VIVID_NODE names the node; run.sh sets it in the virtual machine. vivid's controls are found by their names.
-// Source: The Linux Kernel, "The Virtual Video Test Driver (vivid)", chapters "Error Injection Controls" and "Webcam Input".
+// Source: The Linux Kernel, "The Virtual Video Test Driver (vivid)", chapters "Error Injection Controls" and "Webcam
+// Input".
 #include <gtest/gtest.h>
 
 #include <fcntl.h>
@@ -27,7 +29,8 @@ class Vivid : public testing::Test {
  protected:
   void SetUp() override {
     const char* node = std::getenv("SELVEDGE_VIVID_NODE");
-    if (node == nullptr) GTEST_SKIP() << "SKIPPED: the camera was NOT tried on a real kernel driver; ./selvedge test --kernel does";
+    if (node == nullptr)
+      GTEST_SKIP() << "SKIPPED: the camera was NOT tried on a real kernel driver; ./selvedge test --kernel does";
     configuration_.backend = "v4l2";
     configuration_.address = node;
     configuration_.rate_hz = 30;
@@ -91,7 +94,8 @@ TEST_F(Vivid, StreamsWholeFramesInOrderWithTheDriversStamps) {
     }
     shots.push_back(*shot);
   }
-  const double period_s = 1e-9 * static_cast<double>(shots.back().ticks - shots.front().ticks) / static_cast<double>(shots.back().number - shots.front().number);
+  const double period_s = 1e-9 * static_cast<double>(shots.back().ticks - shots.front().ticks) /
+                          static_cast<double>(shots.back().number - shots.front().number);
   EXPECT_NEAR(period_s, 1 / configuration_.rate_hz, 0.02 / configuration_.rate_hz);
 }
 

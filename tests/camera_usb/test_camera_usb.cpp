@@ -109,7 +109,8 @@ TEST(Usb3, ASecondClientIsToldThatTheDeviceIsTaken) {
   EXPECT_THROW(open_camera(configuration_of(*device)), CameraLost);
 }
 
-// The daemon finds the device again by its name: after a stalled stream, after silence, after a cable pulled and put back.
+// The daemon finds the device again by its name: after a stalled stream, after silence, after a cable pulled and put
+// back.
 TEST(Usb3Daemon, GoesOnAfterWhateverStoppedTheDevice) {
   const auto device = plug_in(small());
   DaemonBench bench(61, device->name(), "rate_hz = 50\n");
@@ -127,7 +128,9 @@ TEST(Usb3Daemon, GoesOnAfterWhateverStoppedTheDevice) {
     }
   };
   twenty_frames();
-  EXPECT_NEAR(static_cast<double>(frame.head.device_ticks - device->device_ticks(painted_time_s(frame.pixels) - 0.5 * frame.head.exposure_s)), 0, 2000);
+  EXPECT_NEAR(static_cast<double>(frame.head.device_ticks -
+                                  device->device_ticks(painted_time_s(frame.pixels) - 0.5 * frame.head.exposure_s)),
+              0, 2000);
   device->halt_stream();
   twenty_frames();
   device->hang();
@@ -146,16 +149,20 @@ TEST(SimulatedUsb3, ArvToolFindsItAndReadsAndWritesFeatures) {
   const auto device = plug_in({});
   EXPECT_THAT(output("arv-tool-0.8"), HasSubstr(device->name()));
   const std::string tool = "arv-tool-0.8 -n " + device->name() + " control ";
-  const std::string text = output(tool + "Width Height PixelFormat ExposureTime=5000 ExposureTime AcquisitionFrameRate=12.5 "
-                                         "AcquisitionFrameRate DeviceModelName TimestampLatch TimestampLatchValue");
+  const std::string text = output(tool +
+                                  "Width Height PixelFormat ExposureTime=5000 ExposureTime AcquisitionFrameRate=12.5 "
+                                  "AcquisitionFrameRate DeviceModelName TimestampLatch TimestampLatchValue");
   EXPECT_THAT(text, AllOf(HasSubstr("Width = 640"), HasSubstr("Height = 480"), HasSubstr("PixelFormat = Mono8"),
-                          HasSubstr("ExposureTime = 5000"), HasSubstr("AcquisitionFrameRate = 12.5"), HasSubstr("Simulated USB3 camera")));
-  EXPECT_NEAR(static_cast<double>(number_after(text, "TimestampLatchValue")), static_cast<double>(device->device_ticks(rig::host_now_s())), 10e9);
+                          HasSubstr("ExposureTime = 5000"), HasSubstr("AcquisitionFrameRate = 12.5"),
+                          HasSubstr("Simulated USB3 camera")));
+  EXPECT_NEAR(static_cast<double>(number_after(text, "TimestampLatchValue")),
+              static_cast<double>(device->device_ticks(rig::host_now_s())), 10e9);
   EXPECT_THAT(output(tool + "Width=100"), HasSubstr("invalid-parameter"));
 }
 
 TEST(SimulatedUsb3, ArvCameraTestStreamsFromIt) {
-  if (!installed("arv-camera-test-0.8")) GTEST_SKIP() << "skipped: arv-camera-test-0.8 (package aravis-tools) is not installed";
+  if (!installed("arv-camera-test-0.8"))
+    GTEST_SKIP() << "skipped: arv-camera-test-0.8 (package aravis-tools) is not installed";
   const auto device = plug_in({});
   const std::string text = output("timeout 60 arv-camera-test-0.8 -n " + device->name() + " --duration 2");
   EXPECT_GT(number_after(text, "n_completed_buffers"), 0) << text;  // how many is for `bench capture-usb3` to tell

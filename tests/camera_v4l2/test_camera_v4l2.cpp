@@ -10,7 +10,8 @@ namespace {
 
 std::shared_ptr<hardware_sim::V4l2Camera> plug_in(const hardware_sim::V4l2CameraOptions& options) {
   const size_t count = static_cast<size_t>(options.width_px) * static_cast<size_t>(options.height_px);
-  return std::make_shared<hardware_sim::V4l2Camera>(options, [count](double time_s, uint8_t* pixels) { paint(time_s, pixels, count); });
+  return std::make_shared<hardware_sim::V4l2Camera>(
+      options, [count](double time_s, uint8_t* pixels) { paint(time_s, pixels, count); });
 }
 
 template <bool stamps_end_of_frame>
@@ -26,7 +27,8 @@ ContractDevice start_v4l2() {
 }
 
 INSTANTIATE_TEST_SUITE_P(Backends, CameraContract,
-                         testing::Values(ContractBackend{"v4l2", start_v4l2<false>}, ContractBackend{"v4l2_end_of_frame", start_v4l2<true>}),
+                         testing::Values(ContractBackend{"v4l2", start_v4l2<false>},
+                                         ContractBackend{"v4l2_end_of_frame", start_v4l2<true>}),
                          [](const auto& info) { return info.param.name; });
 
 CameraConfiguration at_node() {
@@ -83,7 +85,8 @@ TEST(V4l2, StampsOfTheEndOfTheFrameLeaveTheReadOutOpen) {
 
 // A client that is not ours, in a process of its own that sees the same emulated node.
 TEST(SimulatedV4l2, V4l2CtlStreamsFromIt) {
-  if (std::system("command -v v4l2-ctl > /dev/null 2>&1") != 0) GTEST_SKIP() << "skipped: v4l2-ctl (package v4l-utils) is not installed";
+  if (std::system("command -v v4l2-ctl > /dev/null 2>&1") != 0)
+    GTEST_SKIP() << "skipped: v4l2-ctl (package v4l-utils) is not installed";
   const auto device = plug_in({});
   FILE* pipe = ::popen("timeout 60 v4l2-ctl -d /dev/video0 --stream-mmap --stream-count=30 --verbose 2>&1", "r");
   std::string text;

@@ -43,7 +43,8 @@ void add_samples(Recorder& recorder, std::mt19937& random) {
     recorder.add_robot(i / 120.0, point(), point());
   }
   for (int number = 0; number < frames; ++number) {
-    const trial::GreyImage pixels = trial::GreyImage::NullaryExpr(high, wide, [&] { return static_cast<unsigned char>(random() & 255); });
+    const trial::GreyImage pixels =
+        trial::GreyImage::NullaryExpr(high, wide, [&] { return static_cast<unsigned char>(random() & 255); });
     recorder.add_frame(number, number / 60.0, pixels.data(), wide, high);
   }
 }
@@ -114,8 +115,10 @@ Lost lost_from(const Trial& whole, const Trial& found) {
   lost.corners = rows_lost(found.corners.time_s, whole.corners.time_s, [&](size_t i, size_t j) {
     return same(found.corners.left, i, whole.corners.left, j) && same(found.corners.right, i, whole.corners.right, j);
   });
-  lost.markers = rows_lost(m.time_s, whole.markers->time_s, [&](size_t i, size_t j) { return same(m.position, i, whole.markers->position, j); });
-  lost.robot = rows_lost(r.time_s, whole.robot->time_s, [&](size_t i, size_t j) { return same(r.measured, i, whole.robot->measured, j); });
+  lost.markers = rows_lost(m.time_s, whole.markers->time_s,
+                           [&](size_t i, size_t j) { return same(m.position, i, whole.markers->position, j); });
+  lost.robot = rows_lost(r.time_s, whole.robot->time_s,
+                         [&](size_t i, size_t j) { return same(r.measured, i, whole.robot->measured, j); });
   lost.frames = rows_lost(f.time_s, whole.frames->time_s, [&](size_t i, size_t j) {
     return f.number[i] == whole.frames->number[j] && read_frame(found, i) == read_frame(whole, j);
   });
@@ -129,30 +132,40 @@ struct Damage {
 };
 
 const std::vector<Damage>& damages() {
-  static const std::vector<Damage> list = {
-      {"empty", [](std::string& bytes, std::mt19937&) { bytes.clear(); }},
-      {"all zeros", [](std::string& bytes, std::mt19937&) { bytes.assign(bytes.size(), '\0'); }},
-      {"cut", [](std::string& bytes, std::mt19937& random) { bytes.resize(random() % bytes.size()); }},
-      {"cut by a byte", [](std::string& bytes, std::mt19937&) { bytes.pop_back(); }},
-      {"zeros from somewhere on", [](std::string& bytes, std::mt19937& random) {
-         const size_t from = random() % bytes.size();
-         bytes.replace(from, std::string::npos, bytes.size() - from, '\0');
+  static const std::vector<Damage> list =
+      {
+          {"empty", [](std::string& bytes, std::mt19937&) { bytes.clear(); }},
+          {"all zeros", [](std::string& bytes, std::mt19937&) { bytes.assign(bytes.size(), '\0'); }},
+          {"cut", [](std::string& bytes, std::mt19937& random) { bytes.resize(random() % bytes.size()); }},
+          {"cut by a byte", [](std::string& bytes, std::mt19937&) { bytes.pop_back(); }},
+          {"zeros from somewhere on",
+           [](std::string& bytes, std::mt19937& random) {
+    const size_t from = random() % bytes.size();
+    bytes.replace(from, std::string::npos, bytes.size() - from, '\0');
+           }},
+          {"sixteen zeros",
+           [](std::string& bytes, std::mt19937& random) {
+    const size_t from = random() % (bytes.size() - 16);
+    bytes.replace(from, 16, 16, '\0');
+           },
+           true},
+                                   {"a bit flipped",
+                                    [](std::string& bytes, std::mt19937& random) {
+    bytes[random() % bytes.size()] ^= static_cast<char>(1 << random() % 8);
+                                    },
+                                    true},
+      {"bytes of another file",
+       [](std::string& bytes, std::mt19937& random) {
+    for (char& byte : bytes) byte = static_cast<char>(random());
        }},
-      {"sixteen zeros", [](std::string& bytes, std::mt19937& random) {
-         const size_t from = random() % (bytes.size() - 16);
-         bytes.replace(from, 16, 16, '\0');
-       }, true},
-      {"a bit flipped", [](std::string& bytes, std::mt19937& random) { bytes[random() % bytes.size()] ^= static_cast<char>(1 << random() % 8); }, true},
-      {"bytes of another file", [](std::string& bytes, std::mt19937& random) {
-         for (char& byte : bytes) byte = static_cast<char>(random());
-       }},
-  };
+      };
   return list;
 }
 
 bool names(const std::vector<std::string>& sentences, const std::string& file) {
   // Images one after another are named from the first to the last.
-  return std::any_of(sentences.begin(), sentences.end(), [&](const std::string& s) { return s.find(file) != std::string::npos; });
+  return std::any_of(sentences.begin(), sentences.end(),
+                     [&](const std::string& s) { return s.find(file) != std::string::npos; });
 }
 
 std::string text_of(const std::vector<std::string>& sentences) {

@@ -231,7 +231,8 @@ TEST_F(RecorderTest, WhatATrialThatWasCutLacksDoesNotHideTheRest) {
   nlohmann::json json = files::read_json(folder_ / "trial.json");
   json["state"] = "complete";
   files::write_json(folder_ / "trial.json", json);
-  EXPECT_EQ(trial::read_trial(folder_).damaged.size(), 4u);  // three tables, and trial.json that is not as it was written
+  EXPECT_EQ(trial::read_trial(folder_).damaged.size(),
+            4u);  // three tables, and trial.json that is not as it was written
 }
 
 TEST_F(RecorderTest, FramesReadBackWhereNoCornerWasEverSeen) {

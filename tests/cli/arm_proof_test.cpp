@@ -1,5 +1,5 @@
-// What must hold of a stopped robot trial on any machine, however slow: `prove arm` on a simulated rig. Its times are the
-// proof's own.
+// What must hold of a stopped robot trial on any machine, however slow: `prove arm` on a simulated rig. Its times are
+// the proof's own.
 #include <sstream>
 
 #include <gtest/gtest.h>

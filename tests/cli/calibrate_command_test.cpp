@@ -22,7 +22,9 @@ class Calibrate : public testing::Test {
   fs::path lab() const { return scratch_.path() / "lab"; }
   fs::path out() const { return working_folder() / "out"; }
 
-  Ran calibrate(const std::string& more = "") { return run_binary("calibrate ../lab --out out " + more, working_folder()); }
+  Ran calibrate(const std::string& more = "") {
+    return run_binary("calibrate ../lab --out out " + more, working_folder());
+  }
   Ran calibrate(const calib::Poses& poses, const std::string& more = "") {
     calib::write_poses(poses, lab());
     return calibrate(more);
@@ -57,14 +59,16 @@ class Calibrate : public testing::Test {
 TEST_F(Calibrate, TwelvePosesAreGoodAndExported) {
   const Ran ran = calibrate(calib::make_synthetic_poses({}).poses, "--export");
   expect(ran, "good", "Expected error at the fabric");
-  for (const char* file : {"report.html", "camera.yaml", "projector.yaml", "camera.cameramodel", "projector.cameramodel"})
+  for (const char* file :
+       {"report.html", "camera.yaml", "projector.yaml", "camera.cameramodel", "projector.cameramodel"})
     EXPECT_TRUE(fs::exists(out() / file)) << file;
   EXPECT_LT(result()["camera"]["predicted_sd_px"], 0.08);
   EXPECT_EQ(result()["inputs"]["correspondences"].size(), 360u);
   EXPECT_NE(ran.out.find("next pose that would help most"), std::string::npos) << ran.out;
   // Anyone can solve it again from the result alone.
   ASSERT_EQ(run_binary("calibrate out/calibration.json --out again", working_folder()).exit_status, 0);
-  EXPECT_EQ(files::read_json(working_folder() / "again/calibration.json")["camera"]["projection"], result()["camera"]["projection"]);
+  EXPECT_EQ(files::read_json(working_folder() / "again/calibration.json")["camera"]["projection"],
+            result()["camera"]["projection"]);
 }
 
 TEST_F(Calibrate, FlatGridIsRefused) {
@@ -102,9 +106,11 @@ TEST_F(Calibrate, ACameraTurnedBeforeTheLastPoseOrAfterTheFirstIsNamed) {
   SyntheticOptions made;
   made.poses = 8;
   made.knocked_pose = 7;
-  expect(calibrate(made), "doubtful", "Pose 7 is left out, for the camera it does not fit the others: the camera was turned by 0.");
+  expect(calibrate(made), "doubtful",
+         "Pose 7 is left out, for the camera it does not fit the others: the camera was turned by 0.");
   made.knocked_pose = 1;
-  expect(calibrate(made), "good", "Pose 0 is left out, for the camera it does not fit the others: the camera was turned by 0.");
+  expect(calibrate(made), "good",
+         "Pose 0 is left out, for the camera it does not fit the others: the camera was turned by 0.");
 }
 
 TEST_F(Calibrate, AProjectorTurnedBetweenPosesIsNamed) {
@@ -123,13 +129,16 @@ TEST_F(Calibrate, AMovedPoseIsNamed) {
 TEST_F(Calibrate, OccludedMergedAndFalseSightingsAreSurvivedAndNamed) {
   const calib::SyntheticPoses truth = calib::make_synthetic_poses({});
   calib::Poses poses = truth.poses;
-  for (size_t i = 0; i < poses.rows.size(); i += 9) poses.rows[i].camera = poses.rows[i].projector = std::nullopt;   // hidden
-  for (size_t i = 4; i + 1 < poses.rows.size(); i += 37)                                                              // one blob for two
+  for (size_t i = 0; i < poses.rows.size(); i += 9)
+    poses.rows[i].camera = poses.rows[i].projector = std::nullopt;  // hidden
+  for (size_t i = 4; i + 1 < poses.rows.size(); i += 37)            // one blob for two
     if (poses.rows[i].camera && poses.rows[i + 1].camera) {
       const Eigen::Vector2d merged = (*poses.rows[i].camera + *poses.rows[i + 1].camera) / 2;
       poses.rows[i].camera = poses.rows[i + 1].camera = merged;
     }
-  for (size_t i = 7; i < poses.rows.size(); i += 41) poses.rows[i].camera = Eigen::Vector2d(40 + 3 * static_cast<double>(i), 900 - 2 * static_cast<double>(i));   // a reflection
+  for (size_t i = 7; i < poses.rows.size(); i += 41)
+    poses.rows[i].camera =
+        Eigen::Vector2d(40 + 3 * static_cast<double>(i), 900 - 2 * static_cast<double>(i));  // a reflection
   expect(calibrate(poses), "good", "Rejected");
   EXPECT_GE(result()["rejected"].size(), 18u);
   geometry::Projection camera;
@@ -143,7 +152,8 @@ TEST_F(Calibrate, OccludedMergedAndFalseSightingsAreSurvivedAndNamed) {
 
 TEST_F(Calibrate, DamagedInputIsRefusedAndNothingIsWritten) {
   calib::write_poses(calib::make_synthetic_poses({}).poses, lab());
-  const std::string rows = files::read_whole(lab() / "correspondences.csv"), header = files::read_whole(lab() / "poses.json");
+  const std::string rows = files::read_whole(lab() / "correspondences.csv"),
+                    header = files::read_whole(lab() / "poses.json");
   const auto expect_nothing = [&](const char* culprit) {
     const Ran ran = calibrate();
     EXPECT_EQ(ran.exit_status, 2) << culprit;
@@ -153,20 +163,24 @@ TEST_F(Calibrate, DamagedInputIsRefusedAndNothingIsWritten) {
   };
   files::write_whole(lab() / "correspondences.csv", rows.substr(0, rows.size() / 2));
   expect_nothing("correspondences.csv");
-  files::write_whole(lab() / "correspondences.csv", "pose,marker,x,y,z,camera_u,camera_v,projector_u,projector_v\n0,0,nan,0,0,1,1,1,1\n");
+  files::write_whole(lab() / "correspondences.csv",
+                     "pose,marker,x,y,z,camera_u,camera_v,projector_u,projector_v\n0,0,nan,0,0,1,1,1,1\n");
   expect_nothing("correspondences.csv:2");
-  files::write_whole(lab() / "correspondences.csv", "pose,marker,x,y,z,camera_u,camera_v,projector_u\n0,0,0,0,0,1,1,1\n");
+  files::write_whole(lab() / "correspondences.csv",
+                     "pose,marker,x,y,z,camera_u,camera_v,projector_u\n0,0,0,0,0,1,1,1\n");
   expect_nothing("projector_v");
   fs::remove(lab() / "correspondences.csv");
   expect_nothing("correspondences.csv");
   files::write_whole(lab() / "correspondences.csv", rows);
   files::write_whole(lab() / "poses.json", "{\"format\": \"poses/2\"}");
   expect_nothing("poses/1");
-  files::write_whole(lab() / "poses.json", std::string(header).replace(header.find("fabric_volume_m"), 15, "fabric_volume_x"));
+  files::write_whole(lab() / "poses.json",
+                     std::string(header).replace(header.find("fabric_volume_m"), 15, "fabric_volume_x"));
   expect_nothing("fabric_volume_m");
 }
 
-// Hidden, merged and false blobs in the marker images of four poses, no rough camera: labels come from the tracker alone.
+// Hidden, merged and false blobs in the marker images of four poses, no rough camera: labels come from the tracker
+// alone.
 TEST_F(Calibrate, ImagesAndTrackerFilesCalibrate) {
   SyntheticOptions made;
   made.poses = 4;
@@ -181,11 +195,12 @@ TEST_F(Calibrate, ImagesAndTrackerFilesCalibrate) {
         if ((Eigen::Vector2d(column, row) - at).norm() < radius) image(row, column) = grey;
   };
   const auto pixel = [&](size_t pose, int marker) {
-    return geometry::project(truth.camera, truth.world_from_grid[pose] * calib::marker_positions(made.grid)[static_cast<size_t>(marker)]);
+    return geometry::project(
+        truth.camera, truth.world_from_grid[pose] * calib::marker_positions(made.grid)[static_cast<size_t>(marker)]);
   };
-  paint(0, pixel(0, 7), 12, 12);                                  // hidden
-  paint(1, pixel(1, 3) + Eigen::Vector2d(9, 0), 5, 200);          // merged with a reflection
-  for (int i = 0; i < 6; ++i) paint(2, Eigen::Vector2d(60 + 40 * i, 70 + 3 * i), 5, 210);   // false
+  paint(0, pixel(0, 7), 12, 12);                                                           // hidden
+  paint(1, pixel(1, 3) + Eigen::Vector2d(9, 0), 5, 200);                                   // merged with a reflection
+  for (int i = 0; i < 6; ++i) paint(2, Eigen::Vector2d(60 + 40 * i, 70 + 3 * i), 5, 210);  // false
   calib::write_image_folder(images, lab());
   const Ran ran = calibrate();
   EXPECT_EQ(ran.exit_status, 0) << ran.err;

@@ -26,7 +26,11 @@ class CommandLinePages : public testing::Test {
   std::string bash(const std::string& script) {
     files::write_whole(working_folder() / "script.sh", script);
     const fs::path out = scratch_.path() / "bash.out";
-    EXPECT_EQ(std::system(fmt::format("cd '{}' && bash script.sh > '{}' 2>&1", working_folder().string(), out.string()).c_str()), 0) << files::read_whole(out);
+    EXPECT_EQ(
+        std::system(
+            fmt::format("cd '{}' && bash script.sh > '{}' 2>&1", working_folder().string(), out.string()).c_str()),
+        0)
+        << files::read_whole(out);
     return files::read_whole(out);
   }
 
@@ -36,7 +40,10 @@ class CommandLinePages : public testing::Test {
     for (const std::string& word : words) quoted += fmt::format(" '{}'", word);
     const fs::path script = scratch_.path() / "completion.bash";
     if (!fs::exists(script)) files::write_whole(script, run_binary("completion bash", working_folder()).out);
-    std::string out = bash(fmt::format("set -u\nsource ../completion.bash\nCOMP_WORDS=(./selvedge{})\nCOMP_CWORD={}\n_selvedge\necho \"${{COMPREPLY[*]}}\"\n", quoted, words.size()));
+    std::string out =
+        bash(fmt::format("set -u\nsource ../completion.bash\nCOMP_WORDS=(./selvedge{})\nCOMP_CWORD={}\n_selvedge\necho "
+                         "\"${{COMPREPLY[*]}}\"\n",
+                         quoted, words.size()));
     while (!out.empty() && out.back() == '\n') out.pop_back();
     return out;
   }
@@ -86,7 +93,8 @@ TEST_F(CommandLinePages, BashOffersEveryOption) {
     if (command->get_group().empty() || command->get_name() == "soak") continue;
     const std::string offered = " " + completed({command->get_name(), "--"}) + " ";
     for (const CLI::Option* option : command->get_options())
-      for (const std::string& name : option->get_lnames()) EXPECT_NE(offered.find(" --" + name + " "), std::string::npos) << command->get_name() << " --" << name;
+      for (const std::string& name : option->get_lnames())
+        EXPECT_NE(offered.find(" --" + name + " "), std::string::npos) << command->get_name() << " --" << name;
   }
 }
 
@@ -101,12 +109,15 @@ TEST_F(CommandLinePages, TheManualPageHasEveryCommandAndNoFaults) {
       for (size_t at = name.find('-'); at != std::string::npos; at = name.find('-', at + 2)) name.insert(at, "\\");
       EXPECT_NE(ran.out.find(".SS " + name + "\n"), std::string::npos) << name;
     }
-  if (std::system("command -v groff > /dev/null 2>&1") != 0) GTEST_SKIP() << "SKIPPED: groff is not here: the manual page was NOT set";
+  if (std::system("command -v groff > /dev/null 2>&1") != 0)
+    GTEST_SKIP() << "SKIPPED: groff is not here: the manual page was NOT set";
   files::write_whole(working_folder() / "selvedge.1", ran.out);
   const std::string warnings = bash("groff -man -ww -z -Tutf8 selvedge.1");
   EXPECT_EQ(warnings, "");
-  const std::string set = bash("groff -man -Tutf8 selvedge.1 | sed -e 's/\\x1b\\[[0-9;]*m//g' -e 's/.\\x08//g' | tr -s ' '");
-  for (const char* part : {"--hold-out automatic|frames|trials", "session run", "EXIT STATUS", "MAPPING"}) EXPECT_NE(set.find(part), std::string::npos) << part;
+  const std::string set =
+      bash("groff -man -Tutf8 selvedge.1 | sed -e 's/\\x1b\\[[0-9;]*m//g' -e 's/.\\x08//g' | tr -s ' '");
+  for (const char* part : {"--hold-out automatic|frames|trials", "session run", "EXIT STATUS", "MAPPING"})
+    EXPECT_NE(set.find(part), std::string::npos) << part;
 }
 
 }  // namespace

@@ -60,9 +60,11 @@ TEST_F(CommandLine, RefusesWhatItDoesNotKnow) {
 TEST_F(CommandLine, AFileWhereAFolderIsToBeWrittenIsRefusedFirst) {
   std::ofstream(working_folder() / "taken") << "kept";
   for (const std::string out : {"taken", "taken/", "taken/below", "taken/below/deeper"})
-    for (const std::string& command : {"diagnose . --out " + out, "fit . --out " + out, "experiment skirt --out " + out, "compare . . --out " + out, "garment x.toml --out " + out,
-                                       "session run x.toml --out " + out, "watch . --out " + out, "calibrate . --out " + out, "blind make " + out + " --seed 1",
-                                       "demo --runs " + out, "soak --runs " + out, "export . --obj " + out, "import x.toml --out " + out})
+    for (const std::string& command :
+         {"diagnose . --out " + out, "fit . --out " + out, "experiment skirt --out " + out, "compare . . --out " + out,
+          "garment x.toml --out " + out, "session run x.toml --out " + out, "watch . --out " + out,
+          "calibrate . --out " + out, "blind make " + out + " --seed 1", "demo --runs " + out, "soak --runs " + out,
+          "export . --obj " + out, "import x.toml --out " + out})
       EXPECT_NO_FATAL_FAILURE(expect_refused(run(command), out)) << command;
   EXPECT_EQ(files::read_whole(working_folder() / "taken"), "kept");
   EXPECT_EQ(std::distance(fs::directory_iterator(working_folder()), fs::directory_iterator()), 1);
@@ -123,9 +125,10 @@ TEST_F(CommandLine, EveryDamagedTrialIsRefusedInOneLineAndNothingIsWritten) {
   const ExampleTrial example = example_trial(1);
   const fs::path sound = scratch_.path() / "sound", trial = scratch_.path() / "trial";
   trial::write_trial(example.trial, sound, example.images);
-  const std::string fit_ones = "trial.json cut in half,corners.csv cut in its last line,markers.csv empty,"
-                               "markers.csv filled with NaN,an image cut in half,an image too wide,corners.csv missing,"
-                               "an image missing,fabric.mass_kg zero,corners.csv: times go backwards,unknown format";
+  const std::string fit_ones =
+      "trial.json cut in half,corners.csv cut in its last line,markers.csv empty,"
+      "markers.csv filled with NaN,an image cut in half,an image too wide,corners.csv missing,"
+      "an image missing,fabric.mass_kg zero,corners.csv: times go backwards,unknown format";
   for (const Damage& damage : damages()) {
     SCOPED_TRACE(damage.name);
     fs::remove_all(trial);
@@ -169,8 +172,8 @@ TEST_F(CommandLine, ProveAndBenchListRunAndWriteJson) {
   EXPECT_GT(files::read_json(working_folder() / "bench.json")["figures"][0]["measured"], 0);
 }
 
-// How long a machine takes decides how well clocks can be known, never whether what is stated holds. Of four runs one in
-// seventy has two that 95 % do not cover; three hardly any.
+// How long a machine takes decides how well clocks can be known, never whether what is stated holds. Of four runs one
+// in seventy has two that 95 % do not cover; three hardly any.
 TEST_F(CommandLine, ProveRigCoversWhatWasSet) {
   const Ran ran = run("prove rig --quick --json rig.json");
   ASSERT_LE(ran.exit_status, 1) << ran.err;

@@ -1,4 +1,5 @@
-// What is recorded, damaged, and then checked, recovered and fitted by the binary; and the proof that durable is durable.
+// What is recorded, damaged, and then checked, recovered and fitted by the binary; and the proof that durable is
+// durable.
 #include <algorithm>
 #include <memory>
 
@@ -39,7 +40,8 @@ class RecoverCommand : public testing::Test {
       recorder->add_corners(t.corners.time_s[i], t.corners.left.col(column), t.corners.right.col(column));
     }
     for (size_t i = 0; i < t.markers->time_s.size(); ++i)
-      recorder->add_marker(t.markers->time_s[i], t.markers->marker[i], t.markers->uv[i], t.markers->position.col(static_cast<Eigen::Index>(i)));
+      recorder->add_marker(t.markers->time_s[i], t.markers->marker[i], t.markers->uv[i],
+                           t.markers->position.col(static_cast<Eigen::Index>(i)));
     return recorder;
   }
 
@@ -49,7 +51,8 @@ class RecoverCommand : public testing::Test {
     size_t from = 0, to = 0;
     for (size_t line = 1; line < first; ++line) from = text.find('\n', from) + 1;
     for (size_t line = 1; line <= last; ++line) to = text.find('\n', to) + 1;
-    std::fill(text.begin() + static_cast<std::ptrdiff_t>(from), text.begin() + static_cast<std::ptrdiff_t>(to - 1), '\0');
+    std::fill(text.begin() + static_cast<std::ptrdiff_t>(from), text.begin() + static_cast<std::ptrdiff_t>(to - 1),
+              '\0');
     files::write_whole(path, text);
   }
 

@@ -21,11 +21,13 @@ class QuickProof : public testing::TestWithParam<std::string> {};
 
 TEST_P(QuickProof, EveryFigureHolds) {
   const std::vector<Figure> figures = quick_figures(proofs(), GetParam());
-  EXPECT_TRUE(std::any_of(figures.begin(), figures.end(), [](const Figure& f) { return f.relation != Relation::shown; }));
+  EXPECT_TRUE(
+      std::any_of(figures.begin(), figures.end(), [](const Figure& f) { return f.relation != Relation::shown; }));
   for (const Figure& f : figures) EXPECT_TRUE(holds(f)) << f.what << ": " << f.measured << " beside " << f.reference;
 }
 
-INSTANTIATE_TEST_SUITE_P(ByName, QuickProof, testing::Values("fit", "louchet"), [](const auto& info) { return info.param; });
+INSTANTIATE_TEST_SUITE_P(ByName, QuickProof, testing::Values("fit", "louchet"),
+                         [](const auto& info) { return info.param; });
 
 TEST(FitBench, EndsCloserThanItStarted) {
   const std::vector<Figure> figures = quick_figures(benches(), "fit");

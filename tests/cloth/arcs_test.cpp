@@ -32,7 +32,8 @@ TEST(Arcs, ARolledSheetIsHardlyStretchedWhicheverWayItIsRolled) {
   for (const double angle : {0.0, 0.4, 0.7854, 1.5708}) {
     const geometry::TriangleMesh mesh = swatch(17);
     const Eigen::Matrix3Xd x = rolled(mesh, 0.06, angle);
-    const double straight = membrane_energy(make_sheet(mesh, Sides::straight), x), arcs = membrane_energy(make_sheet(mesh, Sides::arcs), x);
+    const double straight = membrane_energy(make_sheet(mesh, Sides::straight), x),
+                 arcs = membrane_energy(make_sheet(mesh, Sides::arcs), x);
     EXPECT_LT(arcs, 0.02 * straight) << angle;
   }
 }
@@ -56,7 +57,8 @@ TEST(Arcs, ACoarseSheetHangsAsAFineOne) {
     const Eigen::Matrix3Xd x = relax(coarse, {hung(coarse)})[0].position;
     double sum = 0;
     for (size_t i = 0; i < coarse.mesh.rest_uv.size(); ++i)
-      sum += (x.col(static_cast<Eigen::Index>(i)) - position_of(surface_point(fine, coarse.mesh.rest_uv[i]), reference)).squaredNorm();
+      sum += (x.col(static_cast<Eigen::Index>(i)) - position_of(surface_point(fine, coarse.mesh.rest_uv[i]), reference))
+                 .squaredNorm();
     return 1e3 * std::sqrt(sum / static_cast<double>(x.cols()));
   };
   EXPECT_LT(apart_mm(Sides::arcs), 0.8 * apart_mm(Sides::straight));
@@ -70,7 +72,8 @@ TEST(SurfacePoint, IsExactWherePositionIsAQuadratic) {
     };
     Eigen::Matrix3Xd x(3, static_cast<Eigen::Index>(mesh.rest_uv.size()));
     for (Eigen::Index i = 0; i < x.cols(); ++i) x.col(i) = quadratic(mesh.rest_uv[static_cast<size_t>(i)]);
-    for (const Eigen::Vector2d& uv : {Eigen::Vector2d(0.031, 0.02), Eigen::Vector2d(0.14, 0.17), Eigen::Vector2d(0.29, 0.001)})
+    for (const Eigen::Vector2d& uv :
+         {Eigen::Vector2d(0.031, 0.02), Eigen::Vector2d(0.14, 0.17), Eigen::Vector2d(0.29, 0.001)})
       EXPECT_LT((position_of(surface_point(sheet, uv), x) - quadratic(uv)).norm(), 1e-12);
   }
 }

@@ -66,7 +66,9 @@ TEST(Branches, TheOneSeenIsTaken) {
   for (size_t b = 0; b < 2; ++b) {
     Eigen::Matrix3Xd seen(3, 4);
     for (Eigen::Index k = 0; k < 4; ++k) {
-      seen.col(k) = position_of(surface_point(drape().sheet, uv[static_cast<size_t>(k)]), drape().branches[b].position) + Eigen::Vector3d::Constant(1e-3);
+      seen.col(k) =
+          position_of(surface_point(drape().sheet, uv[static_cast<size_t>(k)]), drape().branches[b].position) +
+          Eigen::Vector3d::Constant(1e-3);
     }
     seen.col(3).setConstant(std::numeric_limits<double>::quiet_NaN());
     const SeenBranch taken = branch_seen(drape().sheet, drape().branches, uv, seen);

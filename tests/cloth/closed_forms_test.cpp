@@ -22,7 +22,8 @@ TEST(FreeFall, ReachesItsTerminalSpeed) { EXPECT_LT(terminal_speed(9).relative_e
 TEST(Bending, OfACylinderIsTheSameWhicheverWayItIsRolled) {
   for (const double angle : {0.0, 0.5, 0.7854, 1.5708}) {
     EXPECT_LT(cylinder_energy(geometry::make_grid_mesh(0.3, 0.3, 33, 33), angle).relative_error(), 0.02) << angle;
-    EXPECT_LT(cylinder_energy(geometry::make_irregular_mesh(0.3, 0.3, 33, 33, 0.4, 2), angle).relative_error(), 0.02) << angle;
+    EXPECT_LT(cylinder_energy(geometry::make_irregular_mesh(0.3, 0.3, 33, 33, 0.4, 2), angle).relative_error(), 0.02)
+        << angle;
   }
 }
 

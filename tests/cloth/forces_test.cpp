@@ -18,7 +18,8 @@ TEST(Forces, AreMinusTheGradientOfTheirEnergy) {
   materials[4].bend_stiffening = 1e-3;
   materials[5].stretch = materials[5].shear = 0;  // bending alone
   materials[5].bend = 1e-3;
-  for (size_t i = 0; i < materials.size(); ++i) EXPECT_LT(cli::energy_gradient_error(materials[i]), 1e-6) << "material " << i;
+  for (size_t i = 0; i < materials.size(); ++i)
+    EXPECT_LT(cli::energy_gradient_error(materials[i]), 1e-6) << "material " << i;
 }
 
 TEST(Forces, StiffeningIsTheGradientOfItsEnergyAwayFromZeroStrain) {
@@ -59,8 +60,9 @@ TEST(Forces, DragOpposesTheMotionRelativeToTheAir) {
     v.col(i) << 0.4, 0, -1;
   }
   kernel::ForceField(sheet.data, m, air).accelerations(x.data(), v.data(), 0, a.data());
-  const Eigen::Vector3d total = a * vertex_masses(sheet, m), expected =
-      0.09 * Eigen::Vector3d(-0.05 * 0.4, 0, 1.05 * 1.5 * 1.5 / (1 + 0.2 * 1.5 * 1.5) + 0.3 * 1.5);
+  const Eigen::Vector3d total = a * vertex_masses(sheet, m),
+                        expected = 0.09 * Eigen::Vector3d(-0.05 * 0.4, 0,
+                                                          1.05 * 1.5 * 1.5 / (1 + 0.2 * 1.5 * 1.5) + 0.3 * 1.5);
   EXPECT_LT((total - expected).norm(), 1e-12);
 }
 

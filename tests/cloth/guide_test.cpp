@@ -43,7 +43,8 @@ class Guided : public testing::Test {
     track->position.resize(3, 9 * times);
     for (Eigen::Index k = 0; k < 9; ++k)
       for (Eigen::Index j = 0; j < times; ++j)
-        track->position.col(k * times + j) = position_of(track->points[static_cast<size_t>(k)], truth_.samples[static_cast<size_t>(j)]);
+        track->position.col(k * times + j) =
+            position_of(track->points[static_cast<size_t>(k)], truth_.samples[static_cast<size_t>(j)]);
     track_ = track;
   }
 
@@ -55,7 +56,8 @@ class Guided : public testing::Test {
 
   double distance_m(const Trajectory& t) const {
     double sum = 0;
-    for (size_t i = 0; i < t.samples.size(); ++i) sum += (t.samples[i] - truth_.samples[i]).colwise().squaredNorm().mean();
+    for (size_t i = 0; i < t.samples.size(); ++i)
+      sum += (t.samples[i] - truth_.samples[i]).colwise().squaredNorm().mean();
     return std::sqrt(sum / static_cast<double>(t.samples.size()));
   }
 
@@ -69,7 +71,8 @@ TEST_F(Guided, LeavesTheRightModelAloneAndKeepsAWrongOneNear) {
   Experiment wrong = seen_;
   wrong.material.bend *= 4;
   wrong.material.drag_normal *= 3;
-  const double free_m = distance_m(simulate(sheet_, {wrong})[0]), pulled_m = distance_m(simulate(sheet_, {pulled(wrong)})[0]);
+  const double free_m = distance_m(simulate(sheet_, {wrong})[0]),
+               pulled_m = distance_m(simulate(sheet_, {pulled(wrong)})[0]);
   EXPECT_GT(free_m, 5e-3);
   EXPECT_LT(pulled_m, 0.5 * free_m);
   EXPECT_GT(pulled_m, 0.5e-3) << "what the model lacks must still show";
@@ -95,7 +98,9 @@ TEST_F(Guided, RunsFreeWhileItIsLetGo) {
     return simulate(sheet_, {e})[0];
   };
   const Trajectory held = with({}), at_first = with({0.3, 0}), later = with({0.3, 0.3}), always = with({10, 0});
-  const auto apart_m = [](const Trajectory& a, const Trajectory& b, size_t i) { return (a.samples[i] - b.samples[i]).norm(); };
+  const auto apart_m = [](const Trajectory& a, const Trajectory& b, size_t i) {
+    return (a.samples[i] - b.samples[i]).norm();
+  };
   for (size_t i = 0; i < seen_.sample_s.size(); ++i) {
     const double t = seen_.sample_s[i] - seen_.start_s;
     if (t <= 0.3) {
@@ -110,7 +115,9 @@ TEST_F(Guided, RunsFreeWhileItIsLetGo) {
 TEST_F(Guided, EquilibriumIsPulledToo) {
   Experiment wrong = seen_;
   wrong.material.bend *= 4;
-  const auto off = [&](const Experiment& e) { return (relax(sheet_, {e})[0].position - truth_.start).colwise().norm().mean(); };
+  const auto off = [&](const Experiment& e) {
+    return (relax(sheet_, {e})[0].position - truth_.start).colwise().norm().mean();
+  };
   EXPECT_LT(off(pulled(wrong)), 0.9 * off(wrong));
 }
 
@@ -128,7 +135,8 @@ TEST_F(Guided, LanesGiveTheBitsOfSingleRuns) {
   Options options;
   options.step_s = common_step_s(sheet_, lanes);
   const std::vector<Trajectory> together = simulate(sheet_, lanes, options);
-  for (size_t i = 0; i < lanes.size(); ++i) EXPECT_EQ(together[i].samples.back(), simulate(sheet_, {lanes[i]}, options)[0].samples.back()) << i;
+  for (size_t i = 0; i < lanes.size(); ++i)
+    EXPECT_EQ(together[i].samples.back(), simulate(sheet_, {lanes[i]}, options)[0].samples.back()) << i;
   lanes[1].guide = nullptr;
   EXPECT_THROW(simulate(sheet_, lanes, options), std::invalid_argument);
 }

@@ -9,17 +9,21 @@
 namespace selvedge::cloth {
 namespace {
 
-Eigen::Vector3d truth(double t_s) { return {0.1 * std::sin(2 * M_PI * 1.1 * t_s), 0.05 * std::cos(2 * M_PI * 0.7 * t_s), 1.0}; }
+Eigen::Vector3d truth(double t_s) {
+  return {0.1 * std::sin(2 * M_PI * 1.1 * t_s), 0.05 * std::cos(2 * M_PI * 0.7 * t_s), 1.0};
+}
 
 double largest_error(const std::vector<double>& time_s, double noise_m) {
   std::mt19937 random(3);
   std::normal_distribution<double> noise(0, noise_m);
   Eigen::Matrix3Xd left(3, static_cast<Eigen::Index>(time_s.size()));
   for (size_t i = 0; i < time_s.size(); ++i)
-    left.col(static_cast<Eigen::Index>(i)) = truth(time_s[i]) + Eigen::Vector3d(noise(random), noise(random), noise(random));
+    left.col(static_cast<Eigen::Index>(i)) =
+        truth(time_s[i]) + Eigen::Vector3d(noise(random), noise(random), noise(random));
   const HeldPath path = smooth_path(Hold::corners, time_s, left, left, false);
   double largest = 0;
-  for (double t = time_s.front(); t <= time_s.back(); t += 0.003) largest = std::max(largest, (path.at(t).col(0) - truth(t)).norm());
+  for (double t = time_s.front(); t <= time_s.back(); t += 0.003)
+    largest = std::max(largest, (path.at(t).col(0) - truth(t)).norm());
   return largest;
 }
 

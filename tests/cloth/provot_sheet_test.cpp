@@ -21,7 +21,8 @@ double worst_elongation(const ProvotSheet& sheet, const ProvotFabric& fabric, co
   double worst = 0;
   for (const ProvotSheet::Spring& s : sheet.springs())
     worst = std::max(worst, (state.position.col(s.second) - state.position.col(s.first)).norm() /
-                                    fabric[static_cast<size_t>(s.kind)].length_m - 1);
+                                    fabric[static_cast<size_t>(s.kind)].length_m -
+                                1);
   return worst;
 }
 
@@ -40,7 +41,8 @@ TEST(ProvotSheet, HasThePapersSprings) {
 TEST(ProvotSheet, SpringsMoveAndTurnNothing) {
   const ProvotScene scene = alone(6, 5);
   State state = level_start(scene);
-  for (Eigen::Index i = 0; i < state.position.size(); ++i) state.position(i) += 0.01 * std::sin(7.0 * static_cast<double>(i));
+  for (Eigen::Index i = 0; i < state.position.size(); ++i)
+    state.position(i) += 0.01 * std::sin(7.0 * static_cast<double>(i));
   const Eigen::Matrix3Xd f = ProvotSheet(scene).forces(fabric_of({}), state);
   Eigen::Vector3d torque = Eigen::Vector3d::Zero();
   for (Eigen::Index i = 0; i < f.cols(); ++i) {
@@ -91,8 +93,8 @@ TEST(ProvotSheet, IsCarriedByTheFlow) {
   scene.flow_m_s = {0.3, 0, 0.7};
   scene.held = {};
   State state = level_start(scene);
-  const Eigen::Matrix3Xd f = ProvotSheet(scene).forces(fabric_of({}), state) -
-                             ProvotSheet(alone(4, 4)).forces(fabric_of({}), state);
+  const Eigen::Matrix3Xd f =
+      ProvotSheet(scene).forces(fabric_of({}), state) - ProvotSheet(alone(4, 4)).forces(fabric_of({}), state);
   for (Eigen::Index i = 0; i < f.cols(); ++i) EXPECT_LT((f.col(i) - Eigen::Vector3d(0, 0, 0.05 * 0.7)).norm(), 1e-15);
 }
 

@@ -22,8 +22,8 @@ TEST_P(Lanes, GiveTheBitsOfSingleRuns) {
   const Sheet sheet = grid(9, GetParam());
   std::vector<Experiment> lanes(7, waving(sheet, 6));
   for (size_t i = 0; i < lanes.size(); ++i) lanes[i].material.stretch *= 1 + 0.07 * static_cast<double>(i);
-  lanes[1].material.bend_friction = 1e-4;  // another way of bending than its neighbours'
-  lanes[2].material.stretch_damping = 0.4; // more stages of damping
+  lanes[1].material.bend_friction = 1e-4;   // another way of bending than its neighbours'
+  lanes[2].material.stretch_damping = 0.4;  // more stages of damping
   lanes[3].material.coupling = 0.2;
   lanes[4].material.added_mass = 0.01;
   lanes[5].material.creep = 0.1;
@@ -109,11 +109,13 @@ TEST(Relax, EndsWhereNothingMoves) {
   }
 }
 
-// A sheet that was hung long ago has crept to the end, and friction holds part of its weight: neither sets it in motion.
+// A sheet that was hung long ago has crept to the end, and friction holds part of its weight: neither sets it in
+// motion.
 TEST(Relax, EndsWhereFrictionAndCreepHold) {
   const Sheet sheet = grid(13);
   Experiment e = waving(sheet, 30);
-  e.path = make_path(Hold::corners, {0.0}, Eigen::Matrix3Xd(e.path.left.leftCols(1)), Eigen::Matrix3Xd(e.path.right.leftCols(1)));
+  e.path = make_path(Hold::corners, {0.0}, Eigen::Matrix3Xd(e.path.left.leftCols(1)),
+                     Eigen::Matrix3Xd(e.path.right.leftCols(1)));
   const Eigen::Matrix3Xd plain = relax(sheet, {e})[0].position;
   Experiment rubbing = e, creeping = e;
   rubbing.material.bend_friction = 1e-4;

@@ -30,8 +30,7 @@ double sampled_distance(Kind kind, const Four& x) {
       const double s = double(i) / n, t = double(j) / n;
       if (kind == Kind::edge_edge)
         least = std::min(least, (x[0] + s * (x[1] - x[0]) - x[2] - t * (x[3] - x[2])).norm());
-      else if (s + t <= 1)
-        least = std::min(least, (x[0] - x[1] - s * (x[2] - x[1]) - t * (x[3] - x[1])).norm());
+      else if (s + t <= 1) least = std::min(least, (x[0] - x[1] - s * (x[2] - x[1]) - t * (x[3] - x[1])).norm());
     }
   return least;
 }
@@ -96,7 +95,8 @@ TEST(Intersections, AreSeenWhereASheetPassesThroughItself) {
 Eigen::Matrix3Xd rolled(const geometry::TriangleMesh& mesh, double turns, double pitch_m) {
   Eigen::Matrix3Xd x(3, Eigen::Index(mesh.rest_uv.size()));
   for (size_t i = 0; i < mesh.rest_uv.size(); ++i) {
-    const double angle = 2 * M_PI * turns * mesh.rest_uv[i].x() / mesh.width_m, radius = mesh.width_m / (2 * M_PI * turns) + pitch_m * (angle / (2 * M_PI) - turns / 2);
+    const double angle = 2 * M_PI * turns * mesh.rest_uv[i].x() / mesh.width_m,
+                 radius = mesh.width_m / (2 * M_PI * turns) + pitch_m * (angle / (2 * M_PI) - turns / 2);
     x.col(Eigen::Index(i)) = Eigen::Vector3d(radius * std::cos(angle), mesh.rest_uv[i].y(), radius * std::sin(angle));
   }
   return x;

@@ -11,9 +11,11 @@ namespace {
 
 void expect_clean(const char* name, unsigned seed, const ContactOutcome& out) {
   const auto& s = out.statistics;
-  std::printf("%s %u: %.2f s, steps %ld, rebuilds %ld+%ld, near %.1f, impacts %ld, zones %ld, work %.3g J (most %.3g), t %.2f mm\n", name, seed,
-              out.wall_s, s.steps, s.rebuilds, s.body_rebuilds, double(s.near_pairs) / double(s.steps), s.impacts, s.zone_steps,
-              s.work_J, s.most_work_J, 1e3 * s.thickness_m);
+  std::printf(
+      "%s %u: %.2f s, steps %ld, rebuilds %ld+%ld, near %.1f, impacts %ld, zones %ld, work %.3g J (most %.3g), t %.2f "
+      "mm\n",
+      name, seed, out.wall_s, s.steps, s.rebuilds, s.body_rebuilds, double(s.near_pairs) / double(s.steps), s.impacts,
+      s.zone_steps, s.work_J, s.most_work_J, 1e3 * s.thickness_m);
   EXPECT_TRUE(out.trajectory.finite);
   EXPECT_EQ(out.intersections, 0) << name << ", seed " << seed;
   EXPECT_EQ(s.unresolved, 0) << name << ", seed " << seed;
@@ -55,7 +57,8 @@ TEST(ContactScenes, WithoutContactTheSameSheetsPassThroughThemselves) {
 
 TEST(ContactScenes, ContactGivesNoEnergy) {
   for (unsigned seed = 11; seed <= 12; ++seed) {
-    const ContactOutcome rod = run_contact_scene(sheet_over_rod(seed, 17, 0.5)), fold = run_contact_scene(folded_sheet(seed, 17, 0.4));
+    const ContactOutcome rod = run_contact_scene(sheet_over_rod(seed, 17, 0.5)),
+                         fold = run_contact_scene(folded_sheet(seed, 17, 0.4));
     EXPECT_LT(rod.statistics.work_J, -1e-4);
     EXPECT_LT(fold.statistics.work_J, -1e-4);
     EXPECT_LE(rod.statistics.most_work_J, 1e-9);

@@ -24,8 +24,7 @@ inline std::string all_said_by(const wire::Socket& socket, double limit_s = 30) 
   std::vector<std::uint8_t> bytes(4096);
   try {
     while (socket.readable(limit_s)) text.append(reinterpret_cast<const char*>(bytes.data()), socket.receive(bytes));
-  } catch (const wire::Disconnected&) {
-  }
+  } catch (const wire::Disconnected&) {}
   return text;
 }
 

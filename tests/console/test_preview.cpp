@@ -30,12 +30,8 @@ TEST(LivePicture, OutlinesTheFabricAndTellsPlainStripesFromFaintOnes) {
   ASSERT_EQ(picture.outline.size(), 1u);
   ASSERT_GT(picture.tiles.size(), 300u);
   for (const StripeTile& tile : picture.tiles) {
-    if (tile.x + kTile_px <= 320) {
-      EXPECT_GT(tile.contrast, 100) << tile.x << " " << tile.y;
-    }
-    if (tile.x >= 320) {
-      EXPECT_LT(tile.contrast, 20) << tile.x << " " << tile.y;
-    }
+    if (tile.x + kTile_px <= 320) { EXPECT_GT(tile.contrast, 100) << tile.x << " " << tile.y; }
+    if (tile.x >= 320) { EXPECT_LT(tile.contrast, 20) << tile.x << " " << tile.y; }
   }
   EXPECT_EQ(picture.png.substr(1, 3), "PNG");
   const auto overlay = nlohmann::json::parse(overlay_json(picture));

@@ -51,8 +51,10 @@ TEST_F(ConsoleServer, RefusesOtherOriginsAndOtherHosts) {
 }
 
 TEST_F(ConsoleServer, RefusesPathsThatClimbOut) {
-  for (const char* path : {"/run/../secret.json", "/run/%2e%2e/secret.json", "/run/..%2fsecret.json", "/run//etc/passwd", "/run/link.json", "/run/key.pem", "/../secret.json", "/%2e%2e/secret.json",
-                           "/api/trial?path=..", "/api/trial?path=%2e%2e%2f", "/api/frame?path=../run/knit/still&index=0", "/api/frame?path=knit/still&index=-1", "/api/motion?path=/etc"}) {
+  for (const char* path :
+       {"/run/../secret.json", "/run/%2e%2e/secret.json", "/run/..%2fsecret.json", "/run//etc/passwd", "/run/link.json",
+        "/run/key.pem", "/../secret.json", "/%2e%2e/secret.json", "/api/trial?path=..", "/api/trial?path=%2e%2e%2f",
+        "/api/frame?path=../run/knit/still&index=0", "/api/frame?path=knit/still&index=-1", "/api/motion?path=/etc"}) {
     const int status = get(path);
     EXPECT_TRUE(status == 404 || status == 403 || status == 400) << path << " " << status;
   }

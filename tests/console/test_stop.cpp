@@ -183,9 +183,7 @@ TEST_F(StopPortTest, TakesNoMoreBytesThanItsLimit) {
   try {
     say(socket, "GET / HTTP/1.1\r\n");
     for (int i = 0; i < 1000; ++i) say(socket, std::string(1 << 16, 'x'));
-  } catch (const wire::Disconnected&) {
-    closed = true;
-  }
+  } catch (const wire::Disconnected&) { closed = true; }
   EXPECT_TRUE(closed);
 }
 
@@ -320,8 +318,7 @@ class Echo {
     EXPECT_EQ(::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends_), 0);
     thread_ = std::thread([this] {
       char c;
-      while (::read(ends_[1], &c, 1) == 1 && ::write(ends_[1], &c, 1) == 1) {
-      }
+      while (::read(ends_[1], &c, 1) == 1 && ::write(ends_[1], &c, 1) == 1) {}
     });
   }
   ~Echo() {

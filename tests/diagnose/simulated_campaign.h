@@ -11,12 +11,18 @@ namespace selvedge::diagnose {
 
 inline trial::Campaign simulated_campaign(const SimulatedSwatch& c) {
   const auto recorded = [&](const std::string& name, double amplitude_m, double frequency_hz, unsigned seed) {
-    return simulated_trial(c, {.half_apart_m = 0.125, .amplitude_m = amplitude_m, .frequency_hz = frequency_hz, .samples = amplitude_m > 0 ? 96 : 12}, name, seed);
+    return simulated_trial(c,
+                           {.half_apart_m = 0.125,
+                            .amplitude_m = amplitude_m,
+                            .frequency_hz = frequency_hz,
+                            .samples = amplitude_m > 0 ? 96 : 12},
+                           name, seed);
   };
   trial::Campaign campaign;
   campaign.folder = "simulated";
   campaign.fabric = "test knit";
-  campaign.trials = {recorded("static-1", 0, 0, 1), recorded("waving-1", 0.09, 1.4, 2), recorded("waving-2", 0.06, 2.0, 3)};
+  campaign.trials = {recorded("static-1", 0, 0, 1), recorded("waving-1", 0.09, 1.4, 2),
+                     recorded("waving-2", 0.06, 2.0, 3)};
   return campaign;
 }
 

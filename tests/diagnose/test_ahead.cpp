@@ -17,7 +17,9 @@ class Ahead : public testing::Test {
     right_ = base_of(swatch, swatch.material.stretch, swatch.material.shear);
     fit::ObjectiveOptions options;
     options.columns = 13;
-    objective_ = new fit::Objective(fit::observe_campaign(simulated_campaign(swatch), 20, 10, [](double, const std::string&) {}), options, base_, right_);
+    objective_ =
+        new fit::Objective(fit::observe_campaign(simulated_campaign(swatch), 20, 10, [](double, const std::string&) {}),
+                           options, base_, right_);
   }
   static void TearDownTestSuite() { delete objective_; }
 
@@ -25,7 +27,9 @@ class Ahead : public testing::Test {
   static Eigen::VectorXd wrong() {
     Eigen::VectorXd x = right_;
     for (size_t k = 0; k < base_.size(); ++k)
-      if (base_[k].name.starts_with("drag_normal")) x(static_cast<Eigen::Index>(k)) = fit::to_coordinate(base_[k], 3 * fit::to_value(base_[k], x(static_cast<Eigen::Index>(k))));
+      if (base_[k].name.starts_with("drag_normal"))
+        x(static_cast<Eigen::Index>(k)) =
+            fit::to_coordinate(base_[k], 3 * fit::to_value(base_[k], x(static_cast<Eigen::Index>(k))));
     return x;
   }
 

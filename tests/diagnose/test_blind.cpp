@@ -37,13 +37,19 @@ class Blind : public testing::Test {
   void SetUp() override {
     folder_ = fs::path(testing::TempDir()) / ("selvedge_blind_" + std::to_string(getpid()));
     fs::remove_all(folder_);
-    seal_keys(folder_, {{"c1", "salt1", {{"cause", "none"}}}, {"c2", "salt2", {{"cause", "draught"}}}, {"c3", "salt3", {{"cause", "unknown"}}}}, "library");
+    seal_keys(folder_,
+              {{"c1", "salt1", {{"cause", "none"}}},
+               {"c2", "salt2", {{"cause", "draught"}}},
+               {"c3", "salt3", {{"cause", "unknown"}}}},
+              "library");
   }
   void TearDown() override { fs::remove_all(folder_); }
   fs::path folder_;
 };
 
-TEST(Hash, IsSha256) { EXPECT_EQ(sha256_hex("abc"), "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad"); }
+TEST(Hash, IsSha256) {
+  EXPECT_EQ(sha256_hex("abc"), "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
+}
 
 TEST(ClopperPearson, AgreesWithTables) {
   const auto [low, high] = clopper_pearson(2, 100);
@@ -94,8 +100,14 @@ TEST_F(Blind, TwoProcessesShareTheWork) {
 TEST(BlindPairs, AreNamedBothOrNot) {
   const fs::path folder = fs::path(testing::TempDir()) / ("selvedge_blind_pairs_" + std::to_string(getpid()));
   fs::remove_all(folder);
-  seal_keys(folder, {{"both", "s", {{"cause", "hem+draught"}}}, {"one", "t", {{"cause", "draught+hem"}}}, {"hidden", "u", {{"cause", "draught+hem"}}}}, "library");
-  answer_all(folder, [](const fs::path& campaign) {
+  seal_keys(folder,
+            {{"both", "s", {{"cause", "hem+draught"}}},
+             {"one", "t", {{"cause", "draught+hem"}}},
+             {"hidden", "u", {{"cause", "draught+hem"}}}},
+            "library");
+  answer_all(
+      folder,
+      [](const fs::path& campaign) {
     Diagnosis d = says("draught");
     d.probability = {{"none", 0.01}, {"unknown", 0.03}, {"hem", 0.01}, {"draught", 0.95}};
     d.judged = {{"waving-1", "waving-2"}, {0.4, 0.4}, {0.5, 0.6}, {{"draught", {0.7, 0.7}}}};
@@ -106,7 +118,8 @@ TEST(BlindPairs, AreNamedBothOrNot) {
       d.probability = {{"none", 0}, {"unknown", 0.1}, {"hem", 0.45}, {"draught", 0.45}};
     }
     return d;
-  }, [] { return false; });
+      },
+      [] { return false; });
   const BlindScore s = open_keys(folder, false);
   const auto row = [&](const std::string& begin) {
     for (const ScoreRow& r : s.rows)
@@ -119,14 +132,16 @@ TEST(BlindPairs, AreNamedBothOrNot) {
   EXPECT_EQ(row("known effect").of, 0);
   EXPECT_EQ(s.baselines[0].hits, 1);
   // What is right is half of each: (0.1² + 2·0.05²), and twice (0.01² + 0.03² + 0.49² + 0.45²).
-  EXPECT_NEAR(s.brier, (0.1 * 0.1 + 2 * 0.05 * 0.05 + 2 * (0.01 * 0.01 + 0.03 * 0.03 + 0.49 * 0.49 + 0.45 * 0.45)) / 3, 1e-12);
+  EXPECT_NEAR(s.brier, (0.1 * 0.1 + 2 * 0.05 * 0.05 + 2 * (0.01 * 0.01 + 0.03 * 0.03 + 0.49 * 0.49 + 0.45 * 0.45)) / 3,
+              1e-12);
   EXPECT_NEAR(s.brier_base_rates, 0, 1e-12);
   EXPECT_NEAR(s.calibration_error, std::abs(2 * 0.95 + 0.9 - 1) / 3, 1e-12);
   fs::remove_all(folder);
 }
 
 TEST_F(Blind, CountsWhatIsSaidWithTheEffectDeleted) {
-  answer_all(folder_, [](const fs::path&) { return says("draught"); }, [] { return false; });
+  answer_all(
+      folder_, [](const fs::path&) { return says("draught"); }, [] { return false; });
   const std::vector<NamedRight> right = named_right(folder_, false);
   ASSERT_EQ(right.size(), 1u);
   EXPECT_EQ(right[0].id, "c2");
@@ -140,28 +155,36 @@ TEST_F(Blind, CountsWhatIsSaidWithTheEffectDeleted) {
 }
 
 TEST_F(Blind, TellsHowFarToldShrinkIsFromThatOfFreshTrials) {
-  answer_all(folder_, [](const fs::path&) {
+  answer_all(
+      folder_,
+      [](const fs::path&) {
     Diagnosis d = says("draught");
     d.effects[0].finalist = true;
     d.effects[0].shrink = {4, 1.6, 0.6, 0.5, 0.7};
     return d;
-  }, [] { return false; });
-  const BlindScore s = open_keys(folder_, false, [](const SealedKey& key, const nlohmann::json&, const std::string& effect) -> std::optional<double> {
-    EXPECT_EQ(key.id, "c2");
-    EXPECT_EQ(effect, "draught");
-    return 0.45;
-  });
+      },
+      [] { return false; });
+  const BlindScore s =
+      open_keys(folder_, false,
+                [](const SealedKey& key, const nlohmann::json&, const std::string& effect) -> std::optional<double> {
+                  EXPECT_EQ(key.id, "c2");
+                  EXPECT_EQ(effect, "draught");
+                  return 0.45;
+                });
   EXPECT_EQ(s.shrinks, 1u);
   EXPECT_NEAR(s.shrink_error, 0.15, 1e-9);
 }
 
 TEST_F(Blind, CountsIntervalsThatHoldTheTrueSize) {
-  answer_all(folder_, [](const fs::path&) {
+  answer_all(
+      folder_,
+      [](const fs::path&) {
     Diagnosis d = says("draught");
     d.effects[0].finalist = true;
     d.effects[0].size = {{"air_y", "m/s", 0.2, 0.15, 0.25}};
     return d;
-  }, [] { return false; });
+      },
+      [] { return false; });
   const auto held = [&](double truly) {
     const BlindScore s = open_keys(folder_, false, {}, [&](const SealedKey& key) {
       EXPECT_EQ(key.id, "c2");
@@ -177,7 +200,8 @@ TEST_F(Blind, CountsIntervalsThatHoldTheTrueSize) {
 }
 
 TEST_F(Blind, RefusesChangedAnswersAndKeys) {
-  answer_all(folder_, [](const fs::path&) { return says("none"); }, [] { return false; });
+  answer_all(
+      folder_, [](const fs::path&) { return says("none"); }, [] { return false; });
   const fs::path one = folder_ / "answers" / "c2" / "diagnosis.json";
   const std::string bytes = files::read_whole(one);
   files::write_whole(one, bytes + " ");

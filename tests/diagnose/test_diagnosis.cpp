@@ -17,7 +17,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-Diagnosis diagnosed(const SimulatedSwatch& c, const std::set<std::string>& effects = {"camera_delay", "bend_friction", "draught", "mass_error"},
+Diagnosis diagnosed(const SimulatedSwatch& c,
+                    const std::set<std::string>& effects = {"camera_delay", "bend_friction", "draught", "mass_error"},
                     DiagnosisOptions options = {}) {
   std::vector<Effect> few;
   for (const Effect& e : effect_library())
@@ -53,7 +54,8 @@ TEST(Diagnosis, NamesADelayAndMeasuresIt) {
   write_diagnosis(d, folder);
   const nlohmann::json json = files::read_json(folder / "diagnosis.json");
   EXPECT_EQ(json.at("format"), "diagnosis/1");
-  for (const char* key : {"campaign", "gap", "where", "side", "cause", "probabilities", "confusable", "effect_size", "shrink", "next_experiment", "wall_s"})
+  for (const char* key : {"campaign", "gap", "where", "side", "cause", "probabilities", "confusable", "effect_size",
+                          "shrink", "next_experiment", "wall_s"})
     EXPECT_TRUE(json.contains(key)) << key;
   EXPECT_NE(files::read_whole(folder / "report.html").find("<svg"), std::string::npos);
   fs::remove_all(folder);
@@ -64,7 +66,8 @@ TEST(Diagnosis, NamesADelayAndMeasuresIt) {
 
   // Trials that nothing was fitted to: the same fault, another motion.
   trial::Campaign fresh;
-  fresh.trials = {simulated_trial(late, {.half_apart_m = 0.125, .amplitude_m = 0.075, .frequency_hz = 1.7, .samples = 96}, "waving-9", 9)};
+  fresh.trials = {simulated_trial(
+      late, {.half_apart_m = 0.125, .amplitude_m = 0.075, .frequency_hz = 1.7, .samples = 96}, "waving-9", 9)};
   const FreshShrink there = shrink_on(fresh, effect_library(), json, "camera_delay", 13);
   EXPECT_GT(there.before_mm, there.after_mm);
   EXPECT_GT(there.fraction(), 0.5);
@@ -82,8 +85,8 @@ TEST(Diagnosis, FindsASecondEffectBesideALargeOne) {
   EXPECT_NEAR(d.fit.at(d.pair).at("delay"), 0.012, 0.003);
 }
 
-// In the base fit drag and damping stand in for a draught; whoever fits the draught from there finds it too small, and leaves something
-// for grips that sit elsewhere to take up.
+// In the base fit drag and damping stand in for a draught; whoever fits the draught from there finds it too small, and
+// leaves something for grips that sit elsewhere to take up.
 TEST(Diagnosis, ADraughtThatDragStoodInForIsSizedAndStaysAlone) {
   SimulatedSwatch windy = usual_fabric();
   windy.air_m_s = {0.08, 0.22, 0};
@@ -182,7 +185,8 @@ TEST(FinerMeshes, OneMeshGoesOnFromABaseFitAndLeavesOutTheStarts) {
       ++skipped;
     }
     const double left = study.rows->seen().segment(study.rows->first(t), study.rows->count(t)).sum();
-    EXPECT_EQ(study.objective->scenes()[t].trial.still, left == 0) << "what hangs still shows nothing but how it came to hang";
+    EXPECT_EQ(study.objective->scenes()[t].trial.still, left == 0)
+        << "what hangs still shows nothing but how it came to hang";
   }
   EXPECT_GT(skipped, 100u);
   const fit::Residuals r = study.objective->evaluate(study.parameters, study.base).front();

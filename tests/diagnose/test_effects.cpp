@@ -12,10 +12,30 @@ namespace selvedge::diagnose {
 namespace {
 
 TEST(Effects, NamesAreTheFormatsAndBoundsHoldNeutral) {
-  const std::set<std::string> format = {
-      "camera_delay", "rolling_shutter", "dropped_frames", "camera_distortion", "projector_moved", "rig_tilt", "marker_offset", "grip_slip",
-      "anisotropy", "coupling", "stretch_stiffening", "bend_nonlinearity", "hem", "rest_curvature", "bend_friction", "stretch_friction", "creep",
-      "nonlinear_drag", "draught", "added_mass", "mass_error", "local_mass", "integrator_damping", "mesh_resolution"};
+  const std::set<std::string> format = {"camera_delay",
+                                        "rolling_shutter",
+                                        "dropped_frames",
+                                        "camera_distortion",
+                                        "projector_moved",
+                                        "rig_tilt",
+                                        "marker_offset",
+                                        "grip_slip",
+                                        "anisotropy",
+                                        "coupling",
+                                        "stretch_stiffening",
+                                        "bend_nonlinearity",
+                                        "hem",
+                                        "rest_curvature",
+                                        "bend_friction",
+                                        "stretch_friction",
+                                        "creep",
+                                        "nonlinear_drag",
+                                        "draught",
+                                        "added_mass",
+                                        "mass_error",
+                                        "local_mass",
+                                        "integrator_damping",
+                                        "mesh_resolution"};
   std::set<std::string> found;
   for (const Effect& e : effect_library()) {
     EXPECT_TRUE(format.count(e.name)) << e.name;
@@ -39,8 +59,10 @@ class EffectOnTrial : public testing::Test {
     options.columns = 7;
     base_ = fit::base_parameters();
     Eigen::VectorXd x(static_cast<Eigen::Index>(base_.size()));
-    for (size_t k = 0; k < base_.size(); ++k) x(static_cast<Eigen::Index>(k)) = fit::to_coordinate(base_[k], base_[k].start);
-    objective_ = std::make_unique<fit::Objective>(std::vector<fit::ObservedTrial>{fit::observe_trial(campaign.trials[1])}, options, base_, x);
+    for (size_t k = 0; k < base_.size(); ++k)
+      x(static_cast<Eigen::Index>(k)) = fit::to_coordinate(base_[k], base_[k].start);
+    objective_ = std::make_unique<fit::Objective>(
+        std::vector<fit::ObservedTrial>{fit::observe_trial(campaign.trials[1])}, options, base_, x);
     objective_->set_mesh_correction({Eigen::VectorXd::Constant(objective_->time_s(0).size(), 0.5)});
     start_ = x;
   }
@@ -58,15 +80,14 @@ TEST_F(EffectOnTrial, NeutralChangesNothingAndScaleChangesSomething) {
     const auto n = static_cast<Eigen::Index>(parameters.size());
     Eigen::MatrixXd sets(n, 2);
     sets.col(0).head(start_.size()) = start_;
-    for (Eigen::Index k = start_.size(); k < n; ++k) sets(k, 0) = fit::to_coordinate(parameters[static_cast<size_t>(k)], parameters[static_cast<size_t>(k)].start);
+    for (Eigen::Index k = start_.size(); k < n; ++k)
+      sets(k, 0) = fit::to_coordinate(parameters[static_cast<size_t>(k)], parameters[static_cast<size_t>(k)].start);
     sets.col(1) = sets.col(0);
     sets.col(1).tail(n - start_.size()).array() += 1;
     const std::vector<fit::Residuals> r = objective_->evaluate(parameters, sets);
     ASSERT_TRUE(r[1].finite) << e.name;
     // Lanes that bend otherwise run apart and agree to rounding; the motion multiplies that.
-    if (e.name != "nonlinear_drag") {
-      EXPECT_LT((r[0].mm[0] - plain).cwiseAbs().maxCoeff(), 1e-6) << e.name;
-    }
+    if (e.name != "nonlinear_drag") { EXPECT_LT((r[0].mm[0] - plain).cwiseAbs().maxCoeff(), 1e-6) << e.name; }
     EXPECT_GT((r[1].mm[0] - r[0].mm[0]).cwiseAbs().maxCoeff(), 1e-2) << e.name;
   }
 }
@@ -77,7 +98,8 @@ TEST(Effects, MassIsAbsorbedByScalingEverything) {
   options.columns = 7;
   std::vector<fit::Parameter> parameters = fit::base_parameters();
   Eigen::VectorXd x(static_cast<Eigen::Index>(parameters.size()));
-  for (size_t k = 0; k < parameters.size(); ++k) x(static_cast<Eigen::Index>(k)) = fit::to_coordinate(parameters[k], parameters[k].start);
+  for (size_t k = 0; k < parameters.size(); ++k)
+    x(static_cast<Eigen::Index>(k)) = fit::to_coordinate(parameters[k], parameters[k].start);
   const fit::Objective objective({fit::observe_trial(campaign.trials[1])}, options, parameters, x);
   for (const Effect& e : effect_library())
     if (e.name == "mass_error") parameters.push_back(e.parameters[0]);

@@ -7,7 +7,8 @@
 namespace selvedge::diagnose {
 namespace {
 
-// Two shapes in which a swatch may hang, mirrored: a fit that comes to other parameters may leave the fine mesh in the one that was not recorded.
+// Two shapes in which a swatch may hang, mirrored: a fit that comes to other parameters may leave the fine mesh in the
+// one that was not recorded.
 TEST(Study, AFineMeshThatFellIntoTheOtherFoldComesBackToTheRecordedOne) {
   const SimulatedSwatch swatch = usual_fabric();
   StudyOptions options;

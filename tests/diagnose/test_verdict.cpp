@@ -46,14 +46,17 @@ class Verdict : public testing::Test {
     for (int i = 0; i < 4; ++i) held.mm.row(i) = left[static_cast<size_t>(i)] * floor.right_mm.transpose();
     return score(*study_, all, held, floor, calibration_);
   }
-  static double none_against_delay(const Scores& s) { return s.probability.at("none") / s.probability.at("camera_delay"); }
+  static double none_against_delay(const Scores& s) {
+    return s.probability.at("none") / s.probability.at("camera_delay");
+  }
 
   static inline const Calibration calibration_;
   static inline Study* study_ = nullptr;
 };
 
 TEST_F(Verdict, NoneLosesByAsMuchAsAPlainGapIsRare) {
-  const Scores nothing = with_gap(calibration_.null_mean), plain = with_gap(calibration_.null_mean + 6 * calibration_.null_sd);
+  const Scores nothing = with_gap(calibration_.null_mean),
+               plain = with_gap(calibration_.null_mean + 6 * calibration_.null_sd);
   EXPECT_NEAR(nothing.p_value, 0.5, 1e-9);
   EXPECT_NEAR(plain.p_value, 0.00194, 2e-5);  // Student's distribution with 4 degrees of freedom, six spreads away
   EXPECT_NEAR(none_against_delay(plain) / none_against_delay(nothing), plain.p_value / calibration_.plain_gap, 1e-6);
@@ -83,7 +86,9 @@ TEST_F(Verdict, ASecondEffectThatWinsLittleIsNotSaidToBeThere) {
   EXPECT_LT(s.of_two.at("camera_delay+draught"), 0.1);
 }
 
-TEST_F(Verdict, TwoEffectsThatCloseLittleAreNotSaidToBeThere) { EXPECT_EQ(with_two(6, 5, 5.2, 4.6).likeliest, "unknown"); }
+TEST_F(Verdict, TwoEffectsThatCloseLittleAreNotSaidToBeThere) {
+  EXPECT_EQ(with_two(6, 5, 5.2, 4.6).likeliest, "unknown");
+}
 
 }  // namespace
 }  // namespace selvedge::diagnose

@@ -29,7 +29,8 @@ int run(const std::string& command) {
 geometry::Projection projection_from(const nlohmann::json& json) {
   geometry::Projection projection;
   for (int r = 0; r < 3; ++r)
-    for (int c = 0; c < 4; ++c) projection.matrix(r, c) = json.at("projection").at(static_cast<size_t>(r)).at(static_cast<size_t>(c));
+    for (int c = 0; c < 4; ++c)
+      projection.matrix(r, c) = json.at("projection").at(static_cast<size_t>(r)).at(static_cast<size_t>(c));
   return projection;
 }
 
@@ -52,8 +53,9 @@ class Demo : public testing::Test {
     fs::remove_all(runs_);
     fs::create_directories(runs_);
     const fs::path here = fs::path(SELVEDGE_SOURCE_DIR) / "tests" / "end_to_end";
-    status_ = run(fmt::format("{} demo --runs {} --name short --columns 9 --rig {} --world {} > {} 2>&1", SELVEDGE_BINARY, runs_.string(),
-                              (here / "short-rig.toml").string(), (here / "short-world.toml").string(), (runs_ / "output").string()));
+    status_ = run(fmt::format("{} demo --runs {} --name short --columns 9 --rig {} --world {} > {} 2>&1",
+                              SELVEDGE_BINARY, runs_.string(), (here / "short-rig.toml").string(),
+                              (here / "short-world.toml").string(), (runs_ / "output").string()));
   }
   static void TearDownTestSuite() {
     if (!testing::UnitTest::GetInstance()->Failed()) fs::remove_all(runs_);
@@ -70,8 +72,8 @@ int Demo::status_ = -1;
 TEST_F(Demo, WalksTheWholeWay) {
   // A session this short determines little: 0 and 1 both mean that it got to the verdict.
   ASSERT_TRUE(status_ == 0 || status_ == 1) << output();
-  for (const char* file : {"calibration.json", "calibration/poses.json", "campaign.json", "fit.json", "report.html", "truth.json", "calibration-watch.json",
-                           "waving-1/projector-check.csv"})
+  for (const char* file : {"calibration.json", "calibration/poses.json", "campaign.json", "fit.json", "report.html",
+                           "truth.json", "calibration-watch.json", "waving-1/projector-check.csv"})
     EXPECT_TRUE(fs::is_regular_file(folder() / file)) << file << "\n" << output();
   const auto fit = files::read_json(folder() / "fit.json");
   EXPECT_EQ(fit.at("format"), "fit/1");
@@ -91,7 +93,8 @@ TEST_F(Demo, CalibratesToTheRigThatWasSimulated) {
 TEST_F(Demo, WatchesThatNothingMovedAndNoFrameIsLate) {
   ASSERT_TRUE(fs::exists(folder() / "calibration-watch.json")) << output();
   const auto watch = files::read_json(folder() / "calibration-watch.json");
-  for (const char* device : {"camera", "projector"}) EXPECT_TRUE(watch.at(device).at("moved_since").is_null()) << watch.dump(2);
+  for (const char* device : {"camera", "projector"})
+    EXPECT_TRUE(watch.at(device).at("moved_since").is_null()) << watch.dump(2);
   for (const char* trial : {"waving-1", "robot-1"}) {
     EXPECT_LT(watch.at("trials").at(trial).at("projector").at("shift_px"), 2) << watch.dump(2);
     const auto& delay = watch.at("trials").at(trial).at("delay");

@@ -1,5 +1,5 @@
-// A camera that is knocked between two trials of `./selvedge session run`: the trial after it fails its check, is kept aside,
-// and is recorded again once the rig has been calibrated anew.
+// A camera that is knocked between two trials of `./selvedge session run`: the trial after it fails its check, is kept
+// aside, and is recorded again once the rig has been calibrated anew.
 #include <filesystem>
 
 #include <fmt/format.h>
@@ -22,7 +22,10 @@ TEST(KnockedSession, TheTrialAfterAKnockIsKeptAsideAndRecordedAgain) {
   fs::remove_all(folder);
   fs::create_directories(folder);
   const fs::path file = fs::path(SELVEDGE_SOURCE_DIR) / "tests" / "end_to_end" / "knocked-session.toml";
-  const int status = std::system(fmt::format("'{}' session run '{}' --out '{}' > '{}' 2>&1 < /dev/null", SELVEDGE_BINARY, file.string(), (folder / "run").string(), (folder / "output").string()).c_str());
+  const int status =
+      std::system(fmt::format("'{}' session run '{}' --out '{}' > '{}' 2>&1 < /dev/null", SELVEDGE_BINARY,
+                              file.string(), (folder / "run").string(), (folder / "output").string())
+                      .c_str());
   ASSERT_EQ(status, 0) << files::read_whole(folder / "output");
 
   // A busy machine may spoil an attempt before: the knock then falls into the first trial, and is noticed there.
@@ -36,7 +39,8 @@ TEST(KnockedSession, TheTrialAfterAKnockIsKeptAsideAndRecordedAgain) {
   ASSERT_FALSE(knocked.empty()) << files::read_whole(folder / "output");
   const StepRecord& record = journal.at("knit/record/" + knocked);
   EXPECT_GE(record.attempts, 2);
-  EXPECT_NE(record.result.at("camera").get<std::string>().find("stands where it was calibrated"), std::string::npos) << record.result.dump();
+  EXPECT_NE(record.result.at("camera").get<std::string>().find("stands where it was calibrated"), std::string::npos)
+      << record.result.dump();
 
   // What was kept aside shows the knock by the calibration that it carries; what counts stands by a new one.
   const fs::path knit = folder / "run" / "knit";
@@ -48,7 +52,8 @@ TEST(KnockedSession, TheTrialAfterAKnockIsKeptAsideAndRecordedAgain) {
   for (int k = 1; fs::exists(knit / fmt::format("{}-spoiled-{}", knocked, k)); ++k) {
     const fs::path aside = knit / fmt::format("{}-spoiled-{}", knocked, k);
     if (trial::read_trial(aside).state != trial::State::complete) continue;  // spoiled by the machine, not by the knock
-    shown = shown || (station::watch_calibration(trial::read_campaign(aside), quiet).camera.since && (trial::read_trial(aside).camera->matrix - good.camera->matrix).norm() > 1);
+    shown = shown || (station::watch_calibration(trial::read_campaign(aside), quiet).camera.since &&
+                      (trial::read_trial(aside).camera->matrix - good.camera->matrix).norm() > 1);
   }
   EXPECT_TRUE(shown);
   const auto summary = files::read_json(folder / "run" / "session.json");

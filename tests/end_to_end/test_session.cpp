@@ -29,7 +29,8 @@ class Session : public testing::Test {
     const fs::path file = fs::path(SELVEDGE_SOURCE_DIR) / "tests" / "end_to_end" / "short-session.toml";
     const std::string log = (folder_ / "output").string();
     if (std::freopen(log.c_str(), "a", stdout) == nullptr || ::dup2(1, 2) < 0) ::_exit(126);
-    ::execl(SELVEDGE_BINARY, SELVEDGE_BINARY, "session", "run", file.c_str(), "--out", (folder_ / "run").c_str(), nullptr);
+    ::execl(SELVEDGE_BINARY, SELVEDGE_BINARY, "session", "run", file.c_str(), "--out", (folder_ / "run").c_str(),
+            nullptr);
     ::_exit(127);
   }
   std::string output() const { return fs::exists(folder_ / "output") ? files::read_whole(folder_ / "output") : ""; }
@@ -74,7 +75,8 @@ TEST_F(Session, SurvivesAKillInEachPhaseAndReports) {
   ASSERT_EQ(campaign.trials.size(), 1u);
   EXPECT_EQ(campaign.trials[0].state, trial::State::complete);
   EXPECT_EQ(campaign.trials[0].fabric.name, "knit");
-  for (const char* file : {"fit.json", "report.html", "diagnosis/diagnosis.json", "simulated/waving-1.f32"}) EXPECT_TRUE(fs::exists(folder_ / "run" / "knit" / file)) << file;
+  for (const char* file : {"fit.json", "report.html", "diagnosis/diagnosis.json", "simulated/waving-1.f32"})
+    EXPECT_TRUE(fs::exists(folder_ / "run" / "knit" / file)) << file;
   const auto summary = files::read_json(folder_ / "run" / "session.json");
   EXPECT_EQ(summary.at("format"), "session/1");
   EXPECT_EQ(summary.at("fabrics").at("knit").at("truth").at("hidden"), "tied_thread");

@@ -19,7 +19,9 @@ TEST(Soak, LosesNothingAndMovesNothingThatMayNot) {
   const fs::path runs = fs::temp_directory_path() / fmt::format("selvedge-soak-{}", ::getpid());
   fs::remove_all(runs);
   fs::create_directories(runs);
-  const int status = std::system(fmt::format("'{}' soak --hours 0.02 --seed 1 --runs '{}' > '{}' 2>&1", SELVEDGE_BINARY, runs.string(), (runs / "output").string()).c_str());
+  const int status = std::system(fmt::format("'{}' soak --hours 0.02 --seed 1 --runs '{}' > '{}' 2>&1", SELVEDGE_BINARY,
+                                             runs.string(), (runs / "output").string())
+                                     .c_str());
   const std::string output = files::read_whole(runs / "output");
   EXPECT_EQ(WIFEXITED(status) ? WEXITSTATUS(status) : -1, 0) << output;
   ASSERT_TRUE(fs::exists(runs / "soak-1" / "soak.json")) << output;

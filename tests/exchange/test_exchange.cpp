@@ -1,4 +1,5 @@
-// Trials to and from other formats: what is exported reads back equal in h5py, what is imported is a trial like any other.
+// Trials to and from other formats: what is exported reads back equal in h5py, what is imported is a trial like any
+// other.
 #include <cstdlib>
 #include <fstream>
 #include <random>
@@ -54,7 +55,9 @@ class Exchange : public testing::Test {
     t.mocap_noise_m = 2e-4;
     std::mt19937 random(4);
     std::normal_distribution<double> normal;
-    const auto points = [&](Eigen::Index n) -> Eigen::Matrix3Xd { return Eigen::Matrix3Xd::NullaryExpr(3, n, [&] { return normal(random); }); };
+    const auto points = [&](Eigen::Index n) -> Eigen::Matrix3Xd {
+      return Eigen::Matrix3Xd::NullaryExpr(3, n, [&] { return normal(random); });
+    };
     for (int i = 0; i < 7; ++i) t.corners.time_s.push_back(i / 120.0);
     t.corners.left = points(7);
     t.corners.right = points(7);
@@ -62,7 +65,9 @@ class Exchange : public testing::Test {
     t.robot = trial::Robot{t.corners.time_s, points(7), points(7)};
     t.frames = trial::Frames{{0, 1, 3}, {0.01, 0.043, 0.11}, {}};
     std::vector<trial::GreyImage> images;
-    for (int i = 0; i < 3; ++i) images.push_back(trial::GreyImage::NullaryExpr(16, 24, [&] { return static_cast<unsigned char>(random() % 256); }));
+    for (int i = 0; i < 3; ++i)
+      images.push_back(
+          trial::GreyImage::NullaryExpr(16, 24, [&] { return static_cast<unsigned char>(random() % 256); }));
     trial::write_trial(t, folder_ / "trial", images);
     return trial::read_trial(folder_ / "trial");
   }
@@ -102,7 +107,8 @@ print("equal")
 )";
 
 TEST_F(Exchange, AnExportedTrialReadsBackEqualInH5py) {
-  if (std::system("/usr/bin/python3 -c 'import h5py' > /dev/null 2>&1") != 0) GTEST_SKIP() << "SKIPPED: python3-h5py is not here: the HDF5 file was NOT read back by another program";
+  if (std::system("/usr/bin/python3 -c 'import h5py' > /dev/null 2>&1") != 0)
+    GTEST_SKIP() << "SKIPPED: python3-h5py is not here: the HDF5 file was NOT read back by another program";
   const trial::Trial t = written();
   export_hdf5(t, folder_ / "trial.h5");
   std::ofstream raw(folder_ / "trial" / "raw", std::ios::binary);
@@ -112,7 +118,9 @@ TEST_F(Exchange, AnExportedTrialReadsBackEqualInH5py) {
   }
   raw.close();
   files::write_whole(folder_ / "check.py", kCheck);
-  const int status = std::system(fmt::format("/usr/bin/python3 '{0}/check.py' '{0}/trial' '{0}/trial.h5' > '{0}/output' 2>&1", folder_.string()).c_str());
+  const int status = std::system(
+      fmt::format("/usr/bin/python3 '{0}/check.py' '{0}/trial' '{0}/trial.h5' > '{0}/output' 2>&1", folder_.string())
+          .c_str());
   EXPECT_EQ(status, 0) << files::read_whole(folder_ / "output");
 }
 
@@ -130,7 +138,9 @@ std::vector<Read> read_log(const fs::path& path) {
   while (lcm_eventlog_event_t* event = lcm_eventlog_read_next_event(log)) {
     const char* data = static_cast<const char*>(event->data);
     EXPECT_EQ(event->eventnum, static_cast<int64_t>(events.size()));
-    events.push_back({event->timestamp, std::string(event->channel, static_cast<size_t>(event->channellen)), {data, data + event->datalen}});
+    events.push_back({event->timestamp,
+                      std::string(event->channel, static_cast<size_t>(event->channellen)),
+                      {data, data + event->datalen}});
     lcm_eventlog_free_event(event);
   }
   lcm_eventlog_destroy(log);
@@ -143,7 +153,9 @@ std::vector<Message> on_channel(const std::vector<Read>& events, const std::stri
   for (const Read& event : events) {
     if (event.channel != channel) continue;
     Message message;
-    EXPECT_EQ(message.decode(event.bytes.data(), 0, static_cast<int>(event.bytes.size())), static_cast<int>(event.bytes.size())) << channel;
+    EXPECT_EQ(message.decode(event.bytes.data(), 0, static_cast<int>(event.bytes.size())),
+              static_cast<int>(event.bytes.size()))
+        << channel;
     EXPECT_EQ(message.utime, event.time_us);
     EXPECT_EQ(message.sequence, static_cast<int64_t>(messages.size()) + 1);
     messages.push_back(message);
@@ -153,7 +165,9 @@ std::vector<Message> on_channel(const std::vector<Read>& events, const std::stri
 
 TEST_F(Exchange, AnLcmLogHoldsTheBussMessagesAtTheirTimes) {
   const trial::Trial t = written();
-  files::write_whole(folder_ / "rig.toml", "[bus]\nport = 7667\n[arm]\nbackend = \"rtde\"\nmodel = \"arm.toml\"\nbase_position_m = [0.5, 0.25, -1.0]\nbase_rpy_deg = [0, 0, 90]\n");
+  files::write_whole(folder_ / "rig.toml",
+                     "[bus]\nport = 7667\n[arm]\nbackend = \"rtde\"\nmodel = \"arm.toml\"\nbase_position_m = [0.5, "
+                     "0.25, -1.0]\nbase_rpy_deg = [0, 0, 90]\n");
   const LcmExported exported = export_lcm(folder_ / "trial", folder_ / "trial.lcm");
   const std::vector<Read> events = read_log(folder_ / "trial.lcm");
   ASSERT_EQ(static_cast<int64_t>(events.size()), exported.events);
@@ -189,11 +203,13 @@ TEST_F(Exchange, AnLcmLogHoldsTheBussMessagesAtTheirTimes) {
 
 TEST_F(Exchange, AnLcmLogOfACampaignReplaysAsABus) {
   trial::Trial t = written();
-  t.markers = trial::Markers{{0.0, 0.0, 1 / 120.0}, {4, 7, 4}, {{0, 0}, {0.1, 0}, {0, 0}}, Eigen::Matrix3Xd::Random(3, 3)};
+  t.markers =
+      trial::Markers{{0.0, 0.0, 1 / 120.0}, {4, 7, 4}, {{0, 0}, {0.1, 0}, {0, 0}}, Eigen::Matrix3Xd::Random(3, 3)};
   t.robot.reset();
   t.frames.reset();
   trial::write_trial(t, folder_ / "second", {});
-  files::write_whole(folder_ / "campaign.json", R"({"format": "campaign/1", "fabric": "denim", "trials": ["trial", "second"]})");
+  files::write_whole(folder_ / "campaign.json",
+                     R"({"format": "campaign/1", "fabric": "denim", "trials": ["trial", "second"]})");
   EXPECT_EQ(export_lcm(folder_, folder_ / "both.lcm").trials, 2);
   const auto corners = on_channel<selvedge_rig::corner_sample_t>(read_log(folder_ / "both.lcm"), "TRACKER_CORNERS");
   ASSERT_EQ(corners.size(), 14u);
@@ -205,7 +221,9 @@ TEST_F(Exchange, AnLcmLogOfACampaignReplaysAsABus) {
   lcm_t* bus = lcm_create(("file://" + (folder_ / "both.lcm").string() + "?speed=0").c_str());
   ASSERT_NE(bus, nullptr);
   int heard = 0;
-  lcm_subscribe(bus, "TRACKER_CORNERS", [](const lcm_recv_buf_t*, const char*, void* count) { ++*static_cast<int*>(count); }, &heard);
+  lcm_subscribe(
+      bus, "TRACKER_CORNERS", [](const lcm_recv_buf_t*, const char*, void* count) { ++*static_cast<int*>(count); },
+      &heard);
   while (lcm_handle(bus) == 0) {}
   lcm_destroy(bus);
   EXPECT_EQ(heard, 14);
@@ -215,7 +233,8 @@ TEST_F(Exchange, AnLcmLogOfARunNamesEachFabricsTrials) {
   written();
   fs::create_directories(folder_ / "run" / "denim");
   fs::copy(folder_ / "trial", folder_ / "run" / "denim" / "trial", fs::copy_options::recursive);
-  files::write_whole(folder_ / "run" / "denim" / "campaign.json", R"({"format": "campaign/1", "fabric": "denim", "trials": ["trial"]})");
+  files::write_whole(folder_ / "run" / "denim" / "campaign.json",
+                     R"({"format": "campaign/1", "fabric": "denim", "trials": ["trial"]})");
   EXPECT_EQ(export_lcm(folder_ / "run", folder_ / "run.lcm").trials, 1);
   const auto status = on_channel<selvedge_rig::session_status_t>(read_log(folder_ / "run.lcm"), "SESSION_STATUS");
   ASSERT_EQ(status.size(), 2u);
@@ -254,10 +273,14 @@ TEST_F(Exchange, WritesAMotionAsObjFiles) {
 
 TEST_F(Exchange, ImportsMarkersWithOtherUnitsAndAxes) {
   // Millimetres and milliseconds, y up.
-  files::write_whole(folder_ / "dots.csv", "t,id,x,y,z,u,v\n0,0,-150,0,10,0,0\n0,1,150,0,10,300,0\n0,2,0,-200,12,150,200\n10,0,-150,0,10,0,0\n10,1,151,0,10,300,0\n10,2,1,-201,12,150,200\n");
+  files::write_whole(folder_ / "dots.csv",
+                     "t,id,x,y,z,u,v\n0,0,-150,0,10,0,0\n0,1,150,0,10,300,0\n0,2,0,-200,12,150,200\n10,0,-150,0,10,0,"
+                     "0\n10,1,151,0,10,300,0\n10,2,1,-201,12,150,200\n");
   const std::string mapping =
-      "[trial]\nname = \"theirs\"\nkind = \"waving\"\n[fabric]\nname = \"x\"\nwidth_m = 0.3\nheight_m = 0.3\nmass_kg = 0.02\n"
-      "[corners]\nleft_marker = 0\nright_marker = 1\n[markers]\nfile = \"dots.csv\"\ntime = \"t\"\nmarker = \"id\"\nposition = [\"x\", \"y\", \"z\"]\nflat = [\"u\", \"v\"]\n"
+      "[trial]\nname = \"theirs\"\nkind = \"waving\"\n[fabric]\nname = \"x\"\nwidth_m = 0.3\nheight_m = 0.3\nmass_kg = "
+      "0.02\n"
+      "[corners]\nleft_marker = 0\nright_marker = 1\n[markers]\nfile = \"dots.csv\"\ntime = \"t\"\nmarker = "
+      "\"id\"\nposition = [\"x\", \"y\", \"z\"]\nflat = [\"u\", \"v\"]\n"
       "[units]\nlength_m = 0.001\ntime_s = 0.001\naxes = [\"x\", \"-z\", \"y\"]\n";
   files::write_whole(folder_ / "map.toml", mapping);
   const trial::Trial t = trial::read_trial(import_recording(folder_ / "map.toml", folder_));
@@ -275,12 +298,17 @@ TEST_F(Exchange, ImportsMarkersWithOtherUnitsAndAxes) {
 
 TEST_F(Exchange, ImportsAFolderOfPictures) {
   fs::create_directories(folder_ / "pictures");
-  for (int i = 0; i < 3; ++i) cv::imwrite((folder_ / "pictures" / fmt::format("p{}.png", i)).string(), cv::Mat(12, 20, CV_8UC3, cv::Scalar(40 * i, 40 * i, 40 * i)));
+  for (int i = 0; i < 3; ++i)
+    cv::imwrite((folder_ / "pictures" / fmt::format("p{}.png", i)).string(),
+                cv::Mat(12, 20, CV_8UC3, cv::Scalar(40 * i, 40 * i, 40 * i)));
   files::write_whole(folder_ / "corners.csv", "s,a,b,c,d,e,f\n0,0,0,0,0.3,0,0\n0.1,0,0,0,0.3,0.01,0\n");
-  files::write_whole(folder_ / "map.toml",
-                     "[trial]\nname = \"theirs\"\nkind = \"waving\"\n[fabric]\nname = \"x\"\nwidth_m = 0.3\nheight_m = 0.3\nmass_kg = 0.02\n"
-                     "[corners]\nfile = \"corners.csv\"\ntime = \"s\"\nleft = [\"a\", \"b\", \"c\"]\nright = [\"d\", \"e\", \"f\"]\n[images]\nfolder = \"pictures\"\nrate_hz = 20\n"
-                     "[camera]\nwidth_px = 20\nheight_px = 12\nprojection = [100, 0, 10, 0, 0, 100, 6, 0, 0, 0, 1, 1]\n");
+  files::write_whole(
+      folder_ / "map.toml",
+      "[trial]\nname = \"theirs\"\nkind = \"waving\"\n[fabric]\nname = \"x\"\nwidth_m = 0.3\nheight_m = 0.3\nmass_kg = "
+      "0.02\n"
+      "[corners]\nfile = \"corners.csv\"\ntime = \"s\"\nleft = [\"a\", \"b\", \"c\"]\nright = [\"d\", \"e\", "
+      "\"f\"]\n[images]\nfolder = \"pictures\"\nrate_hz = 20\n"
+      "[camera]\nwidth_px = 20\nheight_px = 12\nprojection = [100, 0, 10, 0, 0, 100, 6, 0, 0, 0, 1, 1]\n");
   const trial::Trial t = trial::read_trial(import_recording(folder_ / "map.toml", folder_));
   ASSERT_EQ(t.frames->time_s, (std::vector<double>{0, 0.05, 0.1}));
   EXPECT_EQ(trial::read_frame(t, 2)(5, 5), 80);

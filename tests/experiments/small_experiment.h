@@ -14,11 +14,14 @@ inline const std::filesystem::path kExamples = SELVEDGE_SOURCE_DIR "/examples/ex
 
 inline std::string small_experiment(const std::string& kind = "static") {
   const bool still = kind == "static";
-  return "[experiment]\nkind = \"" + kind + "\"\ntitle = \"small\"\nfabrics = [\"felt\"]\n"
+  return "[experiment]\nkind = \"" + kind +
+         "\"\ntitle = \"small\"\nfabrics = [\"felt\"]\n"
          "[fabric.felt]\ndensity = 0.2\nstretch = 200\nshear = 110\nbend = 1.5e-4\n"
          "[trials]\nnames = [\"a\"]\ncolumns = 7\nframes = 6\nframe_rate_hz = 15\n[trials.a]\n" +
-         std::string(still ? "kind = \"static\"\napart_m = 0.29\n" : "kind = \"waving\"\napart_m = 0.29\namplitude_m = 0.05\nfrequency_hz = 1.2\n") +
-         "[fit]\nstart = \"usual\"\noptimisers = [\"annealing\"]\nevaluations = 20\niterations = 3\ncolumns = 7\ncoarse_columns = 7\nframes = 6\nframe_rate_hz = 15\n"
+         std::string(still ? "kind = \"static\"\napart_m = 0.29\n"
+                           : "kind = \"waving\"\napart_m = 0.29\namplitude_m = 0.05\nfrequency_hz = 1.2\n") +
+         "[fit]\nstart = \"usual\"\noptimisers = [\"annealing\"]\nevaluations = 20\niterations = 3\ncolumns = "
+         "7\ncoarse_columns = 7\nframes = 6\nframe_rate_hz = 15\n"
          "[paper]\nsource = \"nobody\"\ncolumns = [\"end\"]\n[paper.felt]\nbend = [\"1e-4\"]\n\"E1\" = [\"12.5\"]\n";
 }
 
@@ -26,7 +29,8 @@ inline std::string small_experiment(const std::string& kind = "static") {
 class ScratchFolder {
  public:
   explicit ScratchFolder(const std::string& name)
-      : path_(std::filesystem::temp_directory_path() / ("selvedge_experiments_" + name + "_" + std::to_string(::getpid()))) {
+      : path_(std::filesystem::temp_directory_path() /
+              ("selvedge_experiments_" + name + "_" + std::to_string(::getpid()))) {
     std::filesystem::remove_all(path_);
     std::filesystem::create_directories(path_);
   }

@@ -10,7 +10,6 @@
 namespace selvedge::experiments {
 namespace {
 
-
 TEST(ExperimentFile, EveryExampleIsReadAndEveryKindHasOne) {
   std::set<Kind> kinds;
   for (const auto& entry : std::filesystem::directory_iterator(kExamples)) {
@@ -23,7 +22,8 @@ TEST(ExperimentFile, EveryExampleIsReadAndEveryKindHasOne) {
 }
 
 TEST(ExperimentFile, HasThePapersCells) {
-  const ExperimentFile statics = read_experiment(kExamples / "static.toml"), waving = read_experiment(kExamples / "waving.toml");
+  const ExperimentFile statics = read_experiment(kExamples / "static.toml"),
+                       waving = read_experiment(kExamples / "waving.toml");
   EXPECT_EQ(statics.paper.fabrics.size(), 4u);
   EXPECT_EQ(statics.paper.fabrics.at("knit").at("E1"), (std::vector<std::string>{"253.1", "172.8", ""}));
   EXPECT_EQ(statics.paper.repeated.at("bend").back(), "9.18");
@@ -55,21 +55,29 @@ TEST_P(WrongFile, IsRefusedNamingTheKey) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(ByMistake, WrongFile,
-                         testing::Values(Mistake{"title", "titel", "titel"}, Mistake{"\"waving\"", "\"weaving\"", "kind"}, Mistake{"[\"felt\"]", "[\"silk\"]", "silk"},
-                                         Mistake{"[\"felt\"]", "[]", "fabrics"}, Mistake{"density = 0.2", "density = 20", "density"}, Mistake{"bend = 1.5e-4\n", "", "bend"},
-                                         Mistake{"shear = 110", "shear = \"stiff\"", "shear"}, Mistake{"shear = 110", "sheer = 110", "shear"}, Mistake{"[\"a\"]", "[\"b\"]", "names"},
-                                         Mistake{"[\"a\"]", "[]", "names"}, Mistake{"apart_m = 0.29", "apart_m = 2", "apart_m"}, Mistake{"frequency_hz = 1.2", "frequency_hz = nan", "frequency_hz"},
-                                         Mistake{"[\"annealing\"]", "[\"anealing\"]", "optimisers"}, Mistake{"evaluations = 20", "evaluations = 0", "evaluations"},
-                                         Mistake{"evaluations = 20", "evaluations = 2.5", "evaluations"}, Mistake{"[fit]", "[fits]", "fits"}, Mistake{"[fit]", "[fit", "e.toml:"},
-                                         Mistake{"[\"12.5\"]", "[\"12.5\", \"3\"]", "E1"}, Mistake{"bend = [", "bent = [", "bent"}, Mistake{"[paper.felt]", "[paper.silk]", "silk"}));
+INSTANTIATE_TEST_SUITE_P(
+    ByMistake, WrongFile,
+    testing::Values(Mistake{"title", "titel", "titel"}, Mistake{"\"waving\"", "\"weaving\"", "kind"},
+                    Mistake{"[\"felt\"]", "[\"silk\"]", "silk"}, Mistake{"[\"felt\"]", "[]", "fabrics"},
+                    Mistake{"density = 0.2", "density = 20", "density"}, Mistake{"bend = 1.5e-4\n", "", "bend"},
+                    Mistake{"shear = 110", "shear = \"stiff\"", "shear"},
+                    Mistake{"shear = 110", "sheer = 110", "shear"}, Mistake{"[\"a\"]", "[\"b\"]", "names"},
+                    Mistake{"[\"a\"]", "[]", "names"}, Mistake{"apart_m = 0.29", "apart_m = 2", "apart_m"},
+                    Mistake{"frequency_hz = 1.2", "frequency_hz = nan", "frequency_hz"},
+                    Mistake{"[\"annealing\"]", "[\"anealing\"]", "optimisers"},
+                    Mistake{"evaluations = 20", "evaluations = 0", "evaluations"},
+                    Mistake{"evaluations = 20", "evaluations = 2.5", "evaluations"}, Mistake{"[fit]", "[fits]", "fits"},
+                    Mistake{"[fit]", "[fit", "e.toml:"}, Mistake{"[\"12.5\"]", "[\"12.5\", \"3\"]", "E1"},
+                    Mistake{"bend = [", "bent = [", "bent"}, Mistake{"[paper.felt]", "[paper.silk]", "silk"}));
 
 TEST(ExperimentFile, RobotNeedsARobotTrialAndSkirtNoTrials) {
   const ScratchFolder folder("kinds");
   std::string text = small_experiment("waving");
-  EXPECT_THROW(read_experiment(folder.write("e.toml", text.replace(text.find("\"waving\""), 8, "\"robot\""))), BadInput);
+  EXPECT_THROW(read_experiment(folder.write("e.toml", text.replace(text.find("\"waving\""), 8, "\"robot\""))),
+               BadInput);
   text = small_experiment("waving");
-  EXPECT_THROW(read_experiment(folder.write("e.toml", text.replace(text.find("\"waving\""), 8, "\"skirt\""))), BadInput);
+  EXPECT_THROW(read_experiment(folder.write("e.toml", text.replace(text.find("\"waving\""), 8, "\"skirt\""))),
+               BadInput);
 }
 
 }  // namespace

@@ -55,7 +55,8 @@ std::string with(std::string text, const std::string& from, const std::string& t
 
 FabricOutcome run_small(const std::string& text) {
   const ScratchFolder folder("small");
-  ExperimentOutcome out = run_experiment(read_experiment(folder.write("e.toml", text)), false, folder.path() / "out", kSilent);
+  ExperimentOutcome out =
+      run_experiment(read_experiment(folder.write("e.toml", text)), false, folder.path() / "out", kSilent);
   write_experiment(out, folder.path() / "out");
   for (const ResultTable& table : tables_of(out))
     for (const auto& row : table.rows) EXPECT_EQ(row.size(), table.header.size()) << table.title;
@@ -63,7 +64,8 @@ FabricOutcome run_small(const std::string& text) {
 }
 
 TEST(RunExperiment, WavingTrialsByTwoOptimisers) {
-  const FabricOutcome f = run_small(with(small_experiment("waving"), "[\"annealing\"]", "[\"annealing\", \"least_squares\"]"));
+  const FabricOutcome f =
+      run_small(with(small_experiment("waving"), "[\"annealing\"]", "[\"annealing\", \"least_squares\"]"));
   ASSERT_EQ(f.identified.size(), 2u);
   EXPECT_EQ(f.identified[1].labels, (std::vector<std::string>{"together"}));
   for (const Identification& found : f.identified) EXPECT_LT(found.chosen_error(), found.error.row(0).sum());
@@ -75,7 +77,8 @@ TEST(RunExperiment, ResidualsServeWhereFoldsDoNot) {
 }
 
 TEST(RunExperiment, GeneralisationJudgesLaterFrames) {
-  const FabricOutcome f = run_small(with(with(small_experiment("waving"), "\"waving\"", "\"generalisation\""), "frames = 6\n", "frames = 10\n"));
+  const FabricOutcome f = run_small(
+      with(with(small_experiment("waving"), "\"waving\"", "\"generalisation\""), "frames = 6\n", "frames = 10\n"));
   ASSERT_EQ(f.predicted, (std::vector<size_t>{0}));
   EXPECT_EQ(f.fabric->fitted.tracks[0].time_s.size(), 6u);
   EXPECT_EQ(f.fabric->later.tracks[0].time_s.size(), 4u);
@@ -84,7 +87,8 @@ TEST(RunExperiment, GeneralisationJudgesLaterFrames) {
 
 TEST(RunExperiment, RobotTrialsArePredicted) {
   std::string text = with(with(small_experiment("waving"), "\"waving\"", "\"robot\""), "[\"a\"]", "[\"a\", \"b\"]");
-  const FabricOutcome f = run_small(text + "[trials.b]\nkind = \"robot\"\napart_m = 0.29\namplitude_m = 0.03\nfrequency_hz = 0.9\nframes = 8\n");
+  const FabricOutcome f = run_small(
+      text + "[trials.b]\nkind = \"robot\"\napart_m = 0.29\namplitude_m = 0.03\nfrequency_hz = 0.9\nframes = 8\n");
   EXPECT_EQ(f.fitted, (std::vector<size_t>{0}));
   EXPECT_EQ(f.predicted, (std::vector<size_t>{1}));
   EXPECT_EQ(f.fabric->fitted.tracks[1].time_s.size(), 8u);
@@ -113,7 +117,8 @@ TEST(RunExperiment, AFolderOfOtherInputsIsRefused) {
   std::string text = small_experiment();
   run_experiment(read_experiment(folder.write("e.toml", text)), false, folder.path() / "out", kSilent);
   text.replace(text.find("evaluations = 20"), 16, "evaluations = 21");
-  EXPECT_THROW(run_experiment(read_experiment(folder.write("e.toml", text)), false, folder.path() / "out", kSilent), BadInput);
+  EXPECT_THROW(run_experiment(read_experiment(folder.write("e.toml", text)), false, folder.path() / "out", kSilent),
+               BadInput);
 }
 
 TEST(RunExperiment, SkirtIsWornInEachFabric) {
@@ -142,7 +147,8 @@ json without_times(json value) {
 
 TEST(RunExperiment, AKilledOneContinuesToTheSameResult) {
   const ScratchFolder folder("killed");
-  const std::filesystem::path path = folder.write("e.toml", small_experiment("waving")), journal = folder.path() / "killed" / "fits" / "felt-annealing-a.evaluations.txt";
+  const std::filesystem::path path = folder.write("e.toml", small_experiment("waving")),
+                              journal = folder.path() / "killed" / "fits" / "felt-annealing-a.evaluations.txt";
   const std::string file = path.string(), out = (folder.path() / "killed").string();
   const char* arguments[] = {SELVEDGE_BINARY, "experiment", file.c_str(), "--out", out.c_str(), nullptr};
   pid_t child = 0;
@@ -164,8 +170,10 @@ TEST(RunExperiment, AKilledOneContinuesToTheSameResult) {
   const auto known = lines() - 1;
   ASSERT_GT(known, 0);
 
-  for (const char* name : {"killed", "whole"}) write_experiment(run_experiment(read_experiment(path), false, folder.path() / name, kSilent), folder.path() / name);
-  const json killed = files::read_json(folder.path() / "killed" / "result.json"), whole = files::read_json(folder.path() / "whole" / "result.json");
+  for (const char* name : {"killed", "whole"})
+    write_experiment(run_experiment(read_experiment(path), false, folder.path() / name, kSilent), folder.path() / name);
+  const json killed = files::read_json(folder.path() / "killed" / "result.json"),
+             whole = files::read_json(folder.path() / "whole" / "result.json");
   EXPECT_EQ(without_times(killed), without_times(whole));
   const json& set = killed["fabrics"]["felt"]["optimisers"]["annealing"]["sets"]["exp 1"];
   EXPECT_TRUE(!WIFSIGNALED(status) || set["evaluations_from_journal"].get<long>() >= known);
@@ -175,7 +183,9 @@ TEST(ExperimentCommand, BadInputIsOneLineAndExitTwo) {
   const ScratchFolder folder("command");
   folder.write("e.toml", "[experiment]\nkind = \"static\"\nfabrics = [\"x\"]\n");
   const std::string err = (folder.path() / "err").string(), out = (folder.path() / "out").string();
-  const int status = std::system((std::string(SELVEDGE_BINARY) + " experiment " + (folder.path() / "e.toml").string() + " --out " + out + " 2>" + err).c_str());
+  const int status = std::system((std::string(SELVEDGE_BINARY) + " experiment " + (folder.path() / "e.toml").string() +
+                                  " --out " + out + " 2>" + err)
+                                     .c_str());
   EXPECT_EQ(WEXITSTATUS(status), 2);
   const std::string text = files::read_whole(err);
   EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 1) << text;

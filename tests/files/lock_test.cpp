@@ -10,7 +10,8 @@ namespace selvedge::files {
 namespace {
 
 TEST(Lock, IsHeldOnceAndLetGoOf) {
-  const std::filesystem::path folder = std::filesystem::path(testing::TempDir()) / ("selvedge_lock_" + std::to_string(getpid()));
+  const std::filesystem::path folder =
+      std::filesystem::path(testing::TempDir()) / ("selvedge_lock_" + std::to_string(getpid()));
   std::filesystem::create_directories(folder);
   for (const std::filesystem::path& path : {folder, folder / "a.lock"}) {
     std::optional<Lock> first(path);

@@ -17,7 +17,8 @@ inline cloth::Material true_material() {
 }
 
 inline trial::Trial simulated_trial(const std::string& name, double amplitude_m, double seconds, unsigned seed) {
-  return selvedge::simulated_trial({true_material()}, {.amplitude_m = amplitude_m, .samples = static_cast<int>(seconds * 120) + 1}, name, seed);
+  return selvedge::simulated_trial(
+      {true_material()}, {.amplitude_m = amplitude_m, .samples = static_cast<int>(seconds * 120) + 1}, name, seed);
 }
 
 }  // namespace selvedge::fit

@@ -12,7 +12,9 @@ namespace {
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-double value_of(const MatrixXd& normal, const VectorXd& gradient, const VectorXd& step) { return gradient.dot(step) + 0.5 * step.dot(normal * step); }
+double value_of(const MatrixXd& normal, const VectorXd& gradient, const VectorXd& step) {
+  return gradient.dot(step) + 0.5 * step.dot(normal * step);
+}
 
 // Two coordinates that make up for each other, the first on its bound: cut off there, the solution of both goes uphill.
 TEST(BoundedStep, MakesUpForNoMoveThatIsNotTaken) {

@@ -21,11 +21,13 @@ namespace fs = std::filesystem;
 class FitCampaign : public testing::Test {
  protected:
   static void SetUpTestSuite() {
-    folder_ = fs::path(testing::TempDir()) / ("selvedge_fit_campaign_" + std::to_string(getpid()));  // tests run side by side
+    folder_ =
+        fs::path(testing::TempDir()) / ("selvedge_fit_campaign_" + std::to_string(getpid()));  // tests run side by side
     fs::remove_all(folder_);
     trial::Campaign campaign;
     campaign.fabric = "test knit";
-    for (const auto& [name, amplitude, seconds] : {std::tuple{"static-1", 0.0, 0.1}, std::tuple{"waving-1", 0.1, 0.9}}) {
+    for (const auto& [name, amplitude, seconds] :
+         {std::tuple{"static-1", 0.0, 0.1}, std::tuple{"waving-1", 0.1, 0.9}}) {
       campaign.trials.push_back(simulated_trial(name, amplitude, seconds, 7));
       trial::write_trial(campaign.trials.back(), folder_ / name);
     }
@@ -43,7 +45,8 @@ TEST_F(FitCampaign, RecoversWhatTheTrialsDetermine) {
   const trial::Campaign campaign = trial::read_campaign(folder_);
   const FitOutcome out = fit_campaign(campaign, options);
   const cloth::Material truth = true_material();
-  const std::map<std::string, double> expected = {{"bend", truth.bend}, {"stretch", truth.stretch}, {"drag_normal", truth.drag_normal}};
+  const std::map<std::string, double> expected = {
+      {"bend", truth.bend}, {"stretch", truth.stretch}, {"drag_normal", truth.drag_normal}};
   for (const FittedParameter& p : out.parameters) {
     if (!expected.count(p.parameter.name)) continue;
     EXPECT_NEAR(std::log(p.value / expected.at(p.parameter.name)), 0, 0.25) << p.parameter.name << " " << p.value;
@@ -98,7 +101,8 @@ CampaignSearch small_search() {
 // Broken off in the middle, the same fit into the same folder ends as one that ran through.
 TEST_F(FitCampaign, SearchContinuesFromItsJournal) {
   const trial::Campaign campaign = trial::read_campaign(folder_ / "static-1");
-  const FitOutcome through = fit_campaign(campaign, with_search(small_search_options(), small_search(), campaign, folder_ / "through"));
+  const FitOutcome through =
+      fit_campaign(campaign, with_search(small_search_options(), small_search(), campaign, folder_ / "through"));
   EXPECT_EQ(through.trace.back().evaluations, 24);
   EXPECT_LE(through.trace.back().best_cost, through.trace.front().best_cost);
 
@@ -107,20 +111,25 @@ TEST_F(FitCampaign, SearchContinuesFromItsJournal) {
   killed.progress = [&](double, const std::string& what) {
     if (what.rfind("search", 0) == 0 && ++searched == 9) throw std::runtime_error("killed");
   };
-  EXPECT_THROW(fit_campaign(campaign, with_search(killed, small_search(), campaign, folder_ / "killed")), std::runtime_error);
-  const FitOutcome continued = fit_campaign(campaign, with_search(small_search_options(), small_search(), campaign, folder_ / "killed"));
+  EXPECT_THROW(fit_campaign(campaign, with_search(killed, small_search(), campaign, folder_ / "killed")),
+               std::runtime_error);
+  const FitOutcome continued =
+      fit_campaign(campaign, with_search(small_search_options(), small_search(), campaign, folder_ / "killed"));
   EXPECT_EQ(continued.coordinates, through.coordinates);
-  EXPECT_EQ(files::read_whole(folder_ / "killed" / "evaluations.txt"), files::read_whole(folder_ / "through" / "evaluations.txt"));
+  EXPECT_EQ(files::read_whole(folder_ / "killed" / "evaluations.txt"),
+            files::read_whole(folder_ / "through" / "evaluations.txt"));
 
   CampaignSearch other = small_search();
   other.seed = 2;
-  EXPECT_THROW(fit_campaign(campaign, with_search(small_search_options(), other, campaign, folder_ / "killed")), BadInput);
+  EXPECT_THROW(fit_campaign(campaign, with_search(small_search_options(), other, campaign, folder_ / "killed")),
+               BadInput);
 
   write_fit(continued, campaign, folder_ / "killed");
   EXPECT_NE(files::read_whole(folder_ / "killed" / "report.html").find("temperature"), std::string::npos);
 }
 
-// Broken off in the grid, in a stage on the coarse mesh and in the last one, least squares end as if they had run through.
+// Broken off in the grid, in a stage on the coarse mesh and in the last one, least squares end as if they had run
+// through.
 TEST_F(FitCampaign, LeastSquaresContinueFromTheirJournal) {
   const trial::Campaign campaign = trial::read_campaign(folder_ / "static-1");
   FitOptions options = small_search_options();

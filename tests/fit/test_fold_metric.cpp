@@ -73,8 +73,8 @@ TEST(FoldMetric, FastPathEqualsThePlainFilterBank) {
   const cv::Mat hc = response([](double x, double y) { return 0.978 * (y * y - 0.7515) * x; });
   const cv::Mat hd = response([](double, double y) { return 0.978 * (y * y * y - 2.254 * y); });
   const auto m = [](const cv::Mat& p, const cv::Mat& q) { return cv::Mat(p.mul(q)); };
-  cv::Mat c2 = 0.5 * (m(a, a) - m(c, c)) + 0.46875 * (m(ha, ha) - m(hd, hd)) +
-               0.28125 * (m(hb, hb) - m(hc, hc)) + 0.1875 * (m(ha, hc) - m(hb, hd));
+  cv::Mat c2 = 0.5 * (m(a, a) - m(c, c)) + 0.46875 * (m(ha, ha) - m(hd, hd)) + 0.28125 * (m(hb, hb) - m(hc, hc)) +
+               0.1875 * (m(ha, hc) - m(hb, hd));
   cv::Mat c3 = -m(a, b) - m(b, c) - 0.9375 * (m(hc, hd) + m(ha, hb)) - 1.6875 * m(hb, hc) - 0.1875 * m(ha, hd);
   const int blur = int(std::ceil(3 * options.coefficient_blur_px));
   for (cv::Mat* coefficient : {&c2, &c3})

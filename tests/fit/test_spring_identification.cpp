@@ -49,7 +49,8 @@ TEST(SpringIdentification, OursRecoversTheSheetFromItsLastFrame) {
     limits.evaluations = 30000;
     limits.stop_cost = 1e-9;
     const SearchResult found = evolve(problem, limits, options);
-    const Eigen::VectorXd x = to_coordinates(to_fabric(found.point, SpringCoordinates::longest), SpringCoordinates::lengths);
+    const Eigen::VectorXd x =
+        to_coordinates(to_fabric(found.point, SpringCoordinates::longest), SpringCoordinates::lengths);
     EXPECT_LT(((x - truth).cwiseQuotient(truth)).cwiseAbs().maxCoeff(), 0.01) << x.transpose();
     EXPECT_EQ(found.ended, "cost reached");
   }

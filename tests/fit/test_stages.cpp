@@ -16,26 +16,32 @@ VectorXd true_coordinates(const std::vector<Parameter>& parameters) {
   VectorXd x = usual_coordinates(parameters);
   const cloth::Material m = true_material();
   for (size_t k = 0; k < parameters.size(); ++k)
-    for (const auto& [name, value] : {std::pair{"stretch", m.stretch}, {"shear", m.shear}, {"bend", m.bend}, {"drag_normal", m.drag_normal}})
+    for (const auto& [name, value] :
+         {std::pair{"stretch", m.stretch}, {"shear", m.shear}, {"bend", m.bend}, {"drag_normal", m.drag_normal}})
       if (parameters[k].name == name) x(static_cast<Eigen::Index>(k)) = std::log(value);
   return x;
 }
 
 // The other equilibrium: what hangs from the opposite bulge.
-Eigen::Matrix3Xd other_rest(const Objective& objective, size_t trial, const std::vector<Parameter>& parameters, const VectorXd& x) {
+Eigen::Matrix3Xd other_rest(const Objective& objective, size_t trial, const std::vector<Parameter>& parameters,
+                            const VectorXd& x) {
   cloth::Experiment e = objective.predictions(parameters, x, trial, 0, 1).front().experiment;
   e.start_shape = cloth::hung_shape(objective.sheet(), e, -1);
   return cloth::relax(objective.sheet(), {e}).front().position;
 }
 
-double apart_m(const Eigen::Matrix3Xd& a, const Eigen::Matrix3Xd& b) { return std::sqrt((a - b).colwise().squaredNorm().mean()); }
+double apart_m(const Eigen::Matrix3Xd& a, const Eigen::Matrix3Xd& b) {
+  return std::sqrt((a - b).colwise().squaredNorm().mean());
+}
 
 class Rematch : public testing::Test {
  protected:
   Rematch() {
     ObjectiveOptions options;
     options.columns = 7;
-    objective_.emplace(std::vector{observe_trial(simulated_trial("one", 0, 0.1, 1)), observe_trial(simulated_trial("two", 0, 0.1, 2))}, options, parameters_, truth_);
+    objective_.emplace(
+        std::vector{observe_trial(simulated_trial("one", 0, 0.1, 1)), observe_trial(simulated_trial("two", 0, 0.1, 2))},
+        options, parameters_, truth_);
     for (size_t i = 0; i < 2; ++i) recorded_.push_back(objective_->scenes()[i].start_shape);
     wrong_ = other_rest(*objective_, 0, parameters_, truth_);
   }
@@ -48,7 +54,10 @@ class Rematch : public testing::Test {
 
 TEST_F(Rematch, LeavesAWrongBranchForTheRecordedOneAndStaysThere) {
   ASSERT_GT(apart_m(wrong_, recorded_[0]), 0.01);
-  const auto error = [&] { return rms_mm(objective_->scenes()[0].trial, objective_->evaluate(parameters_, truth_).front().mm[0], objective_->time_s(0)); };
+  const auto error = [&] {
+    return rms_mm(objective_->scenes()[0].trial, objective_->evaluate(parameters_, truth_).front().mm[0],
+                  objective_->time_s(0));
+  };
   const double right = error();
   objective_->set_start({wrong_, wrong_});
   ASSERT_GT(error(), 5 * right);
@@ -99,7 +108,8 @@ TEST_F(FindStart, ComesNearWhatMovesTheSheet) {
   const VectorXd truth = true_coordinates(parameters_);
   for (size_t k = 0; k < parameters_.size(); ++k) {
     if (parameters_[k].name != "bend" && parameters_[k].name != "drag_normal") continue;
-    EXPECT_NEAR(found.coordinates(static_cast<Eigen::Index>(k)), truth(static_cast<Eigen::Index>(k)), std::log(2.0)) << parameters_[k].name;
+    EXPECT_NEAR(found.coordinates(static_cast<Eigen::Index>(k)), truth(static_cast<Eigen::Index>(k)), std::log(2.0))
+        << parameters_[k].name;
   }
 }
 
@@ -122,7 +132,10 @@ class Search : public testing::Test {
     ObjectiveOptions options;
     options.columns = 7;
     options.shared_rests = shared_rests;
-    return {{observe_trial(simulated_trial("still", 0, 0.1, 1)), observe_trial(simulated_trial("waved", 0.08, 0.7, 2))}, options, parameters_, start_};
+    return {{observe_trial(simulated_trial("still", 0, 0.1, 1)), observe_trial(simulated_trial("waved", 0.08, 0.7, 2))},
+            options,
+            parameters_,
+            start_};
   }
   const std::vector<Parameter> parameters_ = base_parameters();
   VectorXd start_;
@@ -138,7 +151,9 @@ TEST_F(Search, StepsBetweenDerivativesCostLessAndEndAsLow) {
   options.only_coordinates = true;
   const LeastSquaresResult found = minimise(between, parameters_, start_, options);
   EXPECT_LT(found.evaluations, 0.8 * wanted.evaluations);
-  const auto cost = [&](const VectorXd& x) { return cost_of(plain, plain.evaluate(parameters_, x).front(), options, 1); };
+  const auto cost = [&](const VectorXd& x) {
+    return cost_of(plain, plain.evaluate(parameters_, x).front(), options, 1);
+  };
   EXPECT_LT(cost(found.coordinates), 1.1 * cost(wanted.coordinates));
   EXPECT_LT(cost(found.coordinates), 0.6 * cost(start_));
 }
@@ -162,7 +177,8 @@ TEST_F(Search, APriorInEarnestHoldsWhatDoesNotShowAndLeavesTheRest) {
   const LeastSquaresResult weak = fit(false), earnest = fit(true);
   const double usual = (*options.prior_centre)(fade);
   EXPECT_LT(std::abs(earnest.coordinates(fade) - usual), 0.5 * std::abs(weak.coordinates(fade) - usual));
-  EXPECT_NEAR(earnest.coordinates(bend), weak.coordinates(bend), 0.1) << "which is pulled towards " << (*options.prior_centre)(bend);
+  EXPECT_NEAR(earnest.coordinates(bend), weak.coordinates(bend), 0.1)
+      << "which is pulled towards " << (*options.prior_centre)(bend);
   const double sd = std::sqrt(earnest.covariance(fade, fade));
   EXPECT_GT(sd, 0.2);  // known from the prior alone, and not better
   EXPECT_LT(sd, 0.7);
@@ -171,7 +187,8 @@ TEST_F(Search, APriorInEarnestHoldsWhatDoesNotShowAndLeavesTheRest) {
 TEST_F(Search, SharedEquilibriaAreThoseOfEachSetAndKnowADraught) {
   // A set with other damping, and one in a draught with other drag, which acts at rest there.
   std::vector<Parameter> parameters = parameters_;
-  parameters.push_back({"air", "m/s", 0, -1, 1, false, 1, [](Prediction& p, double v) { p.experiment.air_velocity_m_s.y() = v; }});
+  parameters.push_back(
+      {"air", "m/s", 0, -1, 1, false, 1, [](Prediction& p, double v) { p.experiment.air_velocity_m_s.y() = v; }});
   Eigen::MatrixXd sets(start_.size() + 1, 3);
   for (Eigen::Index i = 0; i < 3; ++i) sets.col(i) << start_, i == 2 ? 0.3 : 0.0;
   sets(3, 1) += 0.5;
@@ -183,7 +200,10 @@ TEST_F(Search, SharedEquilibriaAreThoseOfEachSetAndKnowADraught) {
 
 TEST_F(Search, EachTrialIsPulledAsHardAsItIsToBe) {
   Objective pulled = objective(false);
-  const auto error = [&](size_t trial) { return rms_mm(pulled.scenes()[trial].trial, pulled.evaluate(parameters_, start_).front().mm[trial], pulled.time_s(trial)); };
+  const auto error = [&](size_t trial) {
+    return rms_mm(pulled.scenes()[trial].trial, pulled.evaluate(parameters_, start_).front().mm[trial],
+                  pulled.time_s(trial));
+  };
   const double still_mm = error(0), waved_mm = error(1);
   pulled.set_pulls({0, 20});
   EXPECT_EQ(error(0), still_mm);

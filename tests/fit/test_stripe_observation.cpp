@@ -33,7 +33,10 @@ Image picture(const geometry::Projection& camera, const geometry::Projection& pr
   return image;
 }
 
-struct Misses { int edges = 0, labelled = 0, wrong_label = 0; double square = 0; };
+struct Misses {
+  int edges = 0, labelled = 0, wrong_label = 0;
+  double square = 0;
+};
 
 // Labelled edges against the row that the true surface has at their pixel; those in shadow or beside an
 // outline excepted.
@@ -106,7 +109,8 @@ TEST(StripeObservation, OutlineIsFoundToAFewTenthsOfAPixel) {
   const auto camera = render::bench_camera(), projector = render::bench_projector();
   const Sheet sheet = render::make_sheet(33, wave);
   const StripePattern pattern;
-  const StripeObservation seen = observe(picture(camera, projector, pattern, sheet, 1, 0.7), camera, projector, pattern);
+  const StripeObservation seen =
+      observe(picture(camera, projector, pattern, sheet, 1, 0.7), camera, projector, pattern);
   render::RowMap truth(camera, projector);
   truth.rasterise(sheet.position, sheet.triangles);
   std::vector<unsigned char> inside;

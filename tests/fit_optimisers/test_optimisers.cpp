@@ -32,12 +32,14 @@ BatchCosts one_by_one(std::function<double(const VectorXd&)> cost) {
 }
 
 SearchProblem box(Eigen::Index n, double low, double high, double start, std::function<double(const VectorXd&)> cost) {
-  return {VectorXd::Constant(n, low), VectorXd::Constant(n, high), VectorXd::Constant(n, start), one_by_one(std::move(cost))};
+  return {VectorXd::Constant(n, low), VectorXd::Constant(n, high), VectorXd::Constant(n, start),
+          one_by_one(std::move(cost))};
 }
 
 double rosenbrock(const VectorXd& x) {
   double sum = 0;
-  for (Eigen::Index k = 0; k + 1 < x.size(); ++k) sum += 100 * std::pow(x(k + 1) - x(k) * x(k), 2) + std::pow(1 - x(k), 2);
+  for (Eigen::Index k = 0; k + 1 < x.size(); ++k)
+    sum += 100 * std::pow(x(k + 1) - x(k) * x(k), 2) + std::pow(1 - x(k), 2);
   return sum;
 }
 
@@ -63,7 +65,7 @@ TEST(Grid, EvaluatesEveryCombinationOnceWithBothEnds) {
   const SearchResult found = search_grid(problem, limits(16));
   EXPECT_EQ(seen.size(), 16u);
   EXPECT_EQ(found.evaluations, 16);
-  EXPECT_EQ(found.point(0), 1);   // −1, 0, 1, 2
+  EXPECT_EQ(found.point(0), 1);  // −1, 0, 1, 2
   EXPECT_EQ(found.point(1), -1);
   EXPECT_EQ(found.cost, 0);
 }
@@ -102,9 +104,7 @@ TEST(Annealing, TemperatureFallsGeometricallyToItsEnd) {
   for (const SearchStep& step : found.trace)
     if (std::isfinite(step.temperature)) {
       EXPECT_LE(step.temperature, last);
-      if (step.temperature < last) {
-        EXPECT_NEAR(step.temperature / last, options.cooling, 1e-12);
-      }
+      if (step.temperature < last) { EXPECT_NEAR(step.temperature / last, options.cooling, 1e-12); }
       last = step.temperature;
     }
   EXPECT_NEAR(std::log(last / (2 * options.last_temperature)), 0, 0.7);
@@ -126,11 +126,14 @@ TEST(Evolution, FirstValuesLieInTheirRange) {
   EvolutionOptions options;
   options.first_lower = VectorXd::Constant(2, 1);
   options.first_upper = VectorXd::Constant(2, 2);
-  evolve(box(2, -5, 5, 0, [](const VectorXd& x) {
+  evolve(box(
+             2, -5, 5, 0,
+             [](const VectorXd& x) {
     EXPECT_GE(x.minCoeff(), 1);
     EXPECT_LE(x.maxCoeff(), 2);
     return 1.0;
-  }), limits(options.individuals), options);
+             }),
+         limits(options.individuals), options);
 }
 
 TEST(Evolution, OursFollowsAValleyThatIsNotAlongAnAxis) {
@@ -159,7 +162,8 @@ TEST(Cma, FindsTheEndOfABentValleyInBatches) {
 }
 
 TEST(Cma, ReachesABoundThatHoldsTheMinimumBack) {
-  const SearchResult found = search_cma(box(3, 0, 1, 0.5, [](const VectorXd& x) { return (x.array() + 0.5).square().sum(); }), limits(2000));
+  const SearchResult found =
+      search_cma(box(3, 0, 1, 0.5, [](const VectorXd& x) { return (x.array() + 0.5).square().sum(); }), limits(2000));
   EXPECT_LT(found.point.maxCoeff(), 1e-3);
   EXPECT_GE(found.point.minCoeff(), 0);
 }
@@ -172,7 +176,9 @@ TEST(Cma, PointsWithoutCostDoNotStopIt) {
 class EveryOptimiser : public testing::TestWithParam<std::string> {
  protected:
   SearchProblem problem() const { return box(2, -2, 2, -1.2, rosenbrock); }
-  SearchResult run(const SearchProblem& p, const SearchLimits& l) const { return optimiser_named(GetParam()).run(p, l); }
+  SearchResult run(const SearchProblem& p, const SearchLimits& l) const {
+    return optimiser_named(GetParam()).run(p, l);
+  }
 };
 
 TEST_P(EveryOptimiser, StopsAtTheCostAskedFor) {
@@ -214,9 +220,7 @@ TEST_P(EveryOptimiser, ContinuesBitForBitFromItsJournal) {
     };
     {
       Journal journal(folder / "evaluations.txt", GetParam());
-      if (killed_after < through.evaluations) {
-        EXPECT_THROW(with(journal, killed_after), std::runtime_error);
-      }
+      if (killed_after < through.evaluations) { EXPECT_THROW(with(journal, killed_after), std::runtime_error); }
     }
     // The line being written when it was killed.
     std::ofstream(folder / "evaluations.txt", std::ios::app) << "0.125,-1.2";
@@ -227,7 +231,8 @@ TEST_P(EveryOptimiser, ContinuesBitForBitFromItsJournal) {
     EXPECT_EQ(continued.point, through.point);
     EXPECT_EQ(continued.evaluations, through.evaluations);
     ASSERT_EQ(continued.trace.size(), through.trace.size());
-    for (size_t i = 0; i < through.trace.size(); ++i) EXPECT_EQ(continued.trace[i].best_cost, through.trace[i].best_cost);
+    for (size_t i = 0; i < through.trace.size(); ++i)
+      EXPECT_EQ(continued.trace[i].best_cost, through.trace[i].best_cost);
     EXPECT_LE(evaluations + static_cast<int>(journal.found()), through.evaluations);
   }
   Journal whole(folder / "evaluations.txt", GetParam());
@@ -246,9 +251,7 @@ TEST(OptimiserNamed, RefusesAnUnknownOneAndNamesTheOthers) {
   try {
     optimiser_named("tabu");
     FAIL();
-  } catch (const BadInput& e) {
-    EXPECT_NE(std::string(e.what()).find("annealing"), std::string::npos);
-  }
+  } catch (const BadInput& e) { EXPECT_NE(std::string(e.what()).find("annealing"), std::string::npos); }
 }
 
 TEST(Journal, RefusesThatOfAnotherSearchAndForeignLines) {
@@ -279,10 +282,15 @@ TEST(Journal, KeepsInfiniteCostsAndEveryBit) {
   MatrixXd points(2, 3);
   points << 0.1, 1.0 / 3, -0.0, 1e-300, 5e17 + 64, 2;
   const std::vector<double> costs = {1.0 / 7, std::numeric_limits<double>::infinity(), 4e-320};
-  { Journal journal(path, "bits"); journal.recorded([&](const MatrixXd&) { return costs; })(points); }
+  {
+    Journal journal(path, "bits");
+    journal.recorded([&](const MatrixXd&) { return costs; })(points);
+  }
   Journal journal(path, "bits");
   EXPECT_EQ(journal.found(), 3u);
-  EXPECT_EQ(journal.recorded([](const MatrixXd&) -> std::vector<double> { throw std::logic_error("evaluated again"); })(points), costs);
+  EXPECT_EQ(journal.recorded([](const MatrixXd&) -> std::vector<double> { throw std::logic_error("evaluated again"); })(
+                points),
+            costs);
   fs::remove_all(path.parent_path());
 }
 

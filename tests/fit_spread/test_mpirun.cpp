@@ -38,14 +38,18 @@ class Mpirun : public testing::Test {
   }
   static void TearDownTestSuite() { fs::remove_all(folder_); }
   void SetUp() override {
-    if (std::system("mpirun --version >/dev/null 2>&1") != 0) GTEST_SKIP() << "NOT RUN: there is no mpirun here (package openmpi-bin)";
+    if (std::system("mpirun --version >/dev/null 2>&1") != 0)
+      GTEST_SKIP() << "NOT RUN: there is no mpirun here (package openmpi-bin)";
   }
 
   // Starts the fit on some ranks (0: without mpirun) into a folder of that name.
   static pid_t start(int ranks, const std::string& name, const std::string& optimiser) {
     std::string line = "exec ";
-    if (ranks > 0) line += "mpirun --allow-run-as-root --oversubscribe --bind-to none --enable-recovery -n " + std::to_string(ranks) + " ";
-    line += SELVEDGE_BINARY " fit " + (folder_ / "felt").string() + " --out " + (folder_ / name).string() + " --columns 9 --optimiser " + optimiser;
+    if (ranks > 0)
+      line += "mpirun --allow-run-as-root --oversubscribe --bind-to none --enable-recovery -n " +
+              std::to_string(ranks) + " ";
+    line += SELVEDGE_BINARY " fit " + (folder_ / "felt").string() + " --out " + (folder_ / name).string() +
+            " --columns 9 --optimiser " + optimiser;
     if (optimiser != "least_squares") line += " --evaluations 80";
     line += " >" + (folder_ / (name + ".out")).string() + " 2>" + (folder_ / (name + ".err")).string();
     const char* arguments[] = {"sh", "-c", line.c_str(), nullptr};
@@ -63,16 +67,20 @@ class Mpirun : public testing::Test {
     return result;
   }
 
-  static json fitted(int ranks, const std::string& name, const std::string& optimiser) { return result_of(start(ranks, name, optimiser), name); }
+  static json fitted(int ranks, const std::string& name, const std::string& optimiser) {
+    return result_of(start(ranks, name, optimiser), name);
+  }
 
   // The process of a rank that fits into the folder of that name, or 0.
   static pid_t process_of_rank(int rank, const std::string& name) {
     const std::string wanted = "OMPI_COMM_WORLD_RANK=" + std::to_string(rank), out = (folder_ / name).string();
     for (const auto& entry : fs::directory_iterator("/proc")) {
       std::ifstream command(entry.path() / "cmdline"), environment(entry.path() / "environ");
-      const std::string arguments{std::istreambuf_iterator<char>(command), {}}, all{std::istreambuf_iterator<char>(environment), {}};
+      const std::string arguments{std::istreambuf_iterator<char>(command), {}},
+          all{std::istreambuf_iterator<char>(environment), {}};
       const std::string pid = entry.path().filename().string();
-      if (arguments.rfind(SELVEDGE_BINARY, 0) == 0 && arguments.find(out + '\0') != std::string::npos && ('\0' + all).find('\0' + wanted + '\0') != std::string::npos)
+      if (arguments.rfind(SELVEDGE_BINARY, 0) == 0 && arguments.find(out + '\0') != std::string::npos &&
+          ('\0' + all).find('\0' + wanted + '\0') != std::string::npos)
         return std::atoi(pid.c_str());
     }
     return 0;

@@ -27,7 +27,8 @@ std::vector<double> rosenbrock(const Eigen::MatrixXd& points) {
   std::vector<double> costs;
   for (const auto& x : points.colwise()) {
     double sum = 0;
-    for (Eigen::Index i = 0; i + 1 < x.size(); ++i) sum += 100 * std::pow(x(i + 1) - x(i) * x(i), 2) + std::pow(1 - x(i), 2);
+    for (Eigen::Index i = 0; i + 1 < x.size(); ++i)
+      sum += 100 * std::pow(x(i + 1) - x(i) * x(i), 2) + std::pow(1 - x(i), 2);
     costs.push_back(sum);
   }
   return costs;
@@ -36,8 +37,8 @@ std::vector<double> rosenbrock(const Eigen::MatrixXd& points) {
 // A search on this many ranks. lost_after: the last rank falls silent after that many shares.
 struct SpreadRun {
   SearchResult found;
-  int left = 0;                  // ranks, at the end
-  std::atomic<int> elsewhere{0}; // points that other ranks computed
+  int left = 0;                   // ranks, at the end
+  std::atomic<int> elsewhere{0};  // points that other ranks computed
 };
 
 void run_search(int count, int lost_after, SpreadRun& run) {
@@ -59,9 +60,7 @@ void run_search(int count, int lost_after, SpreadRun& run) {
       };
       try {
         search_cma(valley(spread(ranks, costs, kAsTheyAre)), limits);
-      } catch (const std::runtime_error&) {
-        EXPECT_TRUE(last && lost_after >= 0);
-      }
+      } catch (const std::runtime_error&) { EXPECT_TRUE(last && lost_after >= 0); }
     });
   }
   {
@@ -102,9 +101,14 @@ TEST(Ranks, WhatIsRememberedIsNotAskedAgain) {
   int pair[2];
   ASSERT_EQ(::socketpair(AF_UNIX, SOCK_STREAM, 0, pair), 0);
   std::vector<double> other;
-  std::thread worker([&] { other = spread(std::make_shared<Ranks>(false, std::vector<int>{pair[1]}), rosenbrock, kAsTheyAre)(Eigen::MatrixXd::Zero(4, 2)); });
+  std::thread worker([&] {
+    other = spread(std::make_shared<Ranks>(false, std::vector<int>{pair[1]}), rosenbrock,
+                   kAsTheyAre)(Eigen::MatrixXd::Zero(4, 2));
+  });
   const auto known = [](BatchCosts) { return [](const Eigen::MatrixXd&) { return std::vector<double>{7, 8}; }; };
-  EXPECT_EQ(spread(std::make_shared<Ranks>(true, std::vector<int>{pair[0]}), rosenbrock, known)(Eigen::MatrixXd::Zero(4, 2)), (std::vector<double>{7, 8}));
+  EXPECT_EQ(
+      spread(std::make_shared<Ranks>(true, std::vector<int>{pair[0]}), rosenbrock, known)(Eigen::MatrixXd::Zero(4, 2)),
+      (std::vector<double>{7, 8}));
   worker.join();
   EXPECT_EQ(other, (std::vector<double>{7, 8}));
 }

@@ -14,7 +14,6 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
       decoder.decode(left.first(length));
       left = left.subspan(length);
     }
-  } catch (const wire::WireError&) {
-  }
+  } catch (const wire::WireError&) {}
   return 0;
 }

@@ -42,10 +42,11 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   using namespace selvedge_rig;
   if (size < 1) return 0;
   using Decode = void (*)(const uint8_t*, size_t);
-  static constexpr Decode all[] = {decode<arm_command_t>,      decode<arm_control_t>,      decode<arm_status_t>,     decode<arm_trajectory_t>,
-                                   decode<camera_command_t>,   decode<clock_map_t>,        decode<corner_sample_t>,  decode<device_status_t>,
-                                   decode<frame_stamp_t>,      decode<operator_prompt_t>,  decode<preview_t>,        decode<projector_command_t>,
-                                   decode<projector_status_t>, decode<session_status_t>,   decode<operator_answer_t>};
+  static constexpr Decode all[] = {decode<arm_command_t>,      decode<arm_control_t>,    decode<arm_status_t>,
+                                   decode<arm_trajectory_t>,   decode<camera_command_t>, decode<clock_map_t>,
+                                   decode<corner_sample_t>,    decode<device_status_t>,  decode<frame_stamp_t>,
+                                   decode<operator_prompt_t>,  decode<preview_t>,        decode<projector_command_t>,
+                                   decode<projector_status_t>, decode<session_status_t>, decode<operator_answer_t>};
   all[data[0] % std::size(all)](data + 1, size - 1);
   return 0;
 }

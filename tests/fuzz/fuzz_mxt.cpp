@@ -6,7 +6,6 @@ using namespace selvedge;
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   for (const int joints : {6, 7}) try {
       arm::mxt::decode({data, size}, joints);
-    } catch (const wire::WireError&) {
-    }
+    } catch (const wire::WireError&) {}
   return 0;
 }

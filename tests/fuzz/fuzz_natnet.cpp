@@ -15,7 +15,6 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     if (message.id == natnet::server_info) natnet::decode_server_info(message.payload);
     if (message.id == natnet::model_definition) natnet::decode_model(message.payload, server);
     if (message.id == natnet::frame_of_data) natnet::decode_frame(message.payload, server, model);
-  } catch (const wire::WireError&) {
-  }
+  } catch (const wire::WireError&) {}
   return 0;
 }

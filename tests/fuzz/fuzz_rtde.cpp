@@ -10,7 +10,6 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   try {
     while (const auto package = rtde::take_package(received))
       if (package->type == rtde::data) rtde::decode_state(package->payload, data[0]);
-  } catch (const wire::WireError&) {
-  }
+  } catch (const wire::WireError&) {}
   return 0;
 }

@@ -43,7 +43,8 @@ double bend_energy(const cloth::Sheet& sheet, const Eigen::Matrix3Xd& x, double 
   const auto& q = sheet.data.bend_matrix;
   double sum = 0;
   for (int i = 0; i < sheet.data.vertex_count; ++i)
-    for (int k = q.start[size_t(i)]; k < q.start[size_t(i) + 1]; ++k) sum += q.value[size_t(k)] * x.col(i).dot(x.col(q.index[size_t(k)]));
+    for (int k = q.start[size_t(i)]; k < q.start[size_t(i) + 1]; ++k)
+      sum += q.value[size_t(k)] * x.col(i).dot(x.col(q.index[size_t(k)]));
   return 0.5 * bend * sum;
 }
 
@@ -143,7 +144,10 @@ TEST_F(Garments, MotionIsPlacedAsItsChannelsSay) {
   EXPECT_LT((third[2].translation() - Eigen::Vector3d(0.2, 0.4, 0.5)).norm(), 1e-9);
   EXPECT_LT((pose_at(motion, 5, 1)[2].translation() - third[2].translation()).norm(), 1e-12);
   // From rest: no speed at the start of the run-up, the motion's own speed at its end.
-  const auto speed = [&](double t) { return (pose_at(motion, t + 1e-5, 1)[0].translation() - pose_at(motion, t - 1e-5, 1)[0].translation()).norm() / 2e-5; };
+  const auto speed = [&](double t) {
+    return (pose_at(motion, t + 1e-5, 1)[0].translation() - pose_at(motion, t - 1e-5, 1)[0].translation()).norm() /
+           2e-5;
+  };
   EXPECT_NEAR(speed(-0.99), 0.01, 1e-3);
   EXPECT_NEAR(speed(-0.001), 1, 2e-3);
   EXPECT_NEAR(speed(0.001), 1, 2e-3);
@@ -155,7 +159,8 @@ TEST_F(Garments, DamagedMotionIsRefusedWithItsLine) {
   EXPECT_NE(refusal("a.bvh", changed(kMotion, "10 90 0", "10 x 0")).find("a.bvh:20"), std::string::npos);
   EXPECT_NE(refusal("a.bvh", changed(kMotion, "Frames: 3", "Frames: 4")).find("end of the file"), std::string::npos);
   EXPECT_NE(refusal("a.bvh", changed(kMotion, "Frames: 3", "Frames: 2")).find("expected the end"), std::string::npos);
-  EXPECT_NE(refusal("a.bvh", changed(kMotion, "Frame Time: 0.1", "Frame Time: 0")).find("frame time"), std::string::npos);
+  EXPECT_NE(refusal("a.bvh", changed(kMotion, "Frame Time: 0.1", "Frame Time: 0")).find("frame time"),
+            std::string::npos);
   EXPECT_NE(refusal("a.bvh", "BVH").find("HIERARCHY"), std::string::npos);
   for (size_t cut = 0; cut + 40 < std::string(kMotion).size(); cut += 7)
     EXPECT_NE(refusal("a.bvh", std::string(kMotion).substr(0, cut)), "") << "cut after " << cut;
@@ -176,8 +181,9 @@ TEST_F(Garments, ASkirtIsWornWithoutPassingThroughItself) {
   pattern.held_above_m = 0.1;
   const Garment skirt = sew(pattern);
   const Worn worn = wear(pattern, skirt, {motion, walker_limbs(), 0.8}, {.duration_s = 1.2});
-  std::printf("%zu triangles, %.2f s for %.2f s, %ld steps, strain %.3f, %.2f mm in the body, impacts %ld, zones %ld\n", skirt.surface.triangles.size(),
-              worn.wall_s, worn.simulated_s, worn.contact.steps, worn.largest_strain, 1e3 * worn.deepest_in_body_m, worn.contact.impacts, worn.contact.zone_steps);
+  std::printf("%zu triangles, %.2f s for %.2f s, %ld steps, strain %.3f, %.2f mm in the body, impacts %ld, zones %ld\n",
+              skirt.surface.triangles.size(), worn.wall_s, worn.simulated_s, worn.contact.steps, worn.largest_strain,
+              1e3 * worn.deepest_in_body_m, worn.contact.impacts, worn.contact.zone_steps);
   ASSERT_TRUE(worn.finite);
   ASSERT_EQ(worn.frames.size(), 37u);
   EXPECT_EQ(worn.frames_that_intersect, 0);

@@ -18,15 +18,16 @@ struct Known {
 Known known_camera(double scale, double distortion) {
   Known known;
   known.intrinsics << 900, 2, 320, 0, 880, 240, 0, 0, 1;
-  known.rotation = (Eigen::AngleAxisd(1.4, Eigen::Vector3d::UnitX()) *
-                    Eigen::AngleAxisd(0.3, Eigen::Vector3d::UnitZ())).toRotationMatrix();
+  known.rotation = (Eigen::AngleAxisd(1.4, Eigen::Vector3d::UnitX()) * Eigen::AngleAxisd(0.3, Eigen::Vector3d::UnitZ()))
+                       .toRotationMatrix();
   known.centre = {0.1, -1.2, 0.3};
   Eigen::Matrix<double, 3, 4> pose;
   pose << known.rotation, -known.rotation * known.centre;
   known.projection.matrix = scale * known.intrinsics * pose;
   known.projection.width_px = 640;
   known.projection.height_px = 480;
-  known.projection.distortion = {-0.2 * distortion, 0.05 * distortion, 1e-3 * distortion, -5e-4 * distortion, 0.01 * distortion};
+  known.projection.distortion = {-0.2 * distortion, 0.05 * distortion, 1e-3 * distortion, -5e-4 * distortion,
+                                 0.01 * distortion};
   return known;
 }
 

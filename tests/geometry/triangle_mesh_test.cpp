@@ -52,8 +52,8 @@ TEST(GridMesh, IsSoundAndAlternatesItsDiagonals) {
   EXPECT_EQ(mesh.triangles.size(), 48u);
   EXPECT_EQ(mesh.rest_uv[1 * 7 + 6], Eigen::Vector2d(0.3, 0.05));
   expect_sound(mesh);
-  EXPECT_NE(mesh.triangles[1], (std::array<int, 3>{mesh.triangles[3][0] - 1, mesh.triangles[3][1] - 1,
-                                                   mesh.triangles[3][2] - 1}));
+  EXPECT_NE(mesh.triangles[1],
+            (std::array<int, 3>{mesh.triangles[3][0] - 1, mesh.triangles[3][1] - 1, mesh.triangles[3][2] - 1}));
   EXPECT_THROW(make_grid_mesh(0.3, 0.2, 1, 5), std::invalid_argument);
 }
 
@@ -71,8 +71,7 @@ TEST(IrregularMesh, HasTheGridsDensityAndNoSliver) {
   EXPECT_NEAR(static_cast<double>(mesh.rest_uv.size()), 33 * 33, 0.06 * 33 * 33);
   for (const auto& t : mesh.triangles) {
     double longest = 0;
-    for (int i = 0; i < 3; ++i)
-      longest = std::max(longest, (mesh.rest_uv[t[i]] - mesh.rest_uv[t[(i + 1) % 3]]).norm());
+    for (int i = 0; i < 3; ++i) longest = std::max(longest, (mesh.rest_uv[t[i]] - mesh.rest_uv[t[(i + 1) % 3]]).norm());
     const double altitude = 2 * signed_area(mesh, t) / longest;
     EXPECT_GT(altitude / longest, 0.2);
   }

@@ -68,7 +68,8 @@ TEST(LatticeSheet, HangsAndWavesAsTheFabricModelDoes) {
     left_path.col(i) = left;
     right_path.col(i) = hand.at(time_s.back());
   }
-  const cloth::Sheet sheet = cloth::make_sheet(geometry::make_grid_mesh(truth.width_m, truth.height_m, kCells + 1, kCells + 1));
+  const cloth::Sheet sheet =
+      cloth::make_sheet(geometry::make_grid_mesh(truth.width_m, truth.height_m, kCells + 1, kCells + 1));
   cloth::Experiment experiment;
   experiment.material = material_of(truth);
   experiment.path = cloth::make_path(cloth::Hold::corners, time_s, left_path, right_path);

@@ -69,7 +69,8 @@ TEST(LatticeSheet, StretchShearAndBendMeanWhatTheFormatSays) {
       const double along = u * std::cos(turn) + v * std::sin(turn), across = -u * std::sin(turn) + v * std::cos(turn);
       return Eigen::Vector3d(radius * std::sin(along / radius), radius * std::cos(along / radius), across);
     }));
-    EXPECT_NEAR(sheet.energy().bend / area / (0.5 * truth.bend / (radius * radius)), 1, 0.05) << "axis turned by " << turn;
+    EXPECT_NEAR(sheet.energy().bend / area / (0.5 * truth.bend / (radius * radius)), 1, 0.05)
+        << "axis turned by " << turn;
   }
 }
 
@@ -91,7 +92,8 @@ TEST(LatticeSheet, SwingsWithThePeriodOfARigidPlateAndKeepsItsEnergy) {
   LatticeSheet sheet(truth, {.cells_across = 12, .cells_down = 12});
   const Eigen::Vector3d left(0, 0, 0), right(truth.width_m, 0, 0);
   const double tilt = 0.1;
-  sheet.set_position(mapped(sheet, [&](double u, double v) { return Eigen::Vector3d(u, v * std::sin(tilt), -v * std::cos(tilt)); }));
+  sheet.set_position(
+      mapped(sheet, [&](double u, double v) { return Eigen::Vector3d(u, v * std::sin(tilt), -v * std::cos(tilt)); }));
   const auto total = [&] {
     const LatticeEnergy e = sheet.energy();
     return e.stretch + e.shear + e.bend + e.kinetic + e.weight;
@@ -112,7 +114,8 @@ TEST(LatticeSheet, SwingsWithThePeriodOfARigidPlateAndKeepsItsEnergy) {
   const double period = 2 * (crossings.back() - crossings.front()) / double(crossings.size() - 1);
   const double expected = 2 * M_PI * std::sqrt(2 * truth.height_m / (3 * 9.81)) * (1 + tilt * tilt / 16);
   EXPECT_NEAR(period / expected, 1, 0.01);
-  const double swing = truth.density * truth.width_m * truth.height_m * 9.81 * truth.height_m / 2 * (1 - std::cos(tilt));
+  const double swing =
+      truth.density * truth.width_m * truth.height_m * 9.81 * truth.height_m / 2 * (1 - std::cos(tilt));
   EXPECT_NEAR((total() - start) / swing, 0, 0.02);
 }
 

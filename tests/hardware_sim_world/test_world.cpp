@@ -30,7 +30,9 @@ Picture picture(World& world, double t) {
 }
 
 TEST(WorldConfiguration, RefusesUnknownKeysAndValuesOutOfRange) {
-  const auto read = [](const std::string& text) { return read_world(rig::Configuration::parse(text, "w.toml", world_sections())); };
+  const auto read = [](const std::string& text) {
+    return read_world(rig::Configuration::parse(text, "w.toml", world_sections()));
+  };
   EXPECT_THROW(read("[fabric]\nbendy = 1\n"), BadInput);
   EXPECT_THROW(read("[fabric]\nstretch = -1\n"), BadInput);
   EXPECT_THROW(read("[febric]\nstretch = 1\n"), BadInput);
@@ -38,7 +40,9 @@ TEST(WorldConfiguration, RefusesUnknownKeysAndValuesOutOfRange) {
 }
 
 TEST(World, ChangesTheSwatchWhenAsked) {
-  const std::string text = "[lattice]\ncells_across = 10\ncells_down = 10\n[swatches]\nnames = [\"soft\", \"wide\"]\n[swatches.soft]\nbend = 2e-5\n[swatches.wide]\nwidth_m = 0.36\nheight_m = 0.24\n";
+  const std::string text =
+      "[lattice]\ncells_across = 10\ncells_down = 10\n[swatches]\nnames = [\"soft\", \"wide\"]\n[swatches.soft]\nbend "
+      "= 2e-5\n[swatches.wide]\nwidth_m = 0.36\nheight_m = 0.24\n";
   World world(read_world(rig::Configuration::parse(text, "test", world_sections())), 100, Clockwork::by_hand);
   EXPECT_EQ(world.configuration().fabric.bend, 2e-5);
   world.on_prompt({.step = "hang_still"}, 100);
@@ -54,7 +58,8 @@ TEST(World, ChangesTheSwatchWhenAsked) {
   ASSERT_EQ(markers.size(), 2u);
   EXPECT_NEAR((markers[1].position_m - markers[0].position_m).norm(), apart * 0.36 / 0.3, 1e-3);
   EXPECT_NEAR(world.fabric_at(107.9).row(2).minCoeff(), -0.24, 0.03);
-  EXPECT_THROW(read_world(rig::Configuration::parse("[swatches]\nnames = [\"soft\"]\n", "test", world_sections())), BadInput);
+  EXPECT_THROW(read_world(rig::Configuration::parse("[swatches]\nnames = [\"soft\"]\n", "test", world_sections())),
+               BadInput);
 }
 
 TEST(World, HangsAtRestBetweenItsCornersAndSwingsWhenWaved) {
@@ -142,14 +147,18 @@ TEST(World, ShowsTheBoardWithItsDiscsBrightWhileTheLampIsOff) {
 TEST(World, TheArmCarriesTheRightCorner) {
   World world(default_world(), 100, Clockwork::by_hand);
   const Eigen::Isometry3d arm_from_world = world.configuration().world_from_arm.inverse();
-  const Eigen::Vector3d corner = world.configuration().left_m + world.configuration().separation_m * Eigen::Vector3d::UnitX();
-  world.set_tool_source([&](double t) { return std::optional<Eigen::Vector3d>(arm_from_world * (corner + Eigen::Vector3d(0, 0.03 * std::sin(6 * t), 0))); });
+  const Eigen::Vector3d corner =
+      world.configuration().left_m + world.configuration().separation_m * Eigen::Vector3d::UnitX();
+  world.set_tool_source([&](double t) {
+    return std::optional<Eigen::Vector3d>(arm_from_world * (corner + Eigen::Vector3d(0, 0.03 * std::sin(6 * t), 0)));
+  });
   world.on_prompt({.step = "hang_still"}, 100);
   world.advance_to(102);
   world.on_prompt({.step = "robot_path"}, 102);
   world.advance_to(105);
   for (double t = 104; t < 105; t += 0.05)
-    EXPECT_NEAR((world.markers_at(t)[1].position_m - corner - Eigen::Vector3d(0, 0.03 * std::sin(6 * t), 0)).norm(), 0, 2e-5);
+    EXPECT_NEAR((world.markers_at(t)[1].position_m - corner - Eigen::Vector3d(0, 0.03 * std::sin(6 * t), 0)).norm(), 0,
+                2e-5);
 }
 
 TEST(World, RunsOnTheHostsClock) {

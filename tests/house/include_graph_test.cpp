@@ -14,9 +14,16 @@ namespace {
 namespace fs = std::filesystem;
 
 // Rooms by path, the longest first where one lies in another.
-const std::vector<std::string> rooms = {"capture/trial", "diagnose/effects", "geometry", "files",    "report",
-                                        "rig",           "capture",          "calib",    "cloth",    "render",   "garment",
-                                        "fit",           "experiments",      "diagnose",         "station",  "console",  "hardware_sim", "cli",  "tests"};
+const std::vector<std::string> rooms = {"capture/trial", "diagnose/effects",
+                                        "geometry",      "files",
+                                        "report",        "rig",
+                                        "capture",       "calib",
+                                        "cloth",         "render",
+                                        "garment",       "fit",
+                                        "experiments",   "diagnose",
+                                        "station",       "console",
+                                        "hardware_sim",  "cli",
+                                        "tests"};
 
 // What a room may include, besides itself and what those rooms may include in turn. geometry/, files/ and
 // report/ are open to all (docs/decisions/0001-rooms.md).
@@ -94,8 +101,8 @@ TEST(IncludeGraph, DependenciesGoOneWay) {
     const std::string from = room_of(include.file), to = room_of(include.target);
     if (to.empty() || from == "cli" || from == "tests") continue;
     ++edges;
-    EXPECT_TRUE(reachable(from).count(to)) << include.file << " includes \"" << include.target << "\", but " << from
-                                           << "/ may not include " << to << "/";
+    EXPECT_TRUE(reachable(from).count(to))
+        << include.file << " includes \"" << include.target << "\", but " << from << "/ may not include " << to << "/";
   }
   EXPECT_GT(edges, 50u);
 }

@@ -58,7 +58,9 @@ TEST_P(ProjectorContract, ShowsWhatItIsToldOnceItReturns) {
                                 {}};
   for (int bit = 0; bit < 11; ++bit) patterns.push_back({.kind = PatternKind::gray_code, .bit = bit});
   for (int bit = 0; bit < 10; ++bit)
-    patterns.push_back({.kind = PatternKind::gray_code, .orientation = projector::Orientation::vertical, .bit = bit,
+    patterns.push_back({.kind = PatternKind::gray_code,
+                        .orientation = projector::Orientation::vertical,
+                        .bit = bit,
                         .inverted = bit % 2 == 1});
   for (const auto& pattern : patterns) {
     projector->show(pattern);

@@ -17,8 +17,12 @@ struct Answer {
 };
 Answer ask(Dlpc350Device& device, std::uint8_t flags, std::uint16_t code, const Bytes& data, double now_s) {
   const size_t length = 2 + data.size();
-  Bytes message{flags, 1, static_cast<std::uint8_t>(length), static_cast<std::uint8_t>(length >> 8),
-                static_cast<std::uint8_t>(code), static_cast<std::uint8_t>(code >> 8)};
+  Bytes message{flags,
+                1,
+                static_cast<std::uint8_t>(length),
+                static_cast<std::uint8_t>(length >> 8),
+                static_cast<std::uint8_t>(code),
+                static_cast<std::uint8_t>(code >> 8)};
   message.insert(message.end(), data.begin(), data.end());
   std::vector<projector::Report> replies;
   for (size_t at = 0; at < message.size(); at += 64) {

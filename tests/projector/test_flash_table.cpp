@@ -35,11 +35,14 @@ TEST(FlashTable, FindsAPictureAndItsInverse) {
 TEST(FlashTable, MistakesAreRefusedByName) {
   const auto path = std::filesystem::temp_directory_path() / "selvedge-flash-table.toml";
   const std::string run = "[[planes]]\nimage = 0\nfirst_plane = 20\nkind = \"gray_code\"\norientation = \"vertical\"\n";
-  const std::pair<std::string, std::string> cases[] = {
-      {run + "bits = [0, 1, 2, 3, 4]\n", "24 planes"},          {run + "bits = [0]\n" + run + "bits = [1]\n", "listed twice"},
-      {run + "bits = []\n", "bits"},                            {run + "bits = [0]\nduty = 0.5\n", "duty"},
-      {"[[planes]]\nimage = 900\n", "image"},                   {"planes = 3\nstripes = 4\n", "stripes"},
-      {"[lines]\nduty = 0.5\n", "period_px"},                   {"[lines\n", "1"}};
+  const std::pair<std::string, std::string> cases[] = {{run + "bits = [0, 1, 2, 3, 4]\n", "24 planes"},
+                                                       {run + "bits = [0]\n" + run + "bits = [1]\n", "listed twice"},
+                                                       {run + "bits = []\n", "bits"},
+                                                       {run + "bits = [0]\nduty = 0.5\n", "duty"},
+                                                       {"[[planes]]\nimage = 900\n", "image"},
+                                                       {"planes = 3\nstripes = 4\n", "stripes"},
+                                                       {"[lines]\nduty = 0.5\n", "period_px"},
+                                                       {"[lines\n", "1"}};
   for (const auto& [text, word] : cases) {
     std::ofstream(path) << text;
     try {

@@ -21,12 +21,11 @@ TEST(Pattern, GrayCodeChangesOneBitPerPixelAndGivesThePixelBack) {
       unsigned code = 0;
       for (int bit = 0; bit < 11; ++bit) {
         const Pattern plane{.kind = PatternKind::gray_code, .orientation = orientation, .bit = bit};
-        const double value = orientation == Orientation::horizontal ? brightness(plane, 5, pixel) : brightness(plane, pixel, 5);
+        const double value =
+            orientation == Orientation::horizontal ? brightness(plane, 5, pixel) : brightness(plane, pixel, 5);
         code |= static_cast<unsigned>(value) << bit;
       }
-      if (pixel > 0) {
-        EXPECT_EQ(__builtin_popcount(code ^ before), 1);
-      }
+      if (pixel > 0) { EXPECT_EQ(__builtin_popcount(code ^ before), 1); }
       before = code;
       for (unsigned shift = 1; shift < 16; shift *= 2) code ^= code >> shift;
       EXPECT_EQ(code, pixel);

@@ -11,7 +11,11 @@ Device start_usb() {
   projector::ProjectorOptions options;
   options.transport = "usb";
   options.reply_timeout_s = 0.5;
-  return {.open = [options, bus] { bus->replug(); return projector::open_dlpc350(options); },
+  return {.open =
+              [options, bus] {
+    bus->replug();
+    return projector::open_dlpc350(options);
+          },
           .shown = [bus] { return picture_of(bus->device().pattern_at(rig::host_now_s())); },
           .disconnect = [bus] { bus->unplug(); },
           .reject_next = [bus] { bus->device().reject_next(1); },

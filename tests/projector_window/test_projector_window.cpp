@@ -32,7 +32,10 @@ bool has_xvfb() { return std::system("command -v Xvfb > /dev/null 2>&1") == 0; }
 // An X server with one screen in memory, on a number that was free.
 class VirtualScreen {
  public:
-  explicit VirtualScreen(int width_px = 912, int height_px = 1140) : size_(fmt::format("{}x{}x24", width_px, height_px)) { start(); }
+  explicit VirtualScreen(int width_px = 912, int height_px = 1140)
+      : size_(fmt::format("{}x{}x24", width_px, height_px)) {
+    start();
+  }
   ~VirtualScreen() { stop(); }
   VirtualScreen(const VirtualScreen&) = delete;
   VirtualScreen& operator=(const VirtualScreen&) = delete;
@@ -44,12 +47,14 @@ class VirtualScreen {
     const std::string descriptor = std::to_string(ends[1]), at = name();
     std::vector<const char*> words = {"Xvfb"};
     if (!number_.empty()) words.push_back(at.c_str());  // the same again
-    for (const char* word : std::initializer_list<const char*>{"-displayfd", descriptor.c_str(), "-screen", "0", size_.c_str(), "-nolisten", "tcp", "-noreset", nullptr})
+    for (const char* word : std::initializer_list<const char*>{"-displayfd", descriptor.c_str(), "-screen", "0",
+                                                               size_.c_str(), "-nolisten", "tcp", "-noreset", nullptr})
       words.push_back(word);
     posix_spawn_file_actions_t quiet;
     ::posix_spawn_file_actions_init(&quiet);
     ::posix_spawn_file_actions_addopen(&quiet, 2, "/dev/null", 1, 0);
-    const int failed = ::posix_spawnp(&child_, "Xvfb", &quiet, nullptr, const_cast<char* const*>(words.data()), environ);
+    const int failed =
+        ::posix_spawnp(&child_, "Xvfb", &quiet, nullptr, const_cast<char* const*>(words.data()), environ);
     ::posix_spawn_file_actions_destroy(&quiet);
     ::close(ends[1]);
     char text[16] = {};
@@ -77,7 +82,9 @@ class VirtualScreen {
     XWindowAttributes size;
     XGetWindowAttributes(display, root, &size);
     const auto destroy = [](XImage* image) { XDestroyImage(image); };
-    const std::shared_ptr<XImage> image(XGetImage(display, root, 0, 0, static_cast<unsigned>(size.width), static_cast<unsigned>(size.height), AllPlanes, ZPixmap), destroy);
+    const std::shared_ptr<XImage> image(XGetImage(display, root, 0, 0, static_cast<unsigned>(size.width),
+                                                  static_cast<unsigned>(size.height), AllPlanes, ZPixmap),
+                                        destroy);
     XCloseDisplay(display);
     return [image](int column, int row) {
       const unsigned long pixel = XGetPixel(image.get(), column, row);
@@ -104,28 +111,28 @@ Device start_window() {
   auto gone = std::make_shared<bool>(false);
   return {.open =
               [screen, gone] {
-                if (*gone) screen->start();
-                *gone = false;
-                WindowOptions options = on(*screen);
-                options.reply_timeout_s = 2;
-                return projector::open_window(options);
-              },
+    if (*gone) screen->start();
+    *gone = false;
+    WindowOptions options = on(*screen);
+    options.reply_timeout_s = 2;
+    return projector::open_window(options);
+          },
           .shown = [screen] { return screen->picture(); },
           .disconnect =
               [screen, gone] {
-                screen->stop();
-                *gone = true;
-              },
-          .reject_next = {},
-          .hang = [screen] { screen->hang(); },
-          .cannot_show = {.kind = PatternKind::stripes, .period_px = 0}};
+    screen->stop();
+    *gone = true;
+          },
+      .reject_next = {}, .hang = [screen] { screen->hang(); },
+      .cannot_show = {.kind = PatternKind::stripes, .period_px = 0}};
 }
 
 #define NEEDS_XVFB \
   if (!has_xvfb()) GTEST_SKIP() << "SKIPPED: the window projector was NOT tried: Xvfb is not installed"
 
-
-INSTANTIATE_TEST_SUITE_P(Screens, ProjectorContract, testing::ValuesIn(has_xvfb() ? std::vector<Backend>{{"window", start_window}} : std::vector<Backend>{}),
+INSTANTIATE_TEST_SUITE_P(Screens, ProjectorContract,
+                         testing::ValuesIn(has_xvfb() ? std::vector<Backend>{{"window", start_window}}
+                                                      : std::vector<Backend>{}),
                          [](const auto& info) { return info.param.name; });
 GTEST_ALLOW_UNINSTANTIATED_PARAMETERIZED_TEST(ProjectorContract);
 
@@ -139,7 +146,8 @@ TEST(Window, ShowsLevelsAndSinusoidsThroughTheDisplaysGamma) {
   window->show(sinusoid);
   const Picture shown = screen.picture();
   double worst = 0;
-  for (int row = 0; row < 1140; ++row) worst = std::max(worst, std::abs(std::pow(shown(450, row), 2.2) - projector::brightness(sinusoid, 450, row)));
+  for (int row = 0; row < 1140; ++row)
+    worst = std::max(worst, std::abs(std::pow(shown(450, row), 2.2) - projector::brightness(sinusoid, 450, row)));
   EXPECT_LT(worst, 0.005);  // half a step of 8 bits is at most 2.2 / 510
 }
 
@@ -159,27 +167,34 @@ TEST(Window, AMonitorOfAnotherSizeIsRefusedNamingBoth) {
 TEST(Window, AMonitorSetToAnotherModeIsLostUntilItIsSetBack) {
   NEEDS_XVFB;
   const VirtualScreen screen;
-  const auto xrandr = [&](const std::string& what) { return std::system(("xrandr --display " + screen.name() + " " + what + " > /dev/null 2>&1").c_str()) == 0; };
+  const auto xrandr = [&](const std::string& what) {
+    return std::system(("xrandr --display " + screen.name() + " " + what + " > /dev/null 2>&1").c_str()) == 0;
+  };
   const auto set = [&](const std::string& mode) { return xrandr("--output screen --mode " + mode); };
   if (!xrandr("--newmode 640x480 25 640 650 660 700 480 490 495 500") || !xrandr("--addmode screen 640x480"))
     GTEST_SKIP() << "SKIPPED: a changed mode was NOT tried: xrandr (package x11-xserver-utils) is not installed";
   const int port = 17280;
   rig::ensure_local_multicast(port);
   const auto configuration = rig::Configuration::parse(
-      fmt::format("[bus]\nport = {}\n[projector]\nbackend = \"window\"\nscreen = \"{}\"\nreply_timeout_s = 2\nsettle_s = 0\n", port, screen.name()), "rig.toml");
+      fmt::format(
+          "[bus]\nport = {}\n[projector]\nbackend = \"window\"\nscreen = \"{}\"\nreply_timeout_s = 2\nsettle_s = 0\n",
+          port, screen.name()),
+      "rig.toml");
   rig::Bus bus(configuration.bus());
   selvedge_rig::device_status_t status{};
   bus.subscribe<selvedge_rig::device_status_t>("PROJECTOR_STATUS", [&](const auto& message) { status = message; });
   std::atomic<bool> stopping{false};
   std::thread daemon([&] { projector::run_daemon(configuration, stopping); });
   const auto becomes = [&](int state) {
-    for (const double end_s = rig::host_now_s() + 30; rig::host_now_s() < end_s && status.state != state;) bus.handle(0.02);
+    for (const double end_s = rig::host_now_s() + 30; rig::host_now_s() < end_s && status.state != state;)
+      bus.handle(0.02);
     return status.state == state;
   };
   EXPECT_TRUE(becomes(selvedge_rig::device_status_t::RUNNING));
   EXPECT_TRUE(set("640x480"));
   EXPECT_TRUE(becomes(selvedge_rig::device_status_t::LOST));
-  for (const double end_s = rig::host_now_s() + 2; rig::host_now_s() < end_s;) bus.handle(0.02);  // it is opened anew, and refused
+  for (const double end_s = rig::host_now_s() + 2; rig::host_now_s() < end_s;)
+    bus.handle(0.02);  // it is opened anew, and refused
   EXPECT_EQ(status.state, selvedge_rig::device_status_t::LOST);
   EXPECT_NE(status.message.find("640x480"), std::string::npos) << status.message;
   EXPECT_TRUE(set("912x1140"));
@@ -190,7 +205,8 @@ TEST(Window, AMonitorSetToAnotherModeIsLostUntilItIsSetBack) {
 
 TEST(Window, TheConfigurationNamesItsKeys) {
   const auto read = [](const std::string& keys) {
-    return projector::read_configuration(rig::Configuration::parse("[projector]\nbackend = \"window\"\n" + keys, "rig.toml").section("projector"));
+    return projector::read_configuration(
+        rig::Configuration::parse("[projector]\nbackend = \"window\"\n" + keys, "rig.toml").section("projector"));
   };
   const auto options = read("screen = \":3\"\nmonitor = 1\nwidth_px = 1280\nheight_px = 720\ngamma = 2.2\n").window;
   EXPECT_EQ(options.screen, ":3");

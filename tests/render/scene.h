@@ -13,7 +13,9 @@
 
 namespace selvedge::render {
 
-inline geometry::Projection bench_camera() { return geometry::looking_at({0.05, -1.0, -0.1}, {0, 0, -0.15}, 1000, 640, 480); }
+inline geometry::Projection bench_camera() {
+  return geometry::looking_at({0.05, -1.0, -0.1}, {0, 0, -0.15}, 1000, 640, 480);
+}
 inline geometry::Projection bench_projector() {
   return geometry::looking_at({-0.1, -0.95, 0.4}, {0, 0, -0.15}, 1450, 1024, 768);
 }

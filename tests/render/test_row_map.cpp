@@ -47,11 +47,10 @@ TEST(RowMap, SubPixelSamplesLieOnTheSheetAndVaryContinuously) {
     const auto sample = map.at({300.3, y});
     ASSERT_TRUE(sample && sample->inside);
     Eigen::Vector3d point = Eigen::Vector3d::Zero();
-    for (int i = 0; i < 3; ++i)
-      point += sample->weights[i] * sheet.position.col(sheet.triangles[sample->triangle][i]);
+    for (int i = 0; i < 3; ++i) point += sample->weights[i] * sheet.position.col(sheet.triangles[sample->triangle][i]);
     ASSERT_NEAR((geometry::project(camera, point) - Eigen::Vector2d(300.3, y)).norm(), 0, 1e-8);
-    ASSERT_NEAR((geometry::project(projector, point) - Eigen::Vector2d(sample->column_px, sample->row_px)).norm(),
-                0, 1e-8);
+    ASSERT_NEAR((geometry::project(projector, point) - Eigen::Vector2d(sample->column_px, sample->row_px)).norm(), 0,
+                1e-8);
     ASSERT_NEAR(sample->depth_m, geometry::depth(camera, point), 1e-10);
     if (y > 150) largest_step = std::max(largest_step, std::abs(sample->row_px - last));
     last = sample->row_px;

@@ -33,9 +33,7 @@ TEST(StripeRenderer, StripesLieWhereTheRowMapPutsThem) {
       const bool inner = !std::isnan(row[i - 1] + row[i + 1] + row[i - 640] + row[i + 640] + row[i]);
       const bool outer = std::isnan(row[i - 1]) && std::isnan(row[i + 1]) && std::isnan(row[i - 640]) &&
                          std::isnan(row[i + 640]) && std::isnan(row[i]);
-      if (outer) {
-        ASSERT_EQ(image(y, x), 4) << x << " " << y;
-      }
+      if (outer) { ASSERT_EQ(image(y, x), 4) << x << " " << y; }
       if (!inner) continue;
       const double phase = std::fmod(row[i] - 2.5 + 1600, 16.0);
       if (phase > 2.5 && phase < 5.5) ++bright, wrong += image(y, x) < 100;
@@ -57,12 +55,8 @@ TEST(StripeRenderer, VerticalStripesFollowColumnsAndUniformLightIsSmooth) {
     const double phase = std::fmod(geometry::project(projector, point).x(), 40.0);
     const Eigen::Vector2d pixel = geometry::project(camera, point);
     const int grey = image(int(std::lround(pixel.y())), int(std::lround(pixel.x())));
-    if (phase > 5 && phase < 15) {
-      EXPECT_GT(grey, 180);
-    }
-    if (phase > 25 && phase < 35) {
-      EXPECT_LT(grey, 18);
-    }
+    if (phase > 5 && phase < 15) { EXPECT_GT(grey, 180); }
+    if (phase > 25 && phase < 35) { EXPECT_LT(grey, 18); }
   }
   renderer.set_pattern({.duty = 1});
   const Image bright = renderer.render(sheet.position, sheet.triangles);

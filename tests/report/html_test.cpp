@@ -69,9 +69,9 @@ TEST(PlotAxis, StandsWithOneValueOrNone) {
 
 TEST(LinePlot, BreaksAtNaNAndDrawsEverySeries) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
-  const std::string svg = line_plot({{"recorded", {0, 1, 2, 3, 4}, {1, 2, nan, 4, 5}},
-                                     {"dots <&>", {0, 1, 2}, {1, 1, 1}, true}},
-                                    {"time, s", "error, mm"});
+  const std::string svg =
+      line_plot({{"recorded", {0, 1, 2, 3, 4}, {1, 2, nan, 4, 5}}, {"dots <&>", {0, 1, 2}, {1, 1, 1}, true}},
+                {"time, s", "error, mm"});
   expect_well_formed(svg);
   const std::smatch match = [&] {
     static std::smatch found;
@@ -100,19 +100,23 @@ TEST(BarPlot, BarsAreInProportion) {
   expect_well_formed(svg);
   std::vector<double> lengths;
   const std::regex bar("width=\"([0-9.]+)\" height=\"16.0\"");
-  for (std::sregex_iterator it(svg.begin(), svg.end(), bar), end; it != end; ++it) lengths.push_back(std::stod((*it)[1]));
+  for (std::sregex_iterator it(svg.begin(), svg.end(), bar), end; it != end; ++it)
+    lengths.push_back(std::stod((*it)[1]));
   ASSERT_EQ(lengths.size(), 2u);
   EXPECT_NEAR(lengths[0] / lengths[1], 2, 0.01);
 }
 
 TEST(IntervalPlot, BarsRunFromLowToHighAndGapsStayEmpty) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
-  const std::string svg = interval_plot({"stretch", "bend"}, {{"A", {1, 2}, {0.5, 1}, {2, 4}}, {"B", {1, nan}, {nan, nan}, {nan, nan}}}, {"ratio", "", true});
+  const std::string svg =
+      interval_plot({"stretch", "bend"}, {{"A", {1, 2}, {0.5, 1}, {2, 4}}, {"B", {1, nan}, {nan, nan}, {nan, nan}}},
+                    {"ratio", "", true});
   expect_well_formed(svg);
   EXPECT_EQ(svg.find("nan"), std::string::npos);
   std::vector<double> lengths;
   const std::regex bar("<line x1=\"([0-9.]+)\" y1=\"[0-9.]+\" x2=\"([0-9.]+)\" y2=\"[0-9.]+\" stroke=\"#1f4e8c\"");
-  for (std::sregex_iterator it(svg.begin(), svg.end(), bar), end; it != end; ++it) lengths.push_back(std::stod((*it)[2]) - std::stod((*it)[1]));
+  for (std::sregex_iterator it(svg.begin(), svg.end(), bar), end; it != end; ++it)
+    lengths.push_back(std::stod((*it)[2]) - std::stod((*it)[1]));
   ASSERT_EQ(lengths.size(), 2u);
   EXPECT_GT(lengths[0], 50);
   EXPECT_NEAR(lengths[0] / lengths[1], 1, 0.01);  // a factor of four both, on the axis of logarithms
@@ -120,7 +124,8 @@ TEST(IntervalPlot, BarsRunFromLowToHighAndGapsStayEmpty) {
 }
 
 TEST(Base64, ReadsBackAnyBytesAndNothingElse) {
-  for (const std::string& bytes : {std::string(), std::string("a"), std::string("\0\xff\x80", 3), std::string("four")}) EXPECT_EQ(from_base64(base64(bytes)), bytes);
+  for (const std::string& bytes : {std::string(), std::string("a"), std::string("\0\xff\x80", 3), std::string("four")})
+    EXPECT_EQ(from_base64(base64(bytes)), bytes);
   for (const char* text : {"YWI", "YW*=", "=YWI", "Y==="}) EXPECT_FALSE(from_base64(text)) << text;
 }
 

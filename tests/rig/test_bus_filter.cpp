@@ -112,8 +112,10 @@ Heard be_the_rig(const std::string& route, const BusConfiguration& configuration
   if (other == 0) be_the_other_host(key, ready[1], go[0]);
   char byte = 0;
   require(::read(ready[0], &byte, 1) == 1, "the other host's readiness");
-  run(fmt::format("ip link set lo up && ip link add here type veth peer name there netns {} && "
-                  "ip addr add 10.0.0.1/24 dev here && ip link set here up && ip route add {}", other, route));
+  run(
+      fmt::format("ip link set lo up && ip link add here type veth peer name there netns {} && "
+                  "ip addr add 10.0.0.1/24 dev here && ip link set here up && ip route add {}",
+                  other, route));
   Heard heard;
   Bus receiver(configuration), sender(configuration);
   receiver.subscribe<corner_sample_t>(kChannel, [&](const corner_sample_t& sample) {

@@ -25,7 +25,9 @@ using ::testing::HasSubstr;
 
 class BusKeyTest : public ::testing::Test {
  protected:
-  std::string refusal() const { return refusal_of([&] { shared_bus_key(file_); }); }
+  std::string refusal() const {
+    return refusal_of([&] { shared_bus_key(file_); });
+  }
   TemporaryFolder folder_;
   const fs::path file_ = folder_.path() / "bus.key";
 };
@@ -33,7 +35,7 @@ class BusKeyTest : public ::testing::Test {
 TEST_F(BusKeyTest, IsMadeOnceForTheUserAlone) {
   const BusKey first = shared_bus_key(file_);
   EXPECT_EQ(shared_bus_key(file_), first);
-  struct stat found{};
+  struct stat found {};
   ASSERT_EQ(::stat(file_.c_str(), &found), 0);
   EXPECT_EQ(found.st_mode & 07777, 0600u);
   EXPECT_EQ(found.st_size, 32);

@@ -64,7 +64,10 @@ TEST(BusSignature, IsWhatTheFormatSays) {
   signature.sign(kChannel, bytes);
   std::string hex;
   for (const uint8_t byte : bytes) hex += fmt::format("{:02x}", byte);
-  EXPECT_EQ(hex, "68656c6c6f" "534c5631" "0638b52394b9c72b39955cada9af0c0b");
+  EXPECT_EQ(hex,
+            "68656c6c6f"
+            "534c5631"
+            "0638b52394b9c72b39955cada9af0c0b");
   EXPECT_TRUE(signature.holds(kChannel, bytes.data(), bytes.size()));
   for (size_t at = 0; at < 8 * bytes.size(); ++at) {  // any bit
     bytes[at / 8] ^= static_cast<uint8_t>(1 << at % 8);

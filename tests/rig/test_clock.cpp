@@ -11,8 +11,8 @@ namespace {
 // A device whose clock is off by an offset and a drift, and whose samples arrive late at random.
 struct Device {
   double ticks_per_s = 1e9;
-  double offset_s = 5;       // host − device at host 0
-  double drift_ppm = 50;     // host seconds per device second, minus one
+  double offset_s = 5;    // host − device at host 0
+  double drift_ppm = 50;  // host seconds per device second, minus one
   double minimum_delay_s = 0.003;
   double mean_delay_s = 0.001;
   double start_s = 1000;

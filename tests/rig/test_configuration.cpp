@@ -10,8 +10,9 @@ namespace {
 
 using ::testing::HasSubstr;
 
-const char* kText = "[bus]\nport = 7700\n[camera]\nbackend = \"aravis\"\nexposure_s = 0.002\nheight_px = 480\n"
-                    "corner_m = [0.1, 0.2, 0.3]\n";
+const char* kText =
+    "[bus]\nport = 7700\n[camera]\nbackend = \"aravis\"\nexposure_s = 0.002\nheight_px = 480\n"
+    "corner_m = [0.1, 0.2, 0.3]\n";
 
 TEST(Configuration, ReadsWhatIsThereAndFallsBackElsewhere) {
   const Configuration configuration = Configuration::parse(kText, "rig.toml");
@@ -38,7 +39,8 @@ TEST(Configuration, NamesFileSectionKeyFoundAndExpected) {
   EXPECT_THAT(refusal_of([&] { camera().number("backend", std::nullopt, 0, 1, "Hz"); }), HasSubstr("a number in Hz"));
   EXPECT_THAT(refusal_of([&] { camera().integer("exposure_s", std::nullopt, 0, 1); }), HasSubstr("a whole number"));
   EXPECT_THAT(refusal_of([&] { camera().numbers("corner_m", std::nullopt, 2, -1, 1, "m"); }), HasSubstr("expected 2"));
-  EXPECT_THAT(refusal_of([&] { camera().choice("backend", std::nullopt, {"v4l2"}); }), HasSubstr("expected one of v4l2"));
+  EXPECT_THAT(refusal_of([&] { camera().choice("backend", std::nullopt, {"v4l2"}); }),
+              HasSubstr("expected one of v4l2"));
 }
 
 TEST(Configuration, RefusesUnknownKeysAndSections) {

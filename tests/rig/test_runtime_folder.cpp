@@ -30,7 +30,7 @@ class RuntimeFolder : public ::testing::Test {
     ::unsetenv("XDG_RUNTIME_DIR");
   }
   static mode_t mode(const fs::path& path) {
-    struct stat found{};
+    struct stat found {};
     return ::stat(path.c_str(), &found) == 0 ? found.st_mode & 07777 : 0;
   }
   TemporaryFolder folder_;
@@ -100,7 +100,11 @@ TEST_F(RuntimeFolder, StaysTheUsersInAUserNamespace) {
     if (::unshare(CLONE_NEWUSER) != 0) ::_exit(2);
     std::ofstream("/proc/self/uid_map") << map;
     if (::geteuid() != 1234) ::_exit(3);
-    ::_exit(refusal_of([&] { if (runtime_folder() != before) refuse("test", "another folder"); }).empty() ? 0 : 1);
+    ::_exit(refusal_of([&] {
+              if (runtime_folder() != before) refuse("test", "another folder");
+            }).empty()
+                ? 0
+                : 1);
   }
   int status = 0;
   ASSERT_EQ(::waitpid(child, &status, 0), child);

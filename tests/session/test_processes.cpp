@@ -67,9 +67,7 @@ TEST_F(ChildProcesses, AnEndIsReportedWithTheLogsLastLines) {
     try {
       child.require_running();
       std::this_thread::sleep_for(std::chrono::milliseconds(5));
-    } catch (const std::runtime_error& error) {
-      text = error.what();
-    }
+    } catch (const std::runtime_error& error) { text = error.what(); }
   }
   EXPECT_NE(text.find("grumbler"), std::string::npos);
   EXPECT_NE(text.find("status 3"), std::string::npos);

@@ -6,9 +6,12 @@
 namespace selvedge::session {
 namespace {
 
-const std::string kRig = "[camera]\naddress = \"127.0.0.1\"\n[fabric]\nname = \"a\"\nwidth_m = 0.3\nheight_m = 0.3\nmass_kg = 0.01\n";
+const std::string kRig =
+    "[camera]\naddress = \"127.0.0.1\"\n[fabric]\nname = \"a\"\nwidth_m = 0.3\nheight_m = 0.3\nmass_kg = 0.01\n";
 
-SessionPlan read(const std::string& text) { return read_session_plan(rig::Configuration::parse(kRig + text, "rig.toml")); }
+SessionPlan read(const std::string& text) {
+  return read_session_plan(rig::Configuration::parse(kRig + text, "rig.toml"));
+}
 
 std::string refusal(const std::string& text) {
   return refusal_of([&] { read(text); });
@@ -34,9 +37,12 @@ TEST(SessionPlan, RefusesByName) {
   EXPECT_NE(refusal("[session]\ntrials = [\"a\"]\n").find("\"a\""), std::string::npos);
   EXPECT_NE(refusal("[session]\ntrials = [\"a\"]\n[session.a]\nkind = \"throwing\"\n").find("kind"), std::string::npos);
   EXPECT_NE(refusal("[session]\ntrials = [\"a\"]\n[session.a]\nkind = \"robot\"\n").find("[arm]"), std::string::npos);
-  EXPECT_NE(refusal("[session]\ntrials = [\"a\"]\n[session.a]\nkind = \"static\"\namplitude_m = 1\n").find("amplitude_m"), std::string::npos);
+  EXPECT_NE(
+      refusal("[session]\ntrials = [\"a\"]\n[session.a]\nkind = \"static\"\namplitude_m = 1\n").find("amplitude_m"),
+      std::string::npos);
   EXPECT_NE(refusal("[session]\ntrials = [\"../a\"]\n").find("../a"), std::string::npos);
-  EXPECT_NE(refusal("[session]\ntrials = [\"a\"]\n[session.a]\nkind = \"waving\"\nduration_s = 1\n").find("duration_s"), std::string::npos);
+  EXPECT_NE(refusal("[session]\ntrials = [\"a\"]\n[session.a]\nkind = \"waving\"\nduration_s = 1\n").find("duration_s"),
+            std::string::npos);
 }
 
 }  // namespace

@@ -16,8 +16,10 @@ trial::GreyImage picture(const Eigen::Vector2d& left, const Eigen::Vector2d& rig
   for (Eigen::Index y = 0; y < 240; ++y)
     for (Eigen::Index x = 0; x < 320; ++x) {
       const double down = static_cast<double>(y) - left.y();
-      const double inside_left = static_cast<double>(x) - (left.x() - 0.1 * down), inside_right = right.x() + 0.1 * down - static_cast<double>(x);
-      const double cover = std::clamp(std::min({inside_left, inside_right, down, 200.0 - static_cast<double>(y)}) + 0.5, 0.0, 1.0);
+      const double inside_left = static_cast<double>(x) - (left.x() - 0.1 * down),
+                   inside_right = right.x() + 0.1 * down - static_cast<double>(x);
+      const double cover =
+          std::clamp(std::min({inside_left, inside_right, down, 200.0 - static_cast<double>(y)}) + 0.5, 0.0, 1.0);
       image(y, x) = static_cast<unsigned char>(2 + (x + y) % 2 + 180 * cover);
     }
   return image;
@@ -26,7 +28,8 @@ trial::GreyImage picture(const Eigen::Vector2d& left, const Eigen::Vector2d& rig
 TEST(FindCorner, IsWhereTheSideEdgeEnds) {
   const Eigen::Vector2d left(90.3, 50.0), right(230.6, 50.0);
   const trial::GreyImage image = picture(left, right);
-  const auto found_left = find_corner(image, left + Eigen::Vector2d(4, -6), true), found_right = find_corner(image, right + Eigen::Vector2d(-5, 3), false);
+  const auto found_left = find_corner(image, left + Eigen::Vector2d(4, -6), true),
+             found_right = find_corner(image, right + Eigen::Vector2d(-5, 3), false);
   ASSERT_TRUE(found_left && found_right);
   EXPECT_LT((*found_left - left).norm(), 0.8) << found_left->transpose();
   EXPECT_LT((*found_right - right).norm(), 0.8) << found_right->transpose();
@@ -50,9 +53,11 @@ class RecordedCampaign : public ::testing::Test {
 };
 
 TEST_F(RecordedCampaign, ACameraThatStandsIsNotAccused) {
-  const CalibrationWatch watch = watch_calibration(campaign, [](double, const std::string&) {}, options);
+  const CalibrationWatch watch = watch_calibration(
+      campaign, [](double, const std::string&) {}, options);
   EXPECT_FALSE(watch.camera.since) << watch.camera.sentence;
-  EXPECT_TRUE(std::any_of(watch.camera.trials.begin(), watch.camera.trials.end(), [](const auto& t) { return t.judged; }));
+  EXPECT_TRUE(
+      std::any_of(watch.camera.trials.begin(), watch.camera.trials.end(), [](const auto& t) { return t.judged; }));
 }
 
 TEST_F(RecordedCampaign, AKnockOfHalfADegreeIsNamedWithItsTrial) {
@@ -65,7 +70,8 @@ TEST_F(RecordedCampaign, AKnockOfHalfADegreeIsNamedWithItsTrial) {
     for (Eigen::Matrix3Xd* corner : {&t.corners.left, &t.corners.right})
       *corner = (knock.toRotationMatrix() * (corner->colwise() - centre)).colwise() + centre;
   }
-  const CalibrationWatch watch = watch_calibration(campaign, [](double, const std::string&) {}, options);
+  const CalibrationWatch watch = watch_calibration(
+      campaign, [](double, const std::string&) {}, options);
   ASSERT_TRUE(watch.camera.since) << watch.camera.sentence;
   EXPECT_EQ(*watch.camera.since, campaign.trials[2].name) << watch.camera.sentence;
 }

@@ -31,17 +31,27 @@ class ComparisonTest : public testing::Test {
   // bend: in N·m, ten per cent to each side.
   void write_fit(const fs::path& folder, double bend, double held_out) {
     fs::create_directories(folder);
-    const json fit = {{"format", "fit/1"},
-                      {"campaign", "denim"},
-                      {"model", "Baraff-Witkin"},
-                      {"parameters", {{"bend", parameter(bend, 0.9 * bend, 1.1 * bend, "N·m")}, {"stretch", parameter(100, 60, 160, "N/m")}}},
-                      {"trials", {{"waving-1", {{"error_start", 3}, {"error_end", 0.5}, {"frames", 30}, {"error_held_out", held_out}, {"error_held_out_interval", {0.1, 2}}}}}},
-                      {"held_out", {{"by", "frames"}, {"error", held_out}}}};
+    const json fit = {
+        {"format", "fit/1"},
+        {"campaign", "denim"},
+        {"model", "Baraff-Witkin"},
+        {"parameters",
+         {{"bend", parameter(bend, 0.9 * bend, 1.1 * bend, "N·m")}, {"stretch", parameter(100, 60, 160, "N/m")}}},
+        {"trials",
+         {{"waving-1",
+           {{"error_start", 3},
+            {"error_end", 0.5},
+            {"frames", 30},
+            {"error_held_out", held_out},
+            {"error_held_out_interval", {0.1, 2}}}}}},
+        {"held_out", {{"by", "frames"}, {"error", held_out}}}};
     files::write_json(folder / "fit.json", fit);
     report::HtmlReport html("Fit");
-    html.svg(report::line_plot({{"fitted", {0, 1}, {0.5, held_out}}}, {"s", "mm"}), fmt::format("waving-1: root mean square error over time; held out after {:.2f} s", held_out));
-    html.picture_row({"recorded", "simulated", "angles", "angles", "difference of " + folder.filename().string()},
-                     {"waving-1, frame 3: recorded", "simulated", "angle map, recorded", "angle map, simulated", "difference"});
+    html.svg(report::line_plot({{"fitted", {0, 1}, {0.5, held_out}}}, {"s", "mm"}),
+             fmt::format("waving-1: root mean square error over time; held out after {:.2f} s", held_out));
+    html.picture_row(
+        {"recorded", "simulated", "angles", "angles", "difference of " + folder.filename().string()},
+        {"waving-1, frame 3: recorded", "simulated", "angle map, recorded", "angle map, simulated", "difference"});
     html.write(folder / "report.html");
   }
 
@@ -49,7 +59,12 @@ class ComparisonTest : public testing::Test {
     fs::create_directories(folder);
     const json d = {{"format", "diagnosis/1"},
                     {"campaign", "denim"},
-                    {"gap", {{"value_mm", gap}, {"noise_floor_mm", 0.2}, {"interval_mm", {gap - 0.1, gap + 0.1}}, {"p_value", 0.01}, {"held_out_mm", gap + 0.4}}},
+                    {"gap",
+                     {{"value_mm", gap},
+                      {"noise_floor_mm", 0.2},
+                      {"interval_mm", {gap - 0.1, gap + 0.1}},
+                      {"p_value", 0.01},
+                      {"held_out_mm", gap + 0.4}}},
                     {"cause", cause},
                     {"side", "dissipative"},
                     {"probabilities", {{"none", 0.1}, {"bend_friction", 0.9}}},
@@ -89,22 +104,26 @@ TEST_F(ComparisonTest, ThePageStandsAloneWithTheFiguresOfBoth) {
   write_fit(folder_ / "b", 6e-5, 0.5);
   write_comparison(read_comparison(folder_ / "a", folder_ / "b"), folder_ / "out");
   const std::string html = files::read_whole(folder_ / "out" / "report.html");
-  for (const char* part : {"<td>apart</td>", "4e-05 (3.6e-05 … 4.4e-05)", "B: waving-1: root mean square error over time; held out after 0.50 s"})
+  for (const char* part : {"<td>apart</td>", "4e-05 (3.6e-05 … 4.4e-05)",
+                           "B: waving-1: root mean square error over time; held out after 0.50 s"})
     EXPECT_NE(html.find(part), std::string::npos) << part;
   std::string pictures;
   for (const auto& row : report::read_figures(html))
     for (const report::ReadFigure& figure : row)
       if (!figure.is_svg) pictures += figure.caption + "=" + figure.bytes + ";";
-  EXPECT_EQ(pictures, "A: waving-1, frame 3: recorded=recorded;A: simulated=simulated;A: difference=difference of a;"
-                      "B: waving-1, frame 3: recorded=recorded;B: simulated=simulated;B: difference=difference of b;");
+  EXPECT_EQ(pictures,
+            "A: waving-1, frame 3: recorded=recorded;A: simulated=simulated;A: difference=difference of a;"
+            "B: waving-1, frame 3: recorded=recorded;B: simulated=simulated;B: difference=difference of b;");
 }
 
 TEST_F(ComparisonTest, AForeignReportRunsNothingHere) {
   write_fit(folder_ / "a", 4e-5, 0.8);
   write_fit(folder_ / "b", 6e-5, 0.5);
-  files::write_whole(folder_ / "b" / "report.html",
-                     "<figure><svg onload=\"alert(1)\"><script>alert(2)</script></svg><figcaption>waving-1: root mean square error over time</figcaption></figure>"
-                     "<figure><img src=\"http://elsewhere/x.png\" onerror=\"alert(3)\"><figcaption>waving-1, x</figcaption></figure>");
+  files::write_whole(
+      folder_ / "b" / "report.html",
+      "<figure><svg onload=\"alert(1)\"><script>alert(2)</script></svg><figcaption>waving-1: root mean square error "
+      "over time</figcaption></figure>"
+      "<figure><img src=\"http://elsewhere/x.png\" onerror=\"alert(3)\"><figcaption>waving-1, x</figcaption></figure>");
   write_comparison(read_comparison(folder_ / "a", folder_ / "b"), folder_ / "out");
   const std::string html = files::read_whole(folder_ / "out" / "report.html");
   EXPECT_NE(html.find("B: waving-1: root mean square"), std::string::npos);  // it is shown, as a picture
@@ -115,9 +134,16 @@ TEST_F(ComparisonTest, SessionsArePairedByFabric) {
   for (const char* side : {"a", "b"}) {
     write_fit(folder_ / side / "linen", 4e-5, 0.8);
     write_fit(folder_ / side / (std::string(side) + "-silk"), 4e-5, 0.8);
-    const json trials = {{"waving-1", {{"state", "done"}, {"frames", 95}, {"frames_lost", side[0] == 'a' ? 0 : 2}, {"kept_aside", {"waving-1-spoiled-1"}}}}};
-    files::write_json(folder_ / side / "session.json",
-                      {{"format", "session/1"}, {"fabrics", {{"linen", {{"trials", trials}}}, {std::string(side) + "-silk", {{"trials", trials}}}, {"not-begun", {{"trials", json::object()}}}}}});
+    const json trials = {{"waving-1",
+                          {{"state", "done"},
+                           {"frames", 95},
+                           {"frames_lost", side[0] == 'a' ? 0 : 2},
+                           {"kept_aside", {"waving-1-spoiled-1"}}}}};
+    files::write_json(folder_ / side / "session.json", {{"format", "session/1"},
+                                                        {"fabrics",
+                                                         {{"linen", {{"trials", trials}}},
+                                                          {std::string(side) + "-silk", {{"trials", trials}}},
+                                                          {"not-begun", {{"trials", json::object()}}}}}});
   }
   const json written = write_comparison(read_comparison(folder_ / "a", folder_ / "b"), folder_ / "out");
   ASSERT_EQ(written["pairs"].size(), 1u);
@@ -139,7 +165,8 @@ TEST_F(ComparisonTest, RefusesWhatHoldsNoResult) {
   }
   files::write_whole(folder_ / "empty" / "fit.json", "{\"format\": \"fit/2\"}");
   EXPECT_THROW(read_comparison(folder_ / "a", folder_ / "empty"), BadInput);
-  files::write_whole(folder_ / "empty" / "fit.json", "{\"format\": \"fit/1\", \"parameters\": 3, \"trials\": [1], \"held_out\": null}");
+  files::write_whole(folder_ / "empty" / "fit.json",
+                     "{\"format\": \"fit/1\", \"parameters\": 3, \"trials\": [1], \"held_out\": null}");
   EXPECT_NO_THROW(to_json(read_comparison(folder_ / "a", folder_ / "empty")));  // gaps are gaps
 }
 

@@ -36,10 +36,15 @@ class SessionFileTest : public testing::Test {
   }
 
   const fs::path folder_ = fs::temp_directory_path() / fmt::format("selvedge-session-file-{}", ::getpid());
-  const std::string session_ = "[session]\nrig = \"rig.toml\"\nworld = \"world.toml\"\nfabrics = [\"knit\", \"satin\"]\ntrials = [\"still\", \"waved\"]\n"
-                               "[session.still]\nkind = \"static\"\nduration_s = 1\n[session.waved]\nkind = \"waving\"\nduration_s = 3\nrepeats = 2\n";
-  const std::string fabrics_ = "[fabric.knit]\nwidth_m = 0.3\nheight_m = 0.3\nmass_kg = 0.015\n[fabric.satin]\nwidth_m = 0.25\nheight_m = 0.3\nmass_kg = 0.01\n"
-                               "world = {bend = 3e-5, effect = \"tied_thread\", strength = 1.0}\n";
+  const std::string session_ =
+      "[session]\nrig = \"rig.toml\"\nworld = \"world.toml\"\nfabrics = [\"knit\", \"satin\"]\ntrials = [\"still\", "
+      "\"waved\"]\n"
+      "[session.still]\nkind = \"static\"\nduration_s = 1\n[session.waved]\nkind = \"waving\"\nduration_s = 3\nrepeats "
+      "= 2\n";
+  const std::string fabrics_ =
+      "[fabric.knit]\nwidth_m = 0.3\nheight_m = 0.3\nmass_kg = 0.015\n[fabric.satin]\nwidth_m = 0.25\nheight_m = "
+      "0.3\nmass_kg = 0.01\n"
+      "world = {bend = 3e-5, effect = \"tied_thread\", strength = 1.0}\n";
 };
 
 TEST_F(SessionFileTest, ReadsFabricsTrialsAndRepeats) {
@@ -58,22 +63,29 @@ TEST_F(SessionFileTest, ReadsFabricsTrialsAndRepeats) {
 
   std::vector<std::string> ids;
   for (const Step& step : planned_steps(file)) ids.push_back(step.id(file));
-  EXPECT_EQ(ids, (std::vector<std::string>{"calibrate", "knit/record/still", "knit/record/waved-1", "knit/record/waved-2", "satin/record/still", "satin/record/waved-1",
-                                           "satin/record/waved-2", "knit/fit", "knit/diagnose", "satin/fit", "satin/diagnose"}));
+  EXPECT_EQ(ids,
+            (std::vector<std::string>{"calibrate", "knit/record/still", "knit/record/waved-1", "knit/record/waved-2",
+                                      "satin/record/still", "satin/record/waved-1", "satin/record/waved-2", "knit/fit",
+                                      "knit/diagnose", "satin/fit", "satin/diagnose"}));
 }
 
 TEST_F(SessionFileTest, RefusesByName) {
   EXPECT_EQ(refusal(session_ + fabrics_), "");
-  EXPECT_NE(refusal(session_ + fabrics_ + "[fit]\ncolumn = 13\n").find("[fit] column: unknown key"), std::string::npos) << refusal(session_ + fabrics_ + "[fit]\ncolumn = 13\n");
+  EXPECT_NE(refusal(session_ + fabrics_ + "[fit]\ncolumn = 13\n").find("[fit] column: unknown key"), std::string::npos)
+      << refusal(session_ + fabrics_ + "[fit]\ncolumn = 13\n");
   EXPECT_NE(refusal(session_ + fabrics_ + "[diagnose]\nrun = true\n").find("diagnose"), std::string::npos);
   EXPECT_NE(refusal(session_).find("no section [fabric.knit]"), std::string::npos) << refusal(session_);
   EXPECT_NE(refusal(session_ + fabrics_ + "[fabric.linen]\nwidth_m = 0.3\n").find("linen"), std::string::npos);
   EXPECT_NE(refusal(session_ + "[session.robot-9]\nkind = \"robot\"\n" + fabrics_).find("robot-9"), std::string::npos);
   EXPECT_NE(refusal(session_ + fabrics_ + "[on_failure]\nfit = \"repeat, skip\"\n").find("fit"), std::string::npos);
-  EXPECT_NE(refusal(session_ + fabrics_ + "[on_failure]\ncalibrate = \"skip\"\n").find("nothing can be recorded"), std::string::npos);
+  EXPECT_NE(refusal(session_ + fabrics_ + "[on_failure]\ncalibrate = \"skip\"\n").find("nothing can be recorded"),
+            std::string::npos);
   EXPECT_NE(refusal(session_ + fabrics_ + "[on_failure]\nhang = \"skip\"\n").find("unknown step"), std::string::npos);
-  EXPECT_NE(refusal(session_ + fabrics_ + "[calibration]\nwhen = \"reuse\"\nfile = \"nowhere.json\"\n").find("nowhere.json"), std::string::npos);
-  EXPECT_NE(refusal("[session]\nrig = \"rig.toml\"\nfabrics = [\"../x\"]\ntrials = []\n" + fabrics_).find("../x"), std::string::npos);
+  EXPECT_NE(
+      refusal(session_ + fabrics_ + "[calibration]\nwhen = \"reuse\"\nfile = \"nowhere.json\"\n").find("nowhere.json"),
+      std::string::npos);
+  EXPECT_NE(refusal("[session]\nrig = \"rig.toml\"\nfabrics = [\"../x\"]\ntrials = []\n" + fabrics_).find("../x"),
+            std::string::npos);
 }
 
 TEST_F(SessionFileTest, ReadsTheExample) {

@@ -1,4 +1,5 @@
-// The order of a session's steps, what happens when one fails, and that a session killed in any phase goes on from there.
+// The order of a session's steps, what happens when one fails, and that a session killed in any phase goes on from
+// there.
 #include "station/session_steps.h"
 
 #include <csignal>
@@ -36,7 +37,8 @@ class FakeSteps : public SessionSteps {
   void set_aside(const Step& step) override { note("aside " + step.id(file_)); }
   std::vector<Step> follow_up(const Step& diagnosed) override {
     if (!proposes) return {};
-    return {{"record", diagnosed.fabric, "next-1", diagnosed.round + 1, 1}, {"diagnose", diagnosed.fabric, "", diagnosed.round + 1, 1}};
+    return {{"record", diagnosed.fabric, "next-1", diagnosed.round + 1, 1},
+            {"diagnose", diagnosed.fabric, "", diagnosed.round + 1, 1}};
   }
 
   std::map<std::string, int> failures;
@@ -63,11 +65,13 @@ class SessionStepsTest : public testing::Test {
       file_.fabrics.push_back(swatch);
     }
     file_.text = "a session";
-    for (const char* kind : {"calibrate", "record", "fit", "diagnose"}) file_.on_failure[kind] = {1, OnFailure::Then::stop};
+    for (const char* kind : {"calibrate", "record", "fit", "diagnose"})
+      file_.on_failure[kind] = {1, OnFailure::Then::stop};
   }
   void TearDown() override { fs::remove_all(folder_); }
 
-  void run(FakeSteps& steps, const AskOperator& ask = [](const std::string&) { return Answer::stop; }) {
+  void run(
+      FakeSteps& steps, const AskOperator& ask = [](const std::string&) { return Answer::stop; }) {
     Journal journal(folder_, file_.text);
     run_steps(file_, journal, steps, ask, [](double, const std::string&) {});
   }
@@ -87,7 +91,8 @@ class SessionStepsTest : public testing::Test {
 };
 
 TEST_F(SessionStepsTest, GoesOnAfterAKillInEveryPhase) {
-  const std::vector<std::string> phases = {"calibrate", "knit/record/waved", "satin/record/still", "knit/fit", "satin/diagnose"};
+  const std::vector<std::string> phases = {"calibrate", "knit/record/waved", "satin/record/still", "knit/fit",
+                                           "satin/diagnose"};
   for (const std::string& phase : phases) {
     const pid_t child = ::fork();
     if (child == 0) {
@@ -95,8 +100,7 @@ TEST_F(SessionStepsTest, GoesOnAfterAKillInEveryPhase) {
       steps.dies_in = phase;
       try {
         run(steps);
-      } catch (...) {
-      }
+      } catch (...) {}
       ::_exit(1);  // not reached: it dies before
     }
     int status = 0;
@@ -122,7 +126,8 @@ TEST_F(SessionStepsTest, RepeatsThenSkipsOrAsksOrStops) {
   file_.on_failure["record"] = {2, OnFailure::Then::skip};
   file_.on_failure["fit"] = {0, OnFailure::Then::ask};
   FakeSteps steps(file_, folder_);
-  steps.failures = {{"knit/record/still", 2}, {"knit/record/waved", 9}, {"knit/fit", 1}, {"satin/fit", 1}, {"satin/diagnose", 2}};
+  steps.failures = {
+      {"knit/record/still", 2}, {"knit/record/waved", 9}, {"knit/fit", 1}, {"satin/fit", 1}, {"satin/diagnose", 2}};
   std::vector<std::string> questions;
   const AskOperator ask = [&](const std::string& question) {
     questions.push_back(question);

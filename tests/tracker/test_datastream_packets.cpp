@@ -86,9 +86,7 @@ TEST(DatastreamPackets, EveryTruncationIsRefusedOrRead) {
     Decoder decoder;
     try {
       decoder.decode(body_of(packet).first(length));
-    } catch (const wire::WireError&) {
-      ++refused;
-    }
+    } catch (const wire::WireError&) { ++refused; }
   }
   EXPECT_GT(refused, static_cast<int>(packet.size()) / 2);
 }
@@ -112,9 +110,7 @@ TEST(DatastreamPackets, SurvivesDamagedAndRandomBytes) {
         ASSERT_EQ(marker.occluded, marker.position_m.hasNaN());
         ASSERT_FALSE(marker.position_m.isZero(0));
       }
-    } catch (const wire::WireError&) {
-      ++refused;
-    }
+    } catch (const wire::WireError&) { ++refused; }
   }
   EXPECT_GT(read, 1000);
   EXPECT_GT(refused, 1000);

@@ -33,7 +33,8 @@ TEST_P(NatnetPackets, GiveNamesPositionsAndTicks) {
   EXPECT_EQ(info.ticks_per_s, 1e7);
   EXPECT_FALSE(info.multicast);
   EXPECT_EQ(info.group, "239.255.42.99");
-  const auto decoded = decode(frame({{"fabric", "right", {1, 2, 3}}, {"fabric", "left", {-1, 0, 2}}, {"", "", {5, 6, 7}}}));
+  const auto decoded =
+      decode(frame({{"fabric", "right", {1, 2, 3}}, {"fabric", "left", {-1, 0, 2}}, {"", "", {5, 6, 7}}}));
   EXPECT_EQ(decoded.number, 17);
   EXPECT_EQ(decoded.exposure_ticks, 1000u);
   EXPECT_EQ(decoded.transmit_ticks, 2000u);
@@ -73,10 +74,9 @@ TEST_P(NatnetPackets, SurviveDamagedTruncatedAndRandomBytes) {
       const auto message = natnet_client::take_message(bytes);
       natnet_client::decode_model(message.payload, info);
       ++read;
-      for (const auto& marker : natnet_client::decode_frame(message.payload, info, model).markers) ASSERT_EQ(marker.occluded, marker.position_m.hasNaN());
-    } catch (const wire::WireError&) {
-      ++refused;
-    }
+      for (const auto& marker : natnet_client::decode_frame(message.payload, info, model).markers)
+        ASSERT_EQ(marker.occluded, marker.position_m.hasNaN());
+    } catch (const wire::WireError&) { ++refused; }
   }
   EXPECT_GT(read, 100);
   EXPECT_GT(refused, 1000);
@@ -103,10 +103,15 @@ TEST(NatnetAssets, MarkersAreNamedByIdWhereMarkerSetsAreNotStreamed) {
 
   wire::LittleWriter frame;
   frame.number<std::int32_t>(17);
-  for (int section = 0; section < 4; ++section) frame.number<std::int32_t>(0);  // marker sets, others, bodies, skeletons
+  for (int section = 0; section < 4; ++section)
+    frame.number<std::int32_t>(0);  // marker sets, others, bodies, skeletons
   frame.number<std::int32_t>(4);
   const auto labelled = [&](int asset, int member, float x, int params) {
-    frame.number<std::int32_t>(asset << 16 | member).number<float>(x).number<float>(2).number<float>(3).number<float>(0.01F);
+    frame.number<std::int32_t>(asset << 16 | member)
+        .number<float>(x)
+        .number<float>(2)
+        .number<float>(3)
+        .number<float>(0.01F);
     frame.number<std::int16_t>(static_cast<std::int16_t>(params)).number<float>(0);
   };
   labelled(7, 2, 1, 8 | 2);
@@ -127,8 +132,11 @@ TEST(NatnetAssets, MarkersAreNamedByIdWhereMarkerSetsAreNotStreamed) {
   EXPECT_FALSE(markers[3].occluded);
 }
 
-INSTANTIATE_TEST_SUITE_P(Bitstreams, NatnetPackets, testing::Values(natnet_server::Bitstream{3, 0}, natnet_server::Bitstream{4, 1}),
-                         [](const auto& info) { return std::to_string(info.param.major) + "_" + std::to_string(info.param.minor); });
+INSTANTIATE_TEST_SUITE_P(Bitstreams, NatnetPackets,
+                         testing::Values(natnet_server::Bitstream{3, 0}, natnet_server::Bitstream{4, 1}),
+                         [](const auto& info) {
+  return std::to_string(info.param.major) + "_" + std::to_string(info.param.minor);
+});
 
 }  // namespace
 }  // namespace selvedge

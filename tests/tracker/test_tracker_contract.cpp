@@ -169,7 +169,9 @@ TEST_P(TrackerContract, NobodyThereIsSaid) {
   });
 }
 
-INSTANTIATE_TEST_SUITE_P(Backends, TrackerContract, testing::Values(Backend{"datastream", start_datastream}, Backend{"natnet_3_0", start_natnet<3, 0>},
+INSTANTIATE_TEST_SUITE_P(Backends, TrackerContract,
+                         testing::Values(Backend{"datastream", start_datastream},
+                                         Backend{"natnet_3_0", start_natnet<3, 0>},
                                          Backend{"natnet_4_1", start_natnet<4, 1>}),
                          [](const auto& info) { return info.param.name; });
 

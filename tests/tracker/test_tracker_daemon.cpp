@@ -119,8 +119,8 @@ TEST(TrackerConfiguration, UnknownKeyAndBackendAreRefusedByName) {
     return tracker::read_configuration(rig::Configuration::parse(text, "lab.toml").section("tracker"));
   };
   EXPECT_NO_THROW(read("[tracker]\nhost = \"10.0.0.2\"\n"));
-  for (const std::string text : {"[tracker]\nhots = \"10.0.0.2\"\n", "[tracker]\nport = 70000\n",
-                                 "[tracker]\nbackend = \"optotrak\"\n"})
+  for (const std::string text :
+       {"[tracker]\nhots = \"10.0.0.2\"\n", "[tracker]\nport = 70000\n", "[tracker]\nbackend = \"optotrak\"\n"})
     EXPECT_THROW(read(text), BadInput) << text;
 }
 

@@ -19,7 +19,8 @@ Campaign campaign(const std::string& folder, const std::string& fabric, const st
 }
 
 TEST(JoinedCampaigns, KeepTrialsApartWhoseNamesAreAlike) {
-  Campaign first = campaign("monday", "denim", {"waving-1", "robot-1"}), second = campaign("next", "denim", {"robot-1", "robot-2"});
+  Campaign first = campaign("monday", "denim", {"waving-1", "robot-1"}),
+           second = campaign("next", "denim", {"robot-1", "robot-2"});
   second.replicates = {{"robot-1", "robot-2"}};
   const Campaign all = joined({first, second});
   EXPECT_EQ(all.folder, "monday");
@@ -30,14 +31,19 @@ TEST(JoinedCampaigns, KeepTrialsApartWhoseNamesAreAlike) {
 }
 
 TEST(JoinedCampaigns, FoldersOfOneNameAreKeptApartToo) {
-  const Campaign all = joined({campaign("a/x", "denim", {"robot-1"}), campaign("b/x", "denim", {"robot-1"}), campaign("c/x", "denim", {"robot-1"})});
+  const Campaign all = joined({campaign("a/x", "denim", {"robot-1"}), campaign("b/x", "denim", {"robot-1"}),
+                               campaign("c/x", "denim", {"robot-1"})});
   EXPECT_EQ(all.trials[1].name, "robot-1 of x");
   EXPECT_EQ(all.trials[2].name, "robot-1 of x of x");
 }
 
-TEST(JoinedCampaigns, AreEachThereOnce) { EXPECT_THROW(joined({campaign("a", "denim", {"x"}), campaign("./a", "denim", {"x"})}), BadInput); }
+TEST(JoinedCampaigns, AreEachThereOnce) {
+  EXPECT_THROW(joined({campaign("a", "denim", {"x"}), campaign("./a", "denim", {"x"})}), BadInput);
+}
 
-TEST(JoinedCampaigns, AreOfOneFabric) { EXPECT_THROW(joined({campaign("a", "denim", {"x"}), campaign("b", "knit", {"y"})}), BadInput); }
+TEST(JoinedCampaigns, AreOfOneFabric) {
+  EXPECT_THROW(joined({campaign("a", "denim", {"x"}), campaign("b", "knit", {"y"})}), BadInput);
+}
 
 }  // namespace
 }  // namespace selvedge::trial

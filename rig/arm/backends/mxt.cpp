@@ -3,8 +3,8 @@
 // The robot's program has run `Mxt`. The first packets only watch (command 0); set-points are absolute joint
 // angles (command 1), and once there was one, one follows every cycle. The reply brings the filtered joints in
 // dat1 and the encoders in dat2.
-// A daemon that dies must stop the arm, so the controller's own time-out is tried at connecting: it is told once to stay
-// where it is commanded to be, hears nothing for controller_timeout_s, and must have given up by then. Its program
+// A daemon that dies must stop the arm, so the controller's own time-out is tried at connecting: it is told once to
+// stay where it is commanded to be, hears nothing for controller_timeout_s, and must have given up by then. Its program
 // is then started again by whoever started it, or starts itself again; until it answers anew nothing arms. A controller
 // that still answers is refused.
 // Source: tork-a/melfa_robot (Apache-2.0), strdef.h.
@@ -26,9 +26,9 @@ namespace {
 constexpr int kMxtPort = 10000;
 constexpr double kPeriod_s = 0.0071;
 constexpr double kMxtSilence_s = 0.5;
-constexpr std::uint32_t kLate_cycles = 4;   // a reply may be so late
-constexpr double kGrace_cycles = 3;         // of the controller, beyond its time-out
-constexpr double kProgram_s = 60;           // for its program to be started again
+constexpr std::uint32_t kLate_cycles = 4;  // a reply may be so late
+constexpr double kGrace_cycles = 3;        // of the controller, beyond its time-out
+constexpr double kProgram_s = 60;          // for its program to be started again
 
 class Mxt final : public Arm {
  public:
@@ -83,13 +83,15 @@ class Mxt final : public Arm {
   // Throws WireError where the controller does not give up by itself.
   void require_time_out() {
     cycle(commanded_rad_, 0.1);
-    std::this_thread::sleep_for(std::chrono::duration<double>(options_.controller_timeout_s + kGrace_cycles * kPeriod_s));
+    std::this_thread::sleep_for(
+        std::chrono::duration<double>(options_.controller_timeout_s + kGrace_cycles * kPeriod_s));
     answered_s_ = 0;
     last_.reset();
     if (cycle(std::nullopt, 0.1))
-      throw wire::WireError(fmt::format("mxt: {} still answers after {} s without a packet: nothing would stop the arm if this "
-                                        "daemon died. Set the controller's time-out (MXTTOUT, in cycles of 7.1 ms) to at most {}",
-                                        options_.host, options_.controller_timeout_s, std::floor(options_.controller_timeout_s / kPeriod_s)));
+      throw wire::WireError(fmt::format(
+          "mxt: {} still answers after {} s without a packet: nothing would stop the arm if this "
+          "daemon died. Set the controller's time-out (MXTTOUT, in cycles of 7.1 ms) to at most {}",
+          options_.host, options_.controller_timeout_s, std::floor(options_.controller_timeout_s / kPeriod_s)));
     spdlog::info("mxt: {} gives up within {} s of silence; waiting for its program to be started again", options_.host,
                  options_.controller_timeout_s);
     await_reply(kProgram_s);

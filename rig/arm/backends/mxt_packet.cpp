@@ -63,8 +63,8 @@ Reply decode(std::span<const std::uint8_t> bytes, int joints) {
   packet.take(2);
   auto encoder = packet.part(kDataBytes);
   if (type != kCommandJoint || type1 != kFilteredJoint || type2 != kEncoderJoint)
-    throw wire::WireError(fmt::format("mxt: data of types {}, {}, {}, expected {}, {}, {}", type, type1, type2, kCommandJoint,
-                                      kFilteredJoint, kEncoderJoint));
+    throw wire::WireError(fmt::format("mxt: data of types {}, {}, {}, expected {}, {}, {}", type, type1, type2,
+                                      kCommandJoint, kFilteredJoint, kEncoderJoint));
   reply.command_rad = read_joints(command, joints);
   reply.filtered_rad = read_joints(filtered, joints);
   reply.encoder_rad = read_joints(encoder, joints);

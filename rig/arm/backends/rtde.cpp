@@ -24,10 +24,10 @@ constexpr double kPatience_s = 1;  // for a script that acknowledges nothing
 class Rtde final : public Arm {
  public:
   explicit Rtde(const ArmOptions& options)
-      : options_(options),
-        robot_address_(wire::address_of(options.host)),
+      : options_(options), robot_address_(wire::address_of(options.host)),
         listener_(wire::listen_tcp(script_address(options), options.script_port)),
-        state_(wire::connect_tcp(options.host, options.port == 0 ? kRtdePort : options.port, options.connect_timeout_s)),
+        state_(
+            wire::connect_tcp(options.host, options.port == 0 ? kRtdePort : options.port, options.connect_timeout_s)),
         clock_({.ticks_per_s = 1e6}) {
     negotiate();
   }
@@ -58,7 +58,8 @@ class Rtde final : public Arm {
     recipe_ = reader.number<std::uint8_t>();
     const std::string types = reader.text(reader.left());
     if (types != rtde::output_types)
-      throw wire::WireError(fmt::format("rtde: {} are offered as {}, expected {}", rtde::output_names, types, rtde::output_types));
+      throw wire::WireError(
+          fmt::format("rtde: {} are offered as {}, expected {}", rtde::output_names, types, rtde::output_types));
     if (ask(rtde::start, none).payload != std::vector<std::uint8_t>{1})
       throw wire::WireError("rtde: the controller refuses to start");
   }
@@ -94,9 +95,7 @@ class Rtde final : public Arm {
     try {
       std::array<std::uint8_t, 256> ignored;
       while (script_.is_open() && script_.readable(0)) script_.receive(ignored);
-    } catch (const wire::Disconnected&) {
-      script_.close();
-    }
+    } catch (const wire::Disconnected&) { script_.close(); }
     while (auto next = wire::accept(listener_, 0)) {
       const std::string from = wire::peer_address(*next);
       if (from != robot_address_) {
@@ -116,9 +115,7 @@ class Rtde final : public Arm {
       script_.send(rtde::encode_set_point(set_point_rad ? set_point_rad->data() : nullptr, set_point_rad.has_value(),
                                           options_.controller_timeout_s),
                    0.02);
-    } catch (const wire::Disconnected&) {
-      script_.close();
-    }
+    } catch (const wire::Disconnected&) { script_.close(); }
   }
 
   ArmSample to_sample(const rtde::State& state) {
@@ -130,7 +127,8 @@ class Rtde final : public Arm {
     sample.qd_rad_s = Eigen::Map<const Eigen::VectorXd>(state.qd_rad_s, 6);
     sample.protective_stop = state.safety_mode != kSafetyNormal;
     if (sample.protective_stop) sample.not_ready = fmt::format("the robot's safety mode is {}", state.safety_mode);
-    else if (state.robot_mode != kRunning) sample.not_ready = fmt::format("the robot's mode is {}, not running", state.robot_mode);
+    else if (state.robot_mode != kRunning)
+      sample.not_ready = fmt::format("the robot's mode is {}, not running", state.robot_mode);
     else if (!script_.is_open()) sample.not_ready = "the robot's external control script is not connected";
     sample.ready = sample.not_ready.empty();
     sample.intruder = std::exchange(intruder_, "");

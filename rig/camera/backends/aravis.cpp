@@ -25,8 +25,8 @@ constexpr unsigned kPacketTimeout_us = 20000;    // a packet this late is asked 
 constexpr unsigned kFrameRetention_us = 200000;  // a frame this late is given up
 constexpr double kResendRatio = 2;               // resend requests a frame, of its packets; the most Aravis takes
 constexpr int kFramesInSocketBuffer = 4;
-constexpr double kTransfer_s = 0.05;             // of a frame, at most, after its exposure
-constexpr int64_t kBlockIds = 65535;             // GigE Vision block ids run from 1 to 65535; USB3 Vision's have 64 bits, from 0
+constexpr double kTransfer_s = 0.05;  // of a frame, at most, after its exposure
+constexpr int64_t kBlockIds = 65535;  // GigE Vision block ids run from 1 to 65535; USB3 Vision's have 64 bits, from 0
 
 struct Unref {
   void operator()(void* object) const { g_object_unref(object); }
@@ -192,9 +192,8 @@ class AravisCamera final : public Camera {
     error.check(where_ + " clock");
     const int64_t value = arv_camera_get_integer(camera_.get(), clock_->value, error.out());
     error.check(where_ + " clock");
-    reading.ticks = clock_ticks_per_s_ == 1e9
-                        ? value
-                        : std::llround(static_cast<long double>(value) * 1e9L / clock_ticks_per_s_);
+    reading.ticks =
+        clock_ticks_per_s_ == 1e9 ? value : std::llround(static_cast<long double>(value) * 1e9L / clock_ticks_per_s_);
     if (ptp_) {
       const std::string status = ptp_status();
       if ((status == kFollows) != follows_) spdlog::warn("{}: ptp status {}", where_, status);
@@ -221,9 +220,7 @@ class AravisCamera final : public Camera {
   static void on_control_lost(ArvDevice*, std::atomic<bool>* lost) { *lost = true; }
 
   ArvDevice* device() const { return arv_camera_get_device(camera_.get()); }
-  bool has(const char* feature) const {
-    return arv_device_is_feature_available(device(), feature, nullptr);
-  }
+  bool has(const char* feature) const { return arv_device_is_feature_available(device(), feature, nullptr); }
   std::string text(const char* (*get)(ArvCamera*, GError**)) const {
     const char* value = get(camera_.get(), nullptr);
     return value ? value : "?";
@@ -269,14 +266,17 @@ class AravisCamera final : public Camera {
   void follow_ptp() {
     for (const PtpFeatures& features : kPtpFeatures)
       if (!ptp_ && has(features.enable) && has(features.status)) ptp_ = &features;
-    if (!ptp_) refuse(where_ + " ptp", "found a device without IEEE 1588, expected {} and {}", kPtpFeatures[0].enable, kPtpFeatures[0].status);
+    if (!ptp_)
+      refuse(where_ + " ptp", "found a device without IEEE 1588, expected {} and {}", kPtpFeatures[0].enable,
+             kPtpFeatures[0].status);
     Error error;
     arv_camera_set_boolean(camera_.get(), ptp_->enable, TRUE, error.out());
     error.check(where_ + " ptp");
     const double until_s = rig::host_now_s() + kPtpWait_s;
     std::string status;
     while ((status = ptp_status()) != kFollows) {
-      if (rig::host_now_s() > until_s) throw CameraLost(where_ + " ptp: " + status + ", expected " + kFollows + ": is there a master on its network?");
+      if (rig::host_now_s() > until_s)
+        throw CameraLost(where_ + " ptp: " + status + ", expected " + kFollows + ": is there a master on its network?");
       std::this_thread::sleep_for(std::chrono::milliseconds(50));
     }
   }

@@ -75,23 +75,28 @@ class V4l2Camera final : public Camera {
   const CameraInformation& information() const override { return information_; }
 
   void set_exposure(double exposure_s) override {
-    if (!exposure_bounds_) refuse(where_ + " exposure_s", "found {}, but the driver has no control of the exposure", exposure_s);
-    const double least_s = exposure_bounds_->minimum * kExposureUnit_s, most_s = exposure_bounds_->maximum * kExposureUnit_s;
-    if (!(exposure_s >= least_s && exposure_s <= most_s)) refuse(where_ + " exposure_s", "found {}, expected {} to {} s", exposure_s, least_s, most_s);
+    if (!exposure_bounds_)
+      refuse(where_ + " exposure_s", "found {}, but the driver has no control of the exposure", exposure_s);
+    const double least_s = exposure_bounds_->minimum * kExposureUnit_s,
+                 most_s = exposure_bounds_->maximum * kExposureUnit_s;
+    if (!(exposure_s >= least_s && exposure_s <= most_s))
+      refuse(where_ + " exposure_s", "found {}, expected {} to {} s", exposure_s, least_s, most_s);
     v4l2_control control{V4L2_CID_EXPOSURE_ABSOLUTE, static_cast<int>(std::lround(exposure_s / kExposureUnit_s))};
     require(VIDIOC_S_CTRL, &control, "exposure_s");
     configuration_.exposure_s = exposure_s;
   }
 
   void set_rate(double rate_hz) override {
-    if (!(rate_hz > 0 && rate_hz <= 10000)) refuse(where_ + " rate_hz", "found {}, expected more than 0 and at most 10000 Hz", rate_hz);
+    if (!(rate_hz > 0 && rate_hz <= 10000))
+      refuse(where_ + " rate_hz", "found {}, expected more than 0 and at most 10000 Hz", rate_hz);
     v4l2_streamparm parameters{};
     parameters.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
     parameters.parm.capture.timeperframe = {1000, static_cast<unsigned>(std::lround(1000 * rate_hz))};
     require(VIDIOC_S_PARM, &parameters, "rate_hz");
     const v4l2_fract& period = parameters.parm.capture.timeperframe;
     const double granted_hz = period.numerator == 0 ? 0 : static_cast<double>(period.denominator) / period.numerator;
-    if (std::abs(granted_hz - rate_hz) > kRateTolerance * rate_hz) refuse(where_ + " rate_hz", "found {}; the driver's nearest is {} Hz", rate_hz, granted_hz);
+    if (std::abs(granted_hz - rate_hz) > kRateTolerance * rate_hz)
+      refuse(where_ + " rate_hz", "found {}; the driver's nearest is {} Hz", rate_hz, granted_hz);
   }
 
   void set_trigger(CameraTrigger trigger) override {
@@ -109,7 +114,8 @@ class V4l2Camera final : public Camera {
       v4l2_buffer buffer = numbered(i);
       require(VIDIOC_QUERYBUF, &buffer, "buffers");
       buffers_.emplace_back(descriptor_, buffer);
-      if (!buffers_.back().data()) refuse(where_ + " buffers", "buffer {} cannot be mapped: {}", i, std::strerror(errno));
+      if (!buffers_.back().data())
+        refuse(where_ + " buffers", "buffer {} cannot be mapped: {}", i, std::strerror(errno));
       require(VIDIOC_QBUF, &buffer, "buffers");
     }
     last_sequence_.reset();
@@ -171,9 +177,12 @@ class V4l2Camera final : public Camera {
   void require_streaming() {
     v4l2_capability capability{};
     require(VIDIOC_QUERYCAP, &capability, "address");
-    const unsigned offered = capability.capabilities & V4L2_CAP_DEVICE_CAPS ? capability.device_caps : capability.capabilities;
-    if (!(offered & V4L2_CAP_VIDEO_CAPTURE) || !(offered & V4L2_CAP_STREAMING)) refuse(where_ + " address", "found a node that does not stream pictures, expected a capture device");
-    information_.description = fmt::format("{} ({})", reinterpret_cast<const char*>(capability.card), reinterpret_cast<const char*>(capability.driver));
+    const unsigned offered =
+        capability.capabilities & V4L2_CAP_DEVICE_CAPS ? capability.device_caps : capability.capabilities;
+    if (!(offered & V4L2_CAP_VIDEO_CAPTURE) || !(offered & V4L2_CAP_STREAMING))
+      refuse(where_ + " address", "found a node that does not stream pictures, expected a capture device");
+    information_.description = fmt::format("{} ({})", reinterpret_cast<const char*>(capability.card),
+                                           reinterpret_cast<const char*>(capability.driver));
     information_.ticks_per_s = 1e9;
   }
 
@@ -198,7 +207,8 @@ class V4l2Camera final : public Camera {
     v4l2_queryctrl query{};
     query.id = V4L2_CID_EXPOSURE_ABSOLUTE;
     if (!try_ioctl(VIDIOC_QUERYCTRL, &query) || (query.flags & V4L2_CTRL_FLAG_DISABLED)) {
-      spdlog::warn("{}: its driver has no control of the exposure; {} s is taken on trust", where_, configuration_.exposure_s);
+      spdlog::warn("{}: its driver has no control of the exposure; {} s is taken on trust", where_,
+                   configuration_.exposure_s);
       return;
     }
     exposure_bounds_ = query;
@@ -214,7 +224,8 @@ class V4l2Camera final : public Camera {
     frame.ticks = exposure_start_ns(buffer);
     const size_t bytes = bytes_per_line_ * static_cast<size_t>(information_.height_px);
     const bool has_place = buffer.index < buffers_.size();
-    frame.whole = has_place && !(buffer.flags & V4L2_BUF_FLAG_ERROR) && buffer.bytesused >= bytes && bytes <= buffers_[buffer.index].bytes();
+    frame.whole = has_place && !(buffer.flags & V4L2_BUF_FLAG_ERROR) && buffer.bytesused >= bytes &&
+                  bytes <= buffers_[buffer.index].bytes();
     if (frame.whole) take_luma(buffers_[buffer.index].data());
     frame.pixels = grey_.data();
     return frame;
@@ -232,7 +243,8 @@ class V4l2Camera final : public Camera {
   void take_luma(const uint8_t* lines) {
     const auto width = static_cast<size_t>(information_.width_px);
     for (size_t row = 0; row < static_cast<size_t>(information_.height_px); ++row)
-      for (size_t column = 0; column < width; ++column) grey_[row * width + column] = lines[row * bytes_per_line_ + column * bytes_per_pixel_];
+      for (size_t column = 0; column < width; ++column)
+        grey_[row * width + column] = lines[row * bytes_per_line_ + column * bytes_per_pixel_];
   }
 
   // The driver counts frames from 0 in 32 bits; a frame that it had no buffer for is counted too.
@@ -254,9 +266,7 @@ class V4l2Camera final : public Camera {
       none.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
       none.memory = V4L2_MEMORY_MMAP;
       if (ran) try_ioctl(VIDIOC_REQBUFS, &none);
-    } catch (const CameraLost&) {
-      buffers_.clear();
-    }
+    } catch (const CameraLost&) { buffers_.clear(); }
   }
 
   const std::string where_;
@@ -274,6 +284,8 @@ class V4l2Camera final : public Camera {
 
 }  // namespace
 
-std::unique_ptr<Camera> open_v4l2_camera(const CameraConfiguration& configuration) { return std::make_unique<V4l2Camera>(configuration); }
+std::unique_ptr<Camera> open_v4l2_camera(const CameraConfiguration& configuration) {
+  return std::make_unique<V4l2Camera>(configuration);
+}
 
 }  // namespace selvedge::camera

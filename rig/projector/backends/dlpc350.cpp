@@ -18,7 +18,7 @@ namespace {
 
 using namespace dlpc350;
 
-constexpr double kModeChange_s = 3;    // how long a mode change or a validation may take
+constexpr double kModeChange_s = 3;  // how long a mode change or a validation may take
 constexpr std::uint8_t kFromFlash = 3, kInternalTrigger = 1, kWhiteLeds = 7, kSequencerLeds = 8;
 constexpr std::uint8_t kLutMailbox = 2, kImageMailbox = 1;
 constexpr std::uint8_t kSolidPattern = 0, kLinesPattern = 3;
@@ -49,10 +49,8 @@ class Dlpc350 final : public Projector {
 
   void show(const Pattern& pattern) override {
     switch (pattern.kind) {
-      case PatternKind::off:
-        return darken();
-      case PatternKind::solid:
-        return show_test_pattern(kSolidPattern, pattern.inverted ? 0 : pattern.level);
+      case PatternKind::off: return darken();
+      case PatternKind::solid: return show_test_pattern(kSolidPattern, pattern.inverted ? 0 : pattern.level);
       default:
         if (is_lines(pattern)) return show_test_pattern(kLinesPattern, pattern.level);
         return show_plane(pattern);
@@ -100,7 +98,8 @@ class Dlpc350 final : public Projector {
       const std::uint8_t value = link_.read(command, 1)[0];
       if (done(value)) return value;
       if (rig::host_now_s() > end_s)
-        throw ProjectorFault(fmt::format("dlpc350: {} still reads {:#04x} after {} s", command.name, value, kModeChange_s));
+        throw ProjectorFault(
+            fmt::format("dlpc350: {} still reads {:#04x} after {} s", command.name, value, kModeChange_s));
       std::this_thread::sleep_for(std::chrono::milliseconds(2));
     }
   }
@@ -121,10 +120,13 @@ class Dlpc350 final : public Projector {
   void show_plane(const Pattern& pattern) {
     const FlashPlane* plane = table_.find(pattern);
     if (plane == nullptr)
-      refuse("projector", "no plane of the flash table shows this pattern (orientation {}, period {} px, duty {}, first bright "
-             "row {} px, bit {})", pattern.orientation == Orientation::horizontal ? "horizontal" : "vertical",
-             pattern.period_px, pattern.duty, pattern.first_bright_row_px, pattern.bit);
-    if (pattern.level != 1) refuse("projector", "a pattern from flash has full brightness, level {} wanted", pattern.level);
+      refuse("projector",
+             "no plane of the flash table shows this pattern (orientation {}, period {} px, duty {}, first bright "
+             "row {} px, bit {})",
+             pattern.orientation == Orientation::horizontal ? "horizontal" : "vertical", pattern.period_px,
+             pattern.duty, pattern.first_bright_row_px, pattern.bit);
+    if (pattern.level != 1)
+      refuse("projector", "a pattern from flash has full brightness, level {} wanted", pattern.level);
     stop_sequence();
     set_mode(1);
     link_.write(pattern_source, {kFromFlash});
@@ -162,7 +164,8 @@ class Dlpc350 final : public Projector {
     link_.write(validate, {0});
     const std::uint8_t verdict = poll(validate, [](std::uint8_t value) { return (value & 0x80) == 0; });
     constexpr std::uint8_t kErrors = 0x01 | 0x02 | 0x10;  // exposure or period, pattern number, period − exposure
-    if ((verdict & kErrors) != 0) throw ProjectorFault(fmt::format("dlpc350: sequence not valid, status {:#04x}", verdict));
+    if ((verdict & kErrors) != 0)
+      throw ProjectorFault(fmt::format("dlpc350: sequence not valid, status {:#04x}", verdict));
     link_.write(pattern_start, {2});
     poll(status_main, [](std::uint8_t value) { return (value & 0x02) != 0; });
     in_sequence_ = true;

@@ -19,7 +19,8 @@ constexpr size_t kHeader = 4, kLongestMessage = 512;
 void Link::send(std::uint8_t flags, const Command& command, const std::vector<std::uint8_t>& data) {
   const size_t length = 2 + data.size();
   if (kHeader + length > kLongestMessage)
-    throw std::invalid_argument(fmt::format("{}: {} bytes, at most {}", command.name, data.size(), kLongestMessage - kHeader - 2));
+    throw std::invalid_argument(
+        fmt::format("{}: {} bytes, at most {}", command.name, data.size(), kLongestMessage - kHeader - 2));
   std::vector<std::uint8_t> message{flags,
                                     ++sequence_,
                                     static_cast<std::uint8_t>(length & 0xFF),
@@ -38,7 +39,8 @@ std::vector<std::uint8_t> Link::reply(const Command& command) {
   const double end_s = rig::host_now_s() + reply_timeout_s_;
   for (;;) {
     const auto first = transport_->read(std::max(0.0, end_s - rig::host_now_s()));
-    if (!first) throw wire::Disconnected(fmt::format("dlpc350: no answer to {} within {} s", command.name, reply_timeout_s_));
+    if (!first)
+      throw wire::Disconnected(fmt::format("dlpc350: no answer to {} within {} s", command.name, reply_timeout_s_));
     // An answer to an earlier command that came after we had given it up.
     if ((*first)[1] != sequence_) continue;
     if (((*first)[0] & kRejected) != 0) throw ProjectorFault(fmt::format("dlpc350: {} rejected", command.name));
@@ -65,7 +67,8 @@ std::vector<std::uint8_t> Link::read(const Command& command, size_t least_bytes)
   send(kRead, command, {});
   auto payload = reply(command);
   if (payload.size() < least_bytes)
-    throw ProjectorFault(fmt::format("dlpc350: {} answered with {} bytes, {} expected", command.name, payload.size(), least_bytes));
+    throw ProjectorFault(
+        fmt::format("dlpc350: {} answered with {} bytes, {} expected", command.name, payload.size(), least_bytes));
   return payload;
 }
 

@@ -14,7 +14,9 @@ constexpr int kInterface = 0;
 constexpr unsigned kWriteTimeout_ms = 1000;
 
 void check(int status, const char* what) {
-  if (status < 0) throw wire::Disconnected(fmt::format("usb {:04x}:{:04x}: {}: {}", kVendor, kProduct, what, libusb_error_name(status)));
+  if (status < 0)
+    throw wire::Disconnected(
+        fmt::format("usb {:04x}:{:04x}: {}: {}", kVendor, kProduct, what, libusb_error_name(status)));
 }
 
 class UsbTransport final : public ReportTransport {
@@ -24,7 +26,8 @@ class UsbTransport final : public ReportTransport {
     handle_ = libusb_open_device_with_vid_pid(context_, kVendor, kProduct);
     if (handle_ == nullptr) {
       libusb_exit(context_);
-      throw wire::Disconnected(fmt::format("usb {:04x}:{:04x}: not found, or no permission (data/udev/70-selvedge.rules gives it)", kVendor, kProduct));
+      throw wire::Disconnected(fmt::format(
+          "usb {:04x}:{:04x}: not found, or no permission (data/udev/70-selvedge.rules gives it)", kVendor, kProduct));
     }
     try {
       // The kernel's HID driver holds the interface of a device like this one.
@@ -42,7 +45,8 @@ class UsbTransport final : public ReportTransport {
     Report copy = report;
     int sent = 0;
     check(libusb_interrupt_transfer(handle_, out_, copy.data(), report_bytes, &sent, kWriteTimeout_ms), "write");
-    if (sent != static_cast<int>(report_bytes)) throw wire::Disconnected(fmt::format("usb: {} of 64 bytes written", sent));
+    if (sent != static_cast<int>(report_bytes))
+      throw wire::Disconnected(fmt::format("usb: {} of 64 bytes written", sent));
   }
 
   std::optional<Report> read(double timeout_s) override {

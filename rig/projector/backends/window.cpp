@@ -1,4 +1,5 @@
-// A projector or any other screen behind a graphics card, shown by a program of its own (rig/projector/window/main.cpp).
+// A projector or any other screen behind a graphics card, shown by a program of its own
+// (rig/projector/window/main.cpp).
 //
 // That program draws the pattern and presents it twice, the second time waiting for the screen's refresh, then waits
 // settle_s: what the projector's own electronics add to that is the lab's to measure. A program that is silent for
@@ -54,20 +55,27 @@ class WindowProjector final : public Projector {
  private:
   static void check_pattern(const Pattern& p) {
     const bool periodic = p.kind == PatternKind::stripes || p.kind == PatternKind::phase_shift;
-    if (periodic && !(p.period_px > 0)) refuse("projector", "a pattern with a period of {} px, expected above 0", p.period_px);
-    if (p.kind == PatternKind::gray_code && (p.bit < 0 || p.bit > 31)) refuse("projector", "Gray code's bit {}, expected 0 to 31", p.bit);
+    if (periodic && !(p.period_px > 0))
+      refuse("projector", "a pattern with a period of {} px, expected above 0", p.period_px);
+    if (p.kind == PatternKind::gray_code && (p.bit < 0 || p.bit > 31))
+      refuse("projector", "Gray code's bit {}, expected 0 to 31", p.bit);
   }
 
   void start() {
     const std::string program = window_program();
     if (::access(program.c_str(), X_OK) != 0) throw ProjectorFault("projector window: no program " + program);
     int ends[2];
-    if (::socketpair(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0, ends) != 0) throw ProjectorFault("projector window: no socket");
+    if (::socketpair(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0, ends) != 0)
+      throw ProjectorFault("projector window: no socket");
     link_ = wire::Socket(ends[0]);
     wire::Socket theirs(ends[1]);
     if (!options_.screen.empty()) screen_ = "DISPLAY=" + options_.screen;
-    const std::string words[] = {program, std::to_string(options_.monitor), std::to_string(options_.width_px), std::to_string(options_.height_px),
-                                 fmt::format("{}", options_.gamma), fmt::format("{}", options_.settle_s)};
+    const std::string words[] = {program,
+                                 std::to_string(options_.monitor),
+                                 std::to_string(options_.width_px),
+                                 std::to_string(options_.height_px),
+                                 fmt::format("{}", options_.gamma),
+                                 fmt::format("{}", options_.settle_s)};
     std::vector<char*> arguments, environment;
     for (const std::string& word : words) arguments.push_back(const_cast<char*>(word.c_str()));
     arguments.push_back(nullptr);
@@ -103,22 +111,17 @@ class WindowProjector final : public Projector {
     size_t count = 0;
     try {
       count = link_.receive({reinterpret_cast<std::uint8_t*>(&answer), sizeof answer});
-    } catch (const wire::Disconnected&) {
-    }
+    } catch (const wire::Disconnected&) {}
     if (count != sizeof answer) {
       end();
       throw wire::Disconnected("projector window: the X server or the window's program is gone");
     }
     const std::string text = answer.text;
     switch (answer.outcome) {
-      case window::Outcome::done:
-        return text;
-      case window::Outcome::refused:
-        throw BadInput(text);
-      case window::Outcome::fault:
-        throw ProjectorFault("projector window: " + text);
-      case window::Outcome::lost:
-        break;
+      case window::Outcome::done: return text;
+      case window::Outcome::refused: throw BadInput(text);
+      case window::Outcome::fault: throw ProjectorFault("projector window: " + text);
+      case window::Outcome::lost: break;
     }
     end();
     throw wire::Disconnected("projector window: " + text);
@@ -140,6 +143,8 @@ class WindowProjector final : public Projector {
 
 }  // namespace
 
-std::unique_ptr<Projector> open_window(const WindowOptions& options) { return std::make_unique<WindowProjector>(options); }
+std::unique_ptr<Projector> open_window(const WindowOptions& options) {
+  return std::make_unique<WindowProjector>(options);
+}
 
 }  // namespace selvedge::projector

@@ -2,10 +2,10 @@
 //
 //   selvedge_projector_window MONITOR WIDTH_PX HEIGHT_PX GAMMA SETTLE_S
 //
-// One borderless full-screen window of SDL's under X11, one pattern pixel a screen pixel, no scaling. Standard input is a
-// socket of packets (window_packets.h): a request a packet, an answer a packet. A process of its own because Xlib waits for a
-// silent server for ever and answers a lost one by exit(1); so may this program, whose end the daemon notices.
-// Source: SDL 2 wiki.
+// One borderless full-screen window of SDL's under X11, one pattern pixel a screen pixel, no scaling. Standard input is
+// a socket of packets (window_packets.h): a request a packet, an answer a packet. A process of its own because Xlib
+// waits for a silent server for ever and answers a lost one by exit(1); so may this program, whose end the daemon
+// notices. Source: SDL 2 wiki.
 #define SDL_MAIN_HANDLED
 #include <SDL.h>
 #include <SDL_syswm.h>
@@ -65,27 +65,30 @@ Thing made(Thing thing, const char* what) {
 
 SDL_Rect monitor_of(const WindowOptions& o) {
   const int monitors = SDL_GetNumVideoDisplays();
-  if (o.monitor >= monitors) refuse("projector monitor", "found {}, expected below {}, the monitors of this screen", o.monitor, monitors);
+  if (o.monitor >= monitors)
+    refuse("projector monitor", "found {}, expected below {}, the monitors of this screen", o.monitor, monitors);
   SDL_Rect at{};
   if (SDL_GetDisplayBounds(o.monitor, &at) != 0) throw ProjectorFault(SDL_GetError());
   if (at.w != o.width_px || at.h != o.height_px)
-    refuse("projector width_px, height_px", "found {}x{}, expected {}x{}, what monitor {} is set to", o.width_px, o.height_px, at.w, at.h, o.monitor);
+    refuse("projector width_px, height_px", "found {}x{}, expected {}x{}, what monitor {} is set to", o.width_px,
+           o.height_px, at.w, at.h, o.monitor);
   return at;
 }
 
 Window window_on(const SDL_Rect& at) {
-  return made(Window(SDL_CreateWindow("Selvedge projector", at.x, at.y, at.w, at.h, SDL_WINDOW_FULLSCREEN_DESKTOP | SDL_WINDOW_BORDERLESS | SDL_WINDOW_ALWAYS_ON_TOP)),
-              "window");
+  return made(
+      Window(SDL_CreateWindow("Selvedge projector", at.x, at.y, at.w, at.h,
+                              SDL_WINDOW_FULLSCREEN_DESKTOP | SDL_WINDOW_BORDERLESS | SDL_WINDOW_ALWAYS_ON_TOP)),
+      "window");
 }
 
 class Shown {
  public:
   explicit Shown(const WindowOptions& options)
-      : options_(options),
-        at_(monitor_of(options)),
-        window_(window_on(at_)),
+      : options_(options), at_(monitor_of(options)), window_(window_on(at_)),
         renderer_(made(Renderer(SDL_CreateRenderer(window_.get(), -1, SDL_RENDERER_PRESENTVSYNC)), "renderer")),
-        texture_(made(Texture(SDL_CreateTexture(renderer_.get(), SDL_PIXELFORMAT_ARGB8888, SDL_TEXTUREACCESS_STREAMING, options.width_px, options.height_px)),
+        texture_(made(Texture(SDL_CreateTexture(renderer_.get(), SDL_PIXELFORMAT_ARGB8888, SDL_TEXTUREACCESS_STREAMING,
+                                                options.width_px, options.height_px)),
                       "texture")) {
     SDL_ShowCursor(SDL_DISABLE);
     SDL_PumpEvents();  // where the window manager has put it
@@ -102,14 +105,16 @@ class Shown {
 
   void check() {
     for (SDL_Event event; SDL_PollEvent(&event) != 0;) {
-      const bool closed = event.type == SDL_QUIT || (event.type == SDL_WINDOWEVENT && event.window.event == SDL_WINDOWEVENT_CLOSE);
+      const bool closed =
+          event.type == SDL_QUIT || (event.type == SDL_WINDOWEVENT && event.window.event == SDL_WINDOWEVENT_CLOSE);
       if (closed) throw wire::Disconnected("it was closed");
       if (event.type == SDL_DISPLAYEVENT && event.display.event == SDL_DISPLAYEVENT_DISCONNECTED)
         throw wire::Disconnected("a monitor was unplugged");
     }
     check_size();
     present();  // what was covered shows again, and a server that hangs is noticed: events alone wait for nobody
-    if ((SDL_GetWindowFlags(window_.get()) & (SDL_WINDOW_MINIMIZED | SDL_WINDOW_HIDDEN)) != 0) throw ProjectorFault("it is hidden");
+    if ((SDL_GetWindowFlags(window_.get()) & (SDL_WINDOW_MINIMIZED | SDL_WINDOW_HIDDEN)) != 0)
+      throw ProjectorFault("it is hidden");
   }
 
   std::string description() const {
@@ -117,8 +122,9 @@ class Shown {
     SDL_GetRendererInfo(renderer_.get(), &info);
     SDL_DisplayMode mode;
     SDL_GetCurrentDisplayMode(options_.monitor, &mode);
-    return fmt::format("window of {}x{} px on monitor {} of {}, {} Hz, drawn by {}", options_.width_px, options_.height_px, options_.monitor,
-                       SDL_GetDisplayName(options_.monitor), mode.refresh_rate, info.name);
+    return fmt::format("window of {}x{} px on monitor {} of {}, {} Hz, drawn by {}", options_.width_px,
+                       options_.height_px, options_.monitor, SDL_GetDisplayName(options_.monitor), mode.refresh_rate,
+                       info.name);
   }
 
  private:
@@ -129,7 +135,8 @@ class Shown {
     if (SDL_GetWindowWMInfo(window_.get(), &system) == SDL_FALSE) throw ProjectorFault(SDL_GetError());
     Display* const display = system.info.x11.display;
     int count = 0;
-    const std::unique_ptr<XRRMonitorInfo, void (*)(XRRMonitorInfo*)> monitors(XRRGetMonitors(display, DefaultRootWindow(display), True, &count), XRRFreeMonitors);
+    const std::unique_ptr<XRRMonitorInfo, void (*)(XRRMonitorInfo*)> monitors(
+        XRRGetMonitors(display, DefaultRootWindow(display), True, &count), XRRFreeMonitors);
     std::string found;
     bool whole = false;
     for (const XRRMonitorInfo& m : std::span(monitors.get(), static_cast<size_t>(std::max(count, 0)))) {
@@ -137,11 +144,13 @@ class Shown {
       found += fmt::format("{}{}x{} at ({}, {})", found.empty() ? "" : ", ", m.width, m.height, m.x, m.y);
     }
     if (!whole)
-      throw wire::Disconnected(fmt::format("found monitors of {}, expected one of {}x{} at ({}, {})", found.empty() ? "nothing" : found, at_.w, at_.h, at_.x, at_.y));
+      throw wire::Disconnected(fmt::format("found monitors of {}, expected one of {}x{} at ({}, {})",
+                                           found.empty() ? "nothing" : found, at_.w, at_.h, at_.x, at_.y));
     int width_px = 0, height_px = 0;
     SDL_GetRendererOutputSize(renderer_.get(), &width_px, &height_px);
     if (width_px != options_.width_px || height_px != options_.height_px)
-      throw ProjectorFault(fmt::format("it is {}x{} px, expected {}x{}", width_px, height_px, options_.width_px, options_.height_px));
+      throw ProjectorFault(
+          fmt::format("it is {}x{} px, expected {}x{}", width_px, height_px, options_.width_px, options_.height_px));
   }
 
   void present() {
@@ -154,9 +163,11 @@ class Shown {
     int pitch = 0;
     if (SDL_LockTexture(texture_.get(), nullptr, &pixels, &pitch) != 0) throw ProjectorFault(SDL_GetError());
     for (int row = 0; row < options_.height_px; ++row) {
-      auto* const out = reinterpret_cast<Uint32*>(static_cast<Uint8*>(pixels) + static_cast<std::ptrdiff_t>(row) * pitch);
+      auto* const out =
+          reinterpret_cast<Uint32*>(static_cast<Uint8*>(pixels) + static_cast<std::ptrdiff_t>(row) * pitch);
       for (int column = 0; column < options_.width_px; ++column) {
-        const auto drive = static_cast<Uint32>(std::lround(255 * std::pow(brightness(pattern, column, row), 1 / options_.gamma)));
+        const auto drive =
+            static_cast<Uint32>(std::lround(255 * std::pow(brightness(pattern, column, row), 1 / options_.gamma)));
         out[column] = 0xFF000000U | drive << 16 | drive << 8 | drive;
       }
     }
@@ -176,9 +187,7 @@ window::Answer answer_to(Shown& shown, const window::Request& request) {
     if (request.show) shown.show(request.pattern);
     else shown.check();
     return window::answer(window::Outcome::done, "");
-  } catch (const ProjectorFault& error) {
-    return window::answer(window::Outcome::fault, error.what());
-  }
+  } catch (const ProjectorFault& error) { return window::answer(window::Outcome::fault, error.what()); }
 }
 
 // The options of the command line, which the back-end wrote; the screen is the environment's DISPLAY.
@@ -193,7 +202,9 @@ WindowOptions options_of(char** words) {
 }
 
 void serve(const WindowOptions& options, const wire::Socket& peer) {
-  const auto send = [&](const window::Answer& answer) { peer.send({reinterpret_cast<const std::uint8_t*>(&answer), sizeof answer}); };
+  const auto send = [&](const window::Answer& answer) {
+    peer.send({reinterpret_cast<const std::uint8_t*>(&answer), sizeof answer});
+  };
   std::unique_ptr<Shown> shown;
   try {
     shown = std::make_unique<Shown>(options);
@@ -201,18 +212,14 @@ void serve(const WindowOptions& options, const wire::Socket& peer) {
     return send(window::answer(window::Outcome::refused, error.what()));
   } catch (const ProjectorFault& error) {
     return send(window::answer(window::Outcome::fault, error.what()));
-  } catch (const wire::Disconnected& error) {
-    return send(window::answer(window::Outcome::lost, error.what()));
-  }
+  } catch (const wire::Disconnected& error) { return send(window::answer(window::Outcome::lost, error.what())); }
   send(window::answer(window::Outcome::done, shown->description()));
   for (window::Request request;;) {
     if (!peer.readable(3600)) continue;
     if (peer.receive({reinterpret_cast<std::uint8_t*>(&request), sizeof request}) != sizeof request) return;
     try {
       send(answer_to(*shown, request));
-    } catch (const wire::Disconnected& error) {
-      return send(window::answer(window::Outcome::lost, error.what()));
-    }
+    } catch (const wire::Disconnected& error) { return send(window::answer(window::Outcome::lost, error.what())); }
   }
 }
 

@@ -27,7 +27,8 @@ void put_object(wire::LittleWriter& objects, std::uint32_t id, const wire::Littl
 class DataStream final : public Tracker {
  public:
   explicit DataStream(const TrackerOptions& options)
-      : socket_(wire::connect_tcp(options.host, options.port == 0 ? kDatastreamPort : options.port, options.connect_timeout_s)) {}
+      : socket_(wire::connect_tcp(options.host, options.port == 0 ? kDatastreamPort : options.port,
+                                  options.connect_timeout_s)) {}
 
   std::optional<TrackerFrame> next(double timeout_s) override {
     const double end_s = rig::host_now_s() + timeout_s;
@@ -72,7 +73,8 @@ class DataStream final : public Tracker {
       if (!supported.contains(needed))
         throw wire::WireError(fmt::format("the server does not offer object {}", needed));
     std::vector<std::uint32_t> wanted;
-    for (const auto id : {stream_info, subject_info, frame_info, labelled_recons, unlabelled_recons, latency_info, ping, contents})
+    for (const auto id :
+         {stream_info, subject_info, frame_info, labelled_recons, unlabelled_recons, latency_info, ping, contents})
       if (supported.contains(id)) wanted.push_back(id);
     echoes_pings_ = supported.contains(ping);
     wire::LittleWriter enums, request, objects, packet;

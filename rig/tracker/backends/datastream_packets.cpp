@@ -133,8 +133,7 @@ Decoder::Packet Decoder::decode(std::span<const std::uint8_t> body) {
   for (const auto& [subject_id, subject] : subjects_)
     for (const auto& [marker_id, name] : subject.markers) {
       TrackedMarker marker{.subject = subject.name, .name = name};
-      if (const auto found = seen.find({subject_id, marker_id}); found != seen.end())
-        mark_seen(marker, found->second);
+      if (const auto found = seen.find({subject_id, marker_id}); found != seen.end()) mark_seen(marker, found->second);
       frame.markers.push_back(std::move(marker));
     }
   frame.rate_hz = rate_hz_;

@@ -22,7 +22,8 @@ class NatNet final : public Tracker {
     const double end_s = rig::host_now_s() + options.connect_timeout_s;
     while (!server_) {
       if (rig::host_now_s() > end_s)
-        throw wire::Disconnected(fmt::format("natnet: {} does not answer within {} s", options.host, options.connect_timeout_s));
+        throw wire::Disconnected(
+            fmt::format("natnet: {} does not answer within {} s", options.host, options.connect_timeout_s));
       commands_.send(encode(natnet::connect, connect_payload()));
       if (commands_.readable(0.1)) receive(commands_);
     }
@@ -66,7 +67,8 @@ class NatNet final : public Tracker {
     }
     if (now_s - echoed_s_ > kEcho_s) {
       echoed_s_ = now_s;
-      commands_.send(encode(echo_request, wire::LittleWriter().number<std::uint64_t>(static_cast<std::uint64_t>(rig::host_now_us()))));
+      commands_.send(encode(
+          echo_request, wire::LittleWriter().number<std::uint64_t>(static_cast<std::uint64_t>(rig::host_now_us()))));
     }
     if (!model_ && now_s - model_asked_s_ > kModelRetry_s) {
       commands_.send(encode(request_model, {}));
@@ -74,7 +76,8 @@ class NatNet final : public Tracker {
     }
   }
 
-  // One datagram; the frame where it holds one. A damaged datagram is dropped and counted: over UDP anybody can send one.
+  // One datagram; the frame where it holds one. A damaged datagram is dropped and counted: over UDP anybody can send
+  // one.
   std::optional<TrackerFrame> receive(const wire::Socket& socket) {
     const auto datagram = wire::receive_datagram(socket);
     const std::int64_t arrival_us = rig::host_now_us();
@@ -119,18 +122,21 @@ class NatNet final : public Tracker {
     result.frame_number = frame.number;
     result.arrival_s = 1e-6 * static_cast<double>(arrival_us);
     result.rate_hz = rate_hz_;
-    const double latency_s = (static_cast<double>(frame.transmit_ticks) - static_cast<double>(frame.exposure_ticks)) / server_->ticks_per_s;
+    const double latency_s =
+        (static_cast<double>(frame.transmit_ticks) - static_cast<double>(frame.exposure_ticks)) / server_->ticks_per_s;
     if (!(latency_s >= 0 && latency_s < 10)) throw wire::WireError(fmt::format("natnet: a latency of {} s", latency_s));
     result.latency_s = latency_s;
     result.capture_s = result.arrival_s - latency_s;
     // A mapping can be wrong by half an echo's way; never later than the frame itself allows.
     if (clock_.map()) {
-      result.capture_s = std::min(result.capture_s, clock_.map()->host_s(static_cast<std::int64_t>(frame.exposure_ticks)));
+      result.capture_s =
+          std::min(result.capture_s, clock_.map()->host_s(static_cast<std::int64_t>(frame.exposure_ticks)));
       result.capture_sd_s = clock_.map()->uncertainty_s;
     }
     result.markers = frame.markers;
     if (options_.y_up)
-      for (auto& marker : result.markers) marker.position_m = Eigen::Vector3d(marker.position_m.x(), -marker.position_m.z(), marker.position_m.y());
+      for (auto& marker : result.markers)
+        marker.position_m = Eigen::Vector3d(marker.position_m.x(), -marker.position_m.z(), marker.position_m.y());
     return result;
   }
 

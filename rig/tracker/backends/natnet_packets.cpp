@@ -31,7 +31,8 @@ std::string read_text(LittleReader& reader) {
 std::int32_t read_count(LittleReader& reader, size_t element_bytes) {
   const auto count = reader.number<std::int32_t>();
   if (count < 0 || static_cast<std::uint64_t>(count) * element_bytes > reader.left())
-    throw WireError(fmt::format("natnet: {} elements of {} bytes announced, {} bytes left", count, element_bytes, reader.left()));
+    throw WireError(
+        fmt::format("natnet: {} elements of {} bytes announced, {} bytes left", count, element_bytes, reader.left()));
   return count;
 }
 
@@ -125,20 +126,23 @@ std::vector<Labelled> read_labelled(LittleReader& frame, const ServerInfo& serve
 bool is_measurement(const Eigen::Vector3d& p) { return p.allFinite() && !p.isZero(0); }
 
 // The position of a set's marker in the set, or, where the set is not in the frame, of the labelled marker with its id.
-std::optional<WirePosition> position_of(const MarkerSets& sets, const std::vector<Labelled>& labelled, const Model& model, const std::string& set, size_t i) {
+std::optional<WirePosition> position_of(const MarkerSets& sets, const std::vector<Labelled>& labelled,
+                                        const Model& model, const std::string& set, size_t i) {
   if (const auto positions = sets.find(set); positions != sets.end()) {
     if (i < positions->second.size()) return positions->second[i];
     return std::nullopt;
   }
   for (const Labelled& marker : labelled) {
     const auto asset = model.assets.find(marker.asset);
-    if (asset != model.assets.end() && asset->second == set && marker.member == static_cast<std::int32_t>(i) + 1) return marker.position;
+    if (asset != model.assets.end() && asset->second == set && marker.member == static_cast<std::int32_t>(i) + 1)
+      return marker.position;
   }
   return std::nullopt;
 }
 
 // Each named marker beside the measured position that equals its own; what is measured and has no name.
-std::vector<TrackedMarker> name_markers(const MarkerSets& sets, const std::vector<Labelled>& labelled, const Model& model) {
+std::vector<TrackedMarker> name_markers(const MarkerSets& sets, const std::vector<Labelled>& labelled,
+                                        const Model& model) {
   std::vector<TrackedMarker> markers;
   for (const auto& [set, names] : model.sets) {
     if (set == "all") continue;
@@ -157,7 +161,8 @@ std::vector<TrackedMarker> name_markers(const MarkerSets& sets, const std::vecto
     }
   }
   for (const Labelled& marker : labelled)
-    if ((marker.params & kUnlabelled) != 0 && (marker.params & (kOccluded | kModelFilled)) == 0 && is_measurement(to_metres(marker.position)))
+    if ((marker.params & kUnlabelled) != 0 && (marker.params & (kOccluded | kModelFilled)) == 0 &&
+        is_measurement(to_metres(marker.position)))
       markers.push_back({.subject = "", .name = "", .position_m = to_metres(marker.position), .occluded = false});
   return markers;
 }
@@ -166,7 +171,9 @@ std::vector<TrackedMarker> name_markers(const MarkerSets& sets, const std::vecto
 
 std::vector<std::uint8_t> encode(std::uint16_t id, const wire::LittleWriter& payload) {
   wire::LittleWriter message;
-  message.number<std::uint16_t>(id).number<std::uint16_t>(static_cast<std::uint16_t>(payload.size())).raw(payload.bytes());
+  message.number<std::uint16_t>(id)
+      .number<std::uint16_t>(static_cast<std::uint16_t>(payload.size()))
+      .raw(payload.bytes());
   return message.bytes();
 }
 
@@ -184,7 +191,8 @@ Message take_message(std::span<const std::uint8_t> datagram) {
   Message message;
   message.id = reader.number<std::uint16_t>();
   const auto length = reader.number<std::uint16_t>();
-  if (length > reader.left()) throw WireError(fmt::format("natnet: {} bytes announced, {} there", length, reader.left()));
+  if (length > reader.left())
+    throw WireError(fmt::format("natnet: {} bytes announced, {} there", length, reader.left()));
   message.payload = reader.take(length);
   return message;
 }
@@ -245,16 +253,16 @@ Frame decode_frame(std::span<const std::uint8_t> payload, const ServerInfo& serv
   Frame frame;
   frame.number = reader.number<std::int32_t>();
   const MarkerSets sets = read_marker_sets(reader, server);
-  skip_fixed(reader, server, 12);          // other markers, kept for old clients
+  skip_fixed(reader, server, 12);  // other markers, kept for old clients
   skip_fixed(reader, server, kRigidBody);
   skip_skeletons(reader, server);
   if (at_least(server, 4, 1)) skip_fixed(reader, server, 0);  // assets
   const auto labelled = read_labelled(reader, server);
-  skip_analogue(reader, server);           // force plates
-  skip_analogue(reader, server);           // other devices
-  reader.take(4 + 4 + 8);                  // time code, time stamp
+  skip_analogue(reader, server);  // force plates
+  skip_analogue(reader, server);  // other devices
+  reader.take(4 + 4 + 8);         // time code, time stamp
   frame.exposure_ticks = reader.number<std::uint64_t>();
-  reader.take(8);                          // camera data received
+  reader.take(8);  // camera data received
   frame.transmit_ticks = reader.number<std::uint64_t>();
   if (at_least(server, 4, 1)) reader.take(8);  // PTP
   frame.model_changed = (reader.number<std::int16_t>() & kModelListChanged) != 0;

@@ -3,10 +3,10 @@
 // UDP, little-endian, packed: u16 message id, u16 payload bytes, payload; strings end with NUL. From 4.1 each section
 // of a frame says its length in bytes after its count. Single markers are read from the labelled-marker section,
 // where every marker appears; a marker of an asset carries its name where its position equals that of the asset's
-// marker set, whose names the model definition lists in the same order, or, where marker sets are not streamed, where its
-// id is that of the asset and its place in that list. A marker that is missing there, is flagged as
-// occluded, or whose position was filled in by the model, was not seen.
-// Sources: python_natnet (BSD-3), NatNetSDKCrossplatform's PacketClientHelper (MIT).
+// marker set, whose names the model definition lists in the same order, or, where marker sets are not streamed, where
+// its id is that of the asset and its place in that list. A marker that is missing there, is flagged as occluded, or
+// whose position was filled in by the model, was not seen. Sources: python_natnet (BSD-3), NatNetSDKCrossplatform's
+// PacketClientHelper (MIT).
 #pragma once
 
 #include <array>
@@ -21,8 +21,9 @@
 
 namespace selvedge::tracker::natnet {
 
-inline constexpr std::uint16_t connect = 0, server_info = 1, request = 2, response = 3, request_model = 4, model_definition = 5,
-                               frame_of_data = 7, keep_alive = 10, echo_request = 12, echo_response = 13;
+inline constexpr std::uint16_t connect = 0, server_info = 1, request = 2, response = 3, request_model = 4,
+                               model_definition = 5, frame_of_data = 7, keep_alive = 10, echo_request = 12,
+                               echo_response = 13;
 
 std::vector<std::uint8_t> encode(std::uint16_t id, const wire::LittleWriter& payload);
 wire::LittleWriter connect_payload();
