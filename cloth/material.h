@@ -12,13 +12,13 @@ namespace selvedge::cloth {
 
 struct Material {
   double density = 0.16;          // kg/m², flat
-  double stretch = 110;           // N/m
-  double shear = 55;              // N/m
-  double bend = 5.5e-5;           // N·m
-  double stretch_damping = 0.04;  // N·s/m
-  double shear_damping = 0.04;    // N·s/m
-  double bend_damping = 5e-7;     // N·m·s
-  double drag_normal = 1.05;      // kg/m³
+  double stretch = 120;           // N/m
+  double shear = 50;              // N/m
+  double bend = 4e-5;             // N·m
+  double stretch_damping = 0.03;  // N·s/m
+  double shear_damping = 0.03;    // N·s/m
+  double bend_damping = 3e-7;     // N·m·s
+  double drag_normal = 0.8;       // kg/m³
   double drag_tangent = 0.05;     // kg/(m²·s)
   double drag_fade = 0.2;         // s²/m²
   double drag_linear = 0;         // kg/(m²·s), the linear drag law on v_N of models before 2003

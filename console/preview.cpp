@@ -7,7 +7,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "capture/trial/grey_png.h"
-#include "fit/silhouette.h"
+#include "observe/silhouette.h"
 
 namespace selvedge::console {
 
@@ -52,9 +52,9 @@ LivePicture live_picture(const std::vector<uint8_t>& pixels, int width_px, int h
   cv::resize(frame, half, {width_px / 2, height_px / 2}, 0, 0, cv::INTER_AREA);
   picture.png = trial::encode_grey_png(half.data, half.cols, half.rows, 1);
 
-  const Eigen::Map<const fit::Image> image(pixels.data(), height_px, width_px);
-  const fit::Background background = fit::measure_background(image);
-  std::vector<unsigned char> mask = fit::silhouette_mask(image, background);
+  const Eigen::Map<const render::Image> image(pixels.data(), height_px, width_px);
+  const observe::Background background = observe::measure_background(image);
+  std::vector<unsigned char> mask = observe::silhouette_mask(image, background);
   if (mask.size() != pixels.size()) return picture;
   const cv::Mat inside(height_px, width_px, CV_8UC1, mask.data());
   picture.inside_share = static_cast<double>(cv::countNonZero(inside)) / static_cast<double>(mask.size());

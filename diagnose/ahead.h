@@ -10,16 +10,17 @@
 
 #include <vector>
 
-#include "fit/objective.h"
+#include "model/simulation.h"
 
 namespace selvedge::diagnose {
 
 inline constexpr double kAhead_s = 0.25;
 
-// Root mean square error of each trial wanted (empty: all), mm: parameter set × trial of the objective, NaN where a
+// Root mean square error of each trial wanted (empty: all), mm: parameter set × trial of the simulation, NaN where a
 // simulation blew up or the trial is not wanted. Distance of markers in space; single samples are cut at 6 robust
-// deviations. The objective's mesh corrections and pulls are left aside.
-Eigen::MatrixXd ahead_mm(const fit::Objective& objective, const std::vector<fit::Parameter>& parameters,
-                         const Eigen::MatrixXd& coordinates, const std::vector<size_t>& trials = {});
+// deviations. The state's grid corrections and pulls are left aside.
+Eigen::MatrixXd ahead_mm(const model::Simulation& simulation, const model::State& state,
+                         const std::vector<model::Parameter>& parameters, const Eigen::MatrixXd& coordinates,
+                         const std::vector<size_t>& trials = {});
 
 }  // namespace selvedge::diagnose

@@ -55,7 +55,7 @@ std::string library_hash(const std::vector<Effect>& effects, const Calibration& 
   std::string text = fmt::format("{}\n", fmt::join(constants, " "));
   for (const Effect& e : effects) {
     text += e.name + "\n";
-    for (const fit::Parameter& p : e.parameters)
+    for (const model::Parameter& p : e.parameters)
       text += fmt::format("  {} {} {} {} {} {}\n", p.name, p.unit, p.start, p.lower, p.upper, p.scale);
   }
   return sha256_hex(text);

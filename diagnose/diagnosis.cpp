@@ -17,8 +17,8 @@
 #include <Eigen/Cholesky>
 
 #include "diagnose/ahead.h"
-#include "fit/least_squares.h"
-#include "fit/robust_cost.h"
+#include "estimate/least_squares.h"
+#include "estimate/robust_cost.h"
 
 namespace selvedge::diagnose {
 
@@ -150,16 +150,16 @@ size_t least_cost(const std::vector<Hypothesis>& arms) {
       arms.begin());
 }
 
-// The objective with what the fine mesh adds at this hypothesis.
-fit::Objective objective_of(const Study& study, const Hypothesis& h) {
-  fit::Objective objective = *study.objective;
-  std::vector<VectorXd> correction = study.mesh_change;
-  for (size_t trial = 0; h.mesh_offset.size() && trial < correction.size(); ++trial) {
+// The study's state with what the fine mesh adds at this hypothesis.
+model::State state_of(const Study& study, const Hypothesis& h) {
+  model::State state = study.state;
+  state.grid_correction_mm = study.mesh_change;
+  for (size_t trial = 0; h.mesh_offset.size() && trial < study.mesh_change.size(); ++trial) {
     const Index first = study.rows->first(trial), count = study.rows->count(trial);
-    correction[trial] += h.mesh_offset.segment(first, count).cwiseProduct(study.rows->sd_mm().segment(first, count));
+    state.grid_correction_mm[trial] +=
+        h.mesh_offset.segment(first, count).cwiseProduct(study.rows->sd_mm().segment(first, count));
   }
-  objective.set_mesh_correction(correction);
-  return objective;
+  return state;
 }
 
 // Damping and drag as they usually are, shear as of an isotropic sheet, the rest as it is: in the base fit they stood
@@ -167,8 +167,8 @@ fit::Objective objective_of(const Study& study, const Hypothesis& h) {
 // back.
 VectorXd as_usual(const Study& study, VectorXd x) {
   for (size_t k = 0; k < study.base_count; ++k)
-    if (const fit::Parameter& p = study.parameters[k]; !p.at_rest)
-      x(static_cast<Index>(k)) = fit::to_coordinate(p, p.start);
+    if (const model::Parameter& p = study.parameters[k]; !p.at_rest)
+      x(static_cast<Index>(k)) = model::to_coordinate(p, p.start);
   return with_isotropic_shear(study, std::move(x));
 }
 
@@ -192,9 +192,10 @@ void fit_further(Study& study, std::vector<Hypothesis>& arms, std::vector<size_t
         tried.back().x = as_usual(study, arms[i].x);
       }
       for (Hypothesis& h : tried) {
-        fit::Objective objective = objective_of(study, h);
-        const fit::LeastSquaresResult fitted = fit::minimise(objective, fit::only(study.parameters, h.active, h.x),
-                                                             h.x(h.active), search_options(iterations, kEnough));
+        model::State state = state_of(study, h);
+        const estimate::LeastSquaresResult fitted =
+            minimise(*study.simulation, state, model::only(study.parameters, h.active, h.x), h.x(h.active),
+                     search_options(iterations, kEnough));
         h.x(h.active) = fitted.coordinates;
         study.evaluations += fitted.evaluations;
       }
@@ -309,23 +310,24 @@ std::vector<SizedParameter> size_of(const Study& study, const Hypothesis& h, con
   const Effect& e = study.effects[effect];
   const double form_share = boost::math::quantile(boost::math::normal(), 0.95) * size_form_share(calibration, e.side);
   for (size_t k = 0; k < e.parameters.size(); ++k) {
-    const fit::Parameter& p = e.parameters[k];
+    const model::Parameter& p = e.parameters[k];
     const auto at = static_cast<Index>(study.first_parameter[effect] + k);
     const VectorXd values = folds.row(at);
     const double half = study.groups.size() > 1 ? half_width(study.groups.size()) * jackknife_sd(values) : 0;
-    const double x = h.x(at), value = fit::to_value(p, x);
+    const double x = h.x(at), value = model::to_value(p, x);
     // Components of one vector err by what all of it is.
     double square = 0;
     int alike = 0;
     for (size_t j = 0; j < e.parameters.size(); ++j) {
       if (e.parameters[j].unit != p.unit) continue;
-      square += std::pow(fit::to_value(e.parameters[j], h.x(static_cast<Index>(study.first_parameter[effect] + j))), 2);
+      square +=
+          std::pow(model::to_value(e.parameters[j], h.x(static_cast<Index>(study.first_parameter[effect] + j))), 2);
       ++alike;
     }
     const double form = form_share * std::max(std::abs(value), std::sqrt(square / alike));
     out.push_back({p.name, p.unit, value,
-                   std::max(p.lower, value - std::hypot(value - fit::to_value(p, x - half), form)),
-                   std::min(p.upper, value + std::hypot(fit::to_value(p, x + half) - value, form))});
+                   std::max(p.lower, value - std::hypot(value - model::to_value(p, x - half), form)),
+                   std::min(p.upper, value + std::hypot(model::to_value(p, x + half) - value, form))});
   }
   return out;
 }
@@ -412,7 +414,7 @@ MatrixXd held_out_ahead(Study& study, const HeldOut& held) {
     MatrixXd sets(study.base.size(), mm.rows());
     for (Index k = 0; k < sets.cols(); ++k)
       sets.col(k) = held.coordinates[static_cast<size_t>(k)].col(static_cast<Index>(g));
-    const MatrixXd found = ahead_mm(*study.fine, study.parameters, sets, study.groups[g]);
+    const MatrixXd found = ahead_mm(*study.fine, study.fine_state, study.parameters, sets, study.groups[g]);
     for (const size_t t : study.groups[g]) mm.col(static_cast<Index>(t)) = found.col(static_cast<Index>(t));
   }
   study.evaluations += 2 * static_cast<int>(mm.rows());
@@ -430,7 +432,7 @@ HeldOut held_out_free(Study& study, std::vector<Hypothesis>& arms) {
     Hypothesis& h = arms[static_cast<size_t>(i)];
     h.mesh_offset.resize(0);
     h.residual = r.col(i);
-    h.cost = fit::cauchy_cost(h.residual, cauchy_constant(study));
+    h.cost = estimate::cauchy_cost(h.residual, cauchy_constant(study));
   }
   refine_mesh(study, arms);
   relinearise(study, arms);
@@ -440,13 +442,13 @@ HeldOut held_out_free(Study& study, std::vector<Hypothesis>& arms) {
 
 void list_parameters(Diagnosis& out, const Study& study, const Hypothesis& base, const Hypothesis* named) {
   for (size_t k = 0; k < study.base_count; ++k) {
-    const fit::Parameter& p = study.parameters[k];
+    const model::Parameter& p = study.parameters[k];
     const double x = base.x(static_cast<Index>(k));
     out.parameters.push_back(
-        {p.name, p.unit, fit::to_value(p, x), fit::to_value(p, (named ? *named : base).x(static_cast<Index>(k)))});
-    if (x >= fit::to_coordinate(p, p.upper) - 1e-3 || x <= fit::to_coordinate(p, p.lower) + 1e-3)
+        {p.name, p.unit, model::to_value(p, x), model::to_value(p, (named ? *named : base).x(static_cast<Index>(k)))});
+    if (x >= model::to_coordinate(p, p.upper) - 1e-3 || x <= model::to_coordinate(p, p.lower) + 1e-3)
       out.remarks.push_back(
-          fmt::format("{} of the base fit ends at its bound {:.3g} {}", p.name, fit::to_value(p, x), p.unit));
+          fmt::format("{} of the base fit ends at its bound {:.3g} {}", p.name, model::to_value(p, x), p.unit));
   }
 }
 
@@ -467,7 +469,7 @@ void fill_gap(Diagnosis& out, const GroupErrors& before, const GroupErrors& nois
 Judged judged_by(const Study& study, const std::vector<Hypothesis>& few, const HeldOut& held, const Floor& floor) {
   Judged out;
   for (const std::vector<size_t>& group : study.groups)
-    out.groups.push_back(study.objective->scenes()[group.front()].trial.name);
+    out.groups.push_back(study.simulation->trials()[group.front()].name);
   out.noise = group_mm(study, floor.noise_mm);
   out.right_model = group_mm(study, floor.right_mm);
   for (size_t i = 0; i < few.size(); ++i)
@@ -478,8 +480,8 @@ Judged judged_by(const Study& study, const std::vector<Hypothesis>& few, const H
 std::map<std::string, double> values_of(const Study& study, const Hypothesis& h) {
   std::map<std::string, double> out;
   for (const Index k : h.active) {
-    const fit::Parameter& p = study.parameters[static_cast<size_t>(k)];
-    out[p.name] = fit::to_value(p, h.x(k));
+    const model::Parameter& p = study.parameters[static_cast<size_t>(k)];
+    out[p.name] = model::to_value(p, h.x(k));
   }
   return out;
 }
@@ -509,22 +511,22 @@ Diagnosis diagnose_on_mesh(const trial::Campaign& campaign, const std::vector<Ef
   const SharesAt& at = study_options.columns == study_options.fine_columns ? kOnOneMesh : kOnTwoMeshes;
   study_options.progress = part(progress, 0, at.screening);
   Study study = make_study(campaign, effects, study_options);
-  out.base_fit = {study.base.head(static_cast<Index>(study.base_count)), study.objective->pulls()};
+  out.base_fit = {study.base.head(static_cast<Index>(study.base_count)), study.state.pull_per_s};
   if (options.on_base_fit) options.on_base_fit(out.base_fit);
   out.campaign = study.campaign;
   out.columns = options.study.columns;
   out.fine_columns = options.study.fine_columns;
-  for (const fit::Scene& scene : study.objective->scenes())
-    if (!scene.trial.still) out.motion_s += scene.trial.experiment.sample_s.back() - scene.trial.experiment.start_s;
-  const auto still = std::count_if(study.objective->scenes().begin(), study.objective->scenes().end(),
-                                   [](const fit::Scene& s) { return s.trial.still; });
+  for (const model::ObservedTrial& t : study.simulation->trials())
+    if (!t.still) out.motion_s += t.experiment.sample_s.back() - t.experiment.start_s;
+  const auto still = std::count_if(study.simulation->trials().begin(), study.simulation->trials().end(),
+                                   [](const model::ObservedTrial& t) { return t.still; });
   out.meshes_part = 2 * study.pulled_harder.size() > study.rows->trials() - static_cast<size_t>(still);
   if (!study.pulled_harder.empty())
     out.remarks.push_back(
         fmt::format("pulled twice as hard as the others, as the base model leaves the recorded folds there, or a finer "
                     "mesh goes another way: {}",
                     fmt::join(study.pulled_harder, ", ")));
-  out.base = fit::to_text(options.study.drag);
+  out.base = model::to_text(options.study.drag);
   stages.done("base fit");
 
   progress(at.screening, "changing every effect by a finite size");

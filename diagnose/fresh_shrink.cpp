@@ -7,7 +7,8 @@
 
 #include "diagnose/ahead.h"
 #include "diagnose/verdict.h"
-#include "fit/objective.h"
+#include "model/simulation.h"
+#include "model/trial_error.h"
 #include "fit/stages.h"
 
 namespace selvedge::diagnose {
@@ -18,28 +19,28 @@ using Eigen::VectorXd;
 namespace {
 
 struct Arm {
-  std::vector<fit::Parameter> parameters;
+  std::vector<model::Parameter> parameters;
   VectorXd coordinates;
 };
 
-Arm arm_of(const nlohmann::json& values, fit::Drag drag, const std::vector<Effect>& effects) {
-  Arm arm{fit::base_parameters(drag), {}};
+Arm arm_of(const nlohmann::json& values, model::Drag drag, const std::vector<Effect>& effects) {
+  Arm arm{model::base_parameters(drag), {}};
   for (const Effect& e : effects)
     if (values.contains(e.parameters.front().name))
       arm.parameters.insert(arm.parameters.end(), e.parameters.begin(), e.parameters.end());
   arm.coordinates.resize(static_cast<Index>(arm.parameters.size()));
   for (size_t k = 0; k < arm.parameters.size(); ++k)
     arm.coordinates(static_cast<Index>(k)) =
-        fit::to_coordinate(arm.parameters[k], values.at(arm.parameters[k].name).get<double>());
+        model::to_coordinate(arm.parameters[k], values.at(arm.parameters[k].name).get<double>());
   return arm;
 }
 
 // Of each trial, running free.
-VectorXd free_mm(const fit::Objective& objective, const Arm& arm) {
-  const fit::Residuals r = objective.evaluate(arm.parameters, arm.coordinates).front();
+VectorXd free_mm(const model::Simulation& simulation, const model::State& state, const Arm& arm) {
+  const model::Residuals r = simulation.evaluate(state, arm.parameters, arm.coordinates).front();
   VectorXd mm = VectorXd::Constant(static_cast<Index>(r.mm.size()), std::numeric_limits<double>::quiet_NaN());
   for (size_t i = 0; r.finite && i < r.mm.size(); ++i)
-    mm(static_cast<Index>(i)) = fit::rms_mm(objective.scenes()[i].trial, r.mm[i], objective.time_s(i));
+    mm(static_cast<Index>(i)) = model::rms_mm(simulation.trials()[i], r.mm[i], simulation.time_s(i));
   return mm;
 }
 
@@ -47,13 +48,13 @@ VectorXd free_mm(const fit::Objective& objective, const Arm& arm) {
 
 FreshShrink shrink_on(const trial::Campaign& fresh, const std::vector<Effect>& effects, const nlohmann::json& diagnosis,
                       const std::string& hypothesis, int columns) {
-  const std::vector<fit::ObservedTrial> trials =
+  const std::vector<model::ObservedTrial> trials =
       fit::observe_campaign(fresh, 30, 10, [](double, const std::string&) {});
-  fit::ObjectiveOptions options;
+  model::SimulationOptions options;
   options.columns = columns;
   const bool is_ahead = diagnosis.at("shrink").at(hypothesis).contains("ahead_s");
   const nlohmann::json& fitted = diagnosis.at(is_ahead ? "fit" : "free_fit");
-  const fit::Drag drag = fit::drag_named(diagnosis.at("base").get<std::string>());
+  const model::Drag drag = model::drag_named(diagnosis.at("base").get<std::string>());
   VectorXd count(static_cast<Index>(trials.size())), noise_mm(static_cast<Index>(trials.size()));
   for (size_t i = 0; i < trials.size(); ++i) {
     const auto& markers = trials[i].markers;
@@ -63,9 +64,10 @@ FreshShrink shrink_on(const trial::Campaign& fresh, const std::vector<Effect>& e
   const auto pooled = [&](const VectorXd& mm) { return std::sqrt(count.dot(mm.cwiseAbs2()) / count.sum()); };
   const auto error_mm = [&](const nlohmann::json& values) {
     const Arm arm = arm_of(values, drag, effects);
-    const fit::Objective objective(trials, options, arm.parameters, arm.coordinates);
-    return pooled(is_ahead ? VectorXd(ahead_mm(objective, arm.parameters, arm.coordinates).row(0))
-                           : free_mm(objective, arm));
+    const model::Simulation simulation(trials, options);
+    const model::State state = simulation.state_at(arm.parameters, arm.coordinates);
+    return pooled(is_ahead ? VectorXd(ahead_mm(simulation, state, arm.parameters, arm.coordinates).row(0))
+                           : free_mm(simulation, state, arm));
   };
   return {error_mm(fitted.at("none")), error_mm(fitted.at(hypothesis)), pooled(noise_mm)};
 }

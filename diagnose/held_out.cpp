@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "fit/robust_cost.h"
+#include "estimate/robust_cost.h"
 
 namespace selvedge::diagnose {
 
@@ -22,7 +22,7 @@ std::vector<size_t> others(const Study& study, const std::vector<size_t>& left_o
 }
 
 double still_weight(const Study& study, size_t trial) {
-  return study.objective->scenes()[trial].trial.still ? std::sqrt(kStillSamples) : 1;
+  return study.simulation->trials()[trial].still ? std::sqrt(kStillSamples) : 1;
 }
 
 // Each hypothesis fitted to some trials alone, from where it was fitted to all: one step. On one fine mesh, where
@@ -44,8 +44,8 @@ MatrixXd fitted_to(Study& study, const std::vector<Hypothesis>& hypotheses, cons
     out.col(i) = sets.col(tries * i);
     for (Index k = 0; k < tries; ++k) {
       const VectorXd left = r.col(tries * i + k);
-      const double cost =
-          left.allFinite() ? fit::cauchy_cost(left, cauchy_constant(study)) : std::numeric_limits<double>::infinity();
+      const double cost = left.allFinite() ? estimate::cauchy_cost(left, cauchy_constant(study))
+                                           : std::numeric_limits<double>::infinity();
       if (cost < least) {
         least = cost;
         out.col(i) = sets.col(tries * i + k);
@@ -61,7 +61,7 @@ double trial_rms_mm(const Study& study, const VectorXd& whitened, size_t trial) 
   const Index first = study.rows->first(trial), count = study.rows->count(trial);
   const VectorXd r = whitened.segment(first, count);
   if (!r.allFinite()) return std::numeric_limits<double>::quiet_NaN();
-  const double cut = kSampleCut * fit::robust_scale(r);
+  const double cut = kSampleCut * estimate::robust_scale(r);
   double sum = 0, seen = 0;
   for (Index k = 0; k < count; ++k) {
     if (study.rows->seen()(first + k) == 0) continue;
@@ -69,7 +69,7 @@ double trial_rms_mm(const Study& study, const VectorXd& whitened, size_t trial) 
     sum += mm * mm;
     ++seen;
   }
-  return std::sqrt((study.objective->scenes()[trial].trial.markers ? 3 : 1) * sum / std::max(seen, 1.0));
+  return std::sqrt((study.simulation->trials()[trial].markers ? 3 : 1) * sum / std::max(seen, 1.0));
 }
 
 double pooled_mm(const Study& study, const VectorXd& mm_of_trial, const std::vector<size_t>& trials) {

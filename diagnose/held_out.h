@@ -13,7 +13,7 @@
 namespace selvedge::diagnose {
 
 struct HeldOut {
-  Eigen::MatrixXd mm;                        // hypothesis × trial: root mean square, mm; NaN where it blew up
+  Eigen::MatrixXd mm;                        // hypothesis × trial: root mean square, mm; NaN where it diverged
   std::vector<Eigen::MatrixXd> coordinates;  // a hypothesis: parameters × group, fitted without that group
   std::vector<Eigen::VectorXd> residual;     // a hypothesis: whitened, each trial as predicted without its group
 };

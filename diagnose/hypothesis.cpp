@@ -7,8 +7,8 @@
 #include <Eigen/Cholesky>
 #include <Eigen/QR>
 
-#include "fit/bounded_step.h"
-#include "fit/robust_cost.h"
+#include "estimate/bounded_step.h"
+#include "estimate/robust_cost.h"
 
 namespace selvedge::diagnose {
 
@@ -18,21 +18,18 @@ using Eigen::VectorXd;
 
 namespace {
 
-constexpr double kBaseSd = 2.5;   // of the pull on the base's coordinates towards the base fit, ln
-constexpr double kEffectSd = 20;  // and on an effect's, in its scales: it bounds what nothing determines
-
 std::vector<size_t> all_trials(const Study& study) {
   std::vector<size_t> all(study.rows->trials());
   for (size_t i = 0; i < all.size(); ++i) all[i] = i;
   return all;
 }
 
-double bound(const fit::Parameter& p, bool upper) { return fit::to_coordinate(p, upper ? p.upper : p.lower); }
+double bound(const model::Parameter& p, bool upper) { return model::to_coordinate(p, upper ? p.upper : p.lower); }
 
 VectorXd prior_precision(const Study& study, const std::vector<Index>& active) {
   VectorXd out(static_cast<Index>(active.size()));
   for (size_t k = 0; k < active.size(); ++k) {
-    const double sd = active[k] < static_cast<Index>(study.base_count) ? kBaseSd : kEffectSd;
+    const double sd = study.parameters[static_cast<size_t>(active[k])].prior_sd;
     out(static_cast<Index>(k)) = 1 / (sd * sd);
   }
   return out;
@@ -60,7 +57,7 @@ std::string name_of(const Study& study, const Hypothesis& hypothesis) {
   return name.empty() ? "none" : name;
 }
 
-double cauchy_constant(const Study& study) { return 3 * fit::robust_scale(study.residual); }
+double cauchy_constant(const Study& study) { return 3 * estimate::robust_scale(study.residual); }
 
 MatrixXd screen(Study& study, const Hypothesis& from, const std::vector<size_t>& effects) {
   const auto total = static_cast<Index>(study.parameters.size());
@@ -98,7 +95,7 @@ Hypothesis base_hypothesis(const Study& study) {
   h.x = study.base;
   h.residual = study.residual;
   h.jacobian = study.jacobian;
-  h.cost = fit::cauchy_cost(h.residual, cauchy_constant(study));
+  h.cost = estimate::cauchy_cost(h.residual, cauchy_constant(study));
   return h;
 }
 
@@ -106,7 +103,7 @@ Hypothesis make_hypothesis(Study& study, const Hypothesis& from, const std::vect
                            const MatrixXd& columns) {
   Hypothesis h = from;
   h.effects = effects;
-  const VectorXd weights = fit::cauchy_weights(from.residual, cauchy_constant(study));
+  const VectorXd weights = estimate::cauchy_weights(from.residual, cauchy_constant(study));
   MatrixXd own(study.rows->size(), 0);
   for (const size_t e : effects) {
     const Effect& effect = study.effects[e];
@@ -119,8 +116,8 @@ Hypothesis make_hypothesis(Study& study, const Hypothesis& from, const std::vect
       for (Index i = 0; i < sets.cols(); ++i) {
         sets.col(i) = from.x;
         for (Index k = 0; k < count; ++k)
-          sets(first + k, i) = fit::to_coordinate(effect.parameters[static_cast<size_t>(k)],
-                                                  effect.starts[static_cast<size_t>(i)][static_cast<size_t>(k)]);
+          sets(first + k, i) = model::to_coordinate(effect.parameters[static_cast<size_t>(k)],
+                                                    effect.starts[static_cast<size_t>(i)][static_cast<size_t>(k)]);
       }
       const MatrixXd r = residuals_of(study, {from}, sets);
       Index best = 0;
@@ -154,7 +151,7 @@ Hypothesis make_hypothesis(Study& study, const Hypothesis& from, const std::vect
   h.screened_gain = gain_of(from.jacobian, own, from.residual, weights);
   h.jacobian.conservativeResize(Eigen::NoChange, h.jacobian.cols() + own.cols());
   h.jacobian.rightCols(own.cols()) = own;
-  h.cost = fit::cauchy_cost(h.residual, cauchy_constant(study));
+  h.cost = estimate::cauchy_cost(h.residual, cauchy_constant(study));
   return h;
 }
 
@@ -165,7 +162,7 @@ VectorXd step_from(const Study& study, const Hypothesis& h, const std::vector<si
   VectorXd gradient = VectorXd::Zero(n);
   for (const size_t trial : trials) {
     const Index first = study.rows->first(trial), count = study.rows->count(trial);
-    const VectorXd r = h.residual.segment(first, count), w = fit::cauchy_weights(r, c);
+    const VectorXd r = h.residual.segment(first, count), w = estimate::cauchy_weights(r, c);
     const auto j = h.jacobian.middleRows(first, count);
     normal += j.transpose() * w.asDiagonal() * j;
     gradient += j.transpose() * w.cwiseProduct(r);
@@ -180,11 +177,11 @@ VectorXd step_from(const Study& study, const Hypothesis& h, const std::vector<si
   VectorXd low(n), high(n);
   for (Index k = 0; k < n; ++k) {
     const Index coordinate = h.active[static_cast<size_t>(k)];
-    const fit::Parameter& p = study.parameters[static_cast<size_t>(coordinate)];
+    const model::Parameter& p = study.parameters[static_cast<size_t>(coordinate)];
     low(k) = bound(p, false) - h.x(coordinate);
     high(k) = bound(p, true) - h.x(coordinate);
   }
-  const VectorXd step = fit::bounded_step(normal, gradient, low, high);
+  const VectorXd step = estimate::bounded_step(normal, gradient, low, high);
   VectorXd x = h.x;
   for (Index k = 0; k < n; ++k) {
     const bool of_base = h.active[static_cast<size_t>(k)] < static_cast<Index>(study.base_count);
@@ -216,11 +213,11 @@ void refine_mesh(Study& study, std::vector<Hypothesis>& hypotheses) {
       if (!coarse.col(i).allFinite()) continue;
       h.mesh_offset = VectorXd::Zero(coarse.rows());
       h.residual = coarse.col(i);
-      h.cost = fit::cauchy_cost(h.residual, c);
+      h.cost = estimate::cauchy_cost(h.residual, c);
     }
     return;
   }
-  const std::vector<fit::Residuals> fine = study.fine->evaluate(study.parameters, sets);
+  const std::vector<model::Residuals> fine = study.fine->evaluate(study.fine_state, study.parameters, sets);
   study.evaluations += static_cast<int>(sets.cols());
   for (Index i = 0; i < sets.cols(); ++i) {
     Hypothesis& h = hypotheses[static_cast<size_t>(i)];
@@ -234,10 +231,10 @@ void refine_mesh(Study& study, std::vector<Hypothesis>& hypotheses) {
       const VectorXd sd = study.rows->sd_mm().segment(first, count);
       const VectorXd change = h.mesh_offset.segment(first, count).cwiseProduct(sd),
                      left = coarse.col(i).segment(first, count).cwiseProduct(sd);
-      if (!is_mesh_correction(*study.objective, trial, change, left)) h.mesh_offset.segment(first, count).setZero();
+      if (!is_mesh_correction(*study.simulation, trial, change, left)) h.mesh_offset.segment(first, count).setZero();
     }
     h.residual = coarse.col(i) + h.mesh_offset;
-    h.cost = fit::cauchy_cost(h.residual, c);
+    h.cost = estimate::cauchy_cost(h.residual, c);
   }
 }
 
@@ -294,7 +291,7 @@ void refit(Study& study, std::vector<Hypothesis>& hypotheses, int rounds, const 
           const VectorXd wrong = r.col(column) - h.residual - h.jacobian * moved;
           h.jacobian += wrong * moved.transpose() / moved.squaredNorm();
         }
-        const double cost = fit::cauchy_cost(r.col(column), c);
+        const double cost = estimate::cauchy_cost(r.col(column), c);
         if (cost < least) {
           least = cost;
           best = column;

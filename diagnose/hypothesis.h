@@ -29,7 +29,7 @@ std::string name_of(const Study& study, const Hypothesis& hypothesis);
 Hypothesis base_hypothesis(const Study& study);
 
 // Finite-size change of the residual per unit of each coordinate of these effects, from neutral, the base as in `from`;
-// NaN columns where the simulation blew up, and of everything else.
+// NaN columns where the simulation diverged, and of everything else.
 Eigen::MatrixXd screen(Study& study, const Hypothesis& from, const std::vector<size_t>& effects);
 
 // The base as in `from` with these effects; columns: from `screen`.

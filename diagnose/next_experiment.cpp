@@ -19,11 +19,11 @@ namespace {
 
 struct Candidate {
   std::string what, session;
-  std::function<void(fit::Prediction&)> change;
+  std::function<void(model::Prediction&)> change;
 };
 
 // The path run through `speed` times as fast, from the same start.
-void speed_up(fit::Prediction& p, double speed) {
+void speed_up(model::Prediction& p, double speed) {
   cloth::Experiment& e = p.experiment;
   const auto at = [&](double t) { return e.start_s + (t - e.start_s) / speed; };
   for (double& t : e.path.time_s) t = at(t);
@@ -32,7 +32,7 @@ void speed_up(fit::Prediction& p, double speed) {
   e.path.right_slope *= speed;
 }
 
-void spread_corners(fit::Prediction& p, double by_m) {
+void spread_corners(model::Prediction& p, double by_m) {
   cloth::HeldPath& path = p.experiment.path;
   const Eigen::Vector3d along = (path.right.col(0) - path.left.col(0)).normalized();
   path.left.colwise() -= 0.5 * by_m * along;
@@ -42,19 +42,19 @@ void spread_corners(fit::Prediction& p, double by_m) {
 std::vector<Candidate> candidates(double width_m, double height_m, double mass_kg) {
   std::vector<Candidate> list =
       {
-          {"repeat the motion 1.5 times as fast", "frequency", [](fit::Prediction& p) { speed_up(p, 1.5); }},
-          {"repeat the motion at 0.6 of its speed", "frequency", [](fit::Prediction& p) { speed_up(p, 0.6); }},
+          {"repeat the motion 1.5 times as fast", "frequency", [](model::Prediction& p) { speed_up(p, 1.5); }},
+          {"repeat the motion at 0.6 of its speed", "frequency", [](model::Prediction& p) { speed_up(p, 0.6); }},
           {"bring the held corners 20 mm nearer together", "separation",
-           [](fit::Prediction& p) { spread_corners(p, -0.02); }},
+           [](model::Prediction& p) { spread_corners(p, -0.02); }},
           {"move the held corners 10 mm further apart", "separation",
-           [](fit::Prediction& p) { spread_corners(p, 0.01); }},
+           [](model::Prediction& p) { spread_corners(p, 0.01); }},
           {"turn the swatch over, the inside out", "flip",
-           [](fit::Prediction& p) {
+           [](model::Prediction& p) {
     p.experiment.material.rest_curvature_u *= -1;
     p.experiment.material.rest_curvature_v *= -1;
            }},
           {fmt::format("hang a weight of {:.1f} g on the middle of the lower edge", 250 * mass_kg), "weight",
-           [=](fit::Prediction& p) {
+           [=](model::Prediction& p) {
     cloth::Material& m = p.experiment.material;
     if (m.local_mass_kg != 0) return;  // the fabric has one already, as the hypothesis has it
     m.local_mass_kg = 0.25 * mass_kg;
@@ -64,7 +64,7 @@ std::vector<Candidate> candidates(double width_m, double height_m, double mass_k
                          };
   if (std::abs(width_m - height_m) < 1e-3)
     list.push_back({"turn the swatch by 90 degrees, so that it is held at another edge", "turn",
-                    [](fit::Prediction& p) {
+                    [](model::Prediction& p) {
       cloth::Material& m = p.experiment.material;
       m.stretch_anisotropy *= -1;
       m.bend_anisotropy *= -1;
@@ -73,22 +73,22 @@ std::vector<Candidate> candidates(double width_m, double height_m, double mass_k
   return list;
 }
 
-fit::Prediction predicted(const Study& study, const VectorXd& x, size_t trial) {
-  fit::Prediction p;
-  p.experiment = study.objective->scenes()[trial].trial.experiment;
-  p.experiment.start_shape = study.objective->scenes()[trial].start_shape;
+model::Prediction predicted(const Study& study, const VectorXd& x, size_t trial) {
+  model::Prediction p;
+  p.experiment = study.simulation->trials()[trial].experiment;
+  p.experiment.start_shape = study.state.branch[trial];
   for (size_t k = 0; k < study.parameters.size(); ++k)
-    study.parameters[k].apply(p, fit::to_value(study.parameters[k], x(static_cast<Index>(k))));
+    study.parameters[k].apply(p, model::to_value(study.parameters[k], x(static_cast<Index>(k))));
   return p;
 }
 
 // Root mean square distance of what the two would show, over vertices and samples, mm.
-double apart_mm(const Study& study, const fit::Prediction& a, const fit::Prediction& b) {
+double apart_mm(const Study& study, const model::Prediction& a, const model::Prediction& b) {
   const std::vector<cloth::Trajectory> runs =
-      cloth::simulate(study.objective->sheet(), {a.experiment, b.experiment}, study.objective->options().simulation);
+      cloth::simulate(study.simulation->sheet(), {a.experiment, b.experiment}, study.simulation->options().cloth);
   if (!runs[0].finite || !runs[1].finite) return 0;
-  const auto shown = [](const fit::Prediction& p, const cloth::Trajectory& run, double t) {
-    return fit::position_at(p.experiment, run, t - p.seeing.delay_s - p.seeing.drift * (t - p.experiment.start_s));
+  const auto shown = [](const model::Prediction& p, const cloth::Trajectory& run, double t) {
+    return model::position_at(p.experiment, run, t - p.sensor.delay_s - p.sensor.drift * (t - p.experiment.start_s));
   };
   double sum = 0, count = 0;
   for (size_t i = 0; i < a.experiment.sample_s.size(); i += 6) {
@@ -116,7 +116,7 @@ Wave wave_of(const cloth::HeldPath& path) {
   return {0.5 * most, duration_s > 0 ? std::max(0.2, 0.5 * crossings / duration_s) : 1};
 }
 
-std::string session_of(const Candidate& c, const fit::ObservedTrial& t, const fit::Prediction& changed) {
+std::string session_of(const Candidate& c, const model::ObservedTrial& t, const model::Prediction& changed) {
   const Wave wave = wave_of(changed.experiment.path);
   std::string text = fmt::format(
       "# Proposed by `./selvedge diagnose`: {}.\n# Put these sections into the rig's configuration and run a "
@@ -140,7 +140,7 @@ std::string session_of(const Candidate& c, const fit::ObservedTrial& t, const fi
 // The number of trials where none moves.
 size_t first_moving(const Study& study) {
   size_t i = 0;
-  while (i < study.rows->trials() && study.objective->scenes()[i].trial.still) ++i;
+  while (i < study.rows->trials() && study.simulation->trials()[i].still) ++i;
   return i;
 }
 
@@ -161,18 +161,18 @@ NextExperiment propose_experiment(const Study& study, const std::vector<Hypothes
     out.what = "record a trial in which the fabric moves";
     return out;
   }
-  const fit::Prediction a = predicted(study, order[0]->x, moving);
-  const fit::ObservedTrial& t = study.objective->scenes()[moving].trial;
+  const model::Prediction a = predicted(study, order[0]->x, moving);
+  const model::ObservedTrial& t = study.simulation->trials()[moving];
   const double mass_kg = t.experiment.material.density * t.width_m * t.height_m,
-               least_mm = study.objective->sd_mm(moving).minCoeff();
+               least_mm = study.simulation->sd_mm(moving).minCoeff();
   out.like_trial = t.name;
   // The second likeliest, or the next one where no experiment shows what differs.
   for (size_t k = 1; k < order.size(); ++k) {
-    const fit::Prediction b = predicted(study, order[k]->x, moving);
+    const model::Prediction b = predicted(study, order[k]->x, moving);
     const std::vector<std::string> pair = {name_of(study, *order[0]), name_of(study, *order[k])};
     const double present_mm = apart_mm(study, a, b);
     for (const Candidate& c : candidates(t.width_m, t.height_m, mass_kg)) {
-      fit::Prediction with_a = a, with_b = b;
+      model::Prediction with_a = a, with_b = b;
       c.change(with_a);
       c.change(with_b);
       const double mm = apart_mm(study, with_a, with_b);
@@ -201,12 +201,12 @@ Forecast forecast(const Study& study, const Hypothesis& base, const Eigen::Matri
   const size_t moving = first_moving(study);
   if (moving == study.rows->trials()) return out;
   const auto before = [&](const VectorXd& x, const VectorXd& corrected) {
-    fit::Prediction a = predicted(study, x, moving), b = predicted(study, corrected, moving);
+    model::Prediction a = predicted(study, x, moving), b = predicted(study, corrected, moving);
     speed_up(a, kFaster);
     speed_up(b, kFaster);
     return std::hypot(apart_mm(study, a, b), named_left_mm);
   };
-  out.motion = fmt::format("{} at {:.1f} times its speed", study.objective->scenes()[moving].trial.name, kFaster);
+  out.motion = fmt::format("{} at {:.1f} times its speed", study.simulation->trials()[moving].name, kFaster);
   out.before_mm = before(base.x, named.x);
   out.after_mm = named_left_mm;
   VectorXd folds(base_folds.cols());

@@ -10,9 +10,10 @@
 
 #include "diagnose/hypothesis.h"
 #include "files/whole_file.h"
-#include "fit/least_squares.h"
-#include "fit/observed_trial.h"
-#include "fit/robust_cost.h"
+#include "estimate/least_squares.h"
+#include "model/observed_trial.h"
+#include "model/trial_error.h"
+#include "estimate/robust_cost.h"
 #include "fit/stages.h"
 
 namespace selvedge::diagnose {
@@ -26,16 +27,17 @@ namespace {
 constexpr double kEnough = 1e-3,
                  kNearEnough = 1e-2;  // of the cost: smaller decreases end a base fit; one that is refitted after
 
-bool applies(const Effect& effect, const std::vector<fit::ObservedTrial>& trials, fit::Drag drag) {
-  if (effect.applies_to == AppliesTo::simple_drag) return drag != fit::Drag::nonlinear;
+bool applies(const Effect& effect, const std::vector<model::ObservedTrial>& trials, model::Drag drag) {
+  if (effect.applies_to == AppliesTo::simple_drag) return drag != model::Drag::nonlinear;
   if (effect.applies_to == AppliesTo::images)
-    return std::any_of(trials.begin(), trials.end(), [](const fit::ObservedTrial& t) { return t.stripes != nullptr; });
+    return std::any_of(trials.begin(), trials.end(),
+                       [](const model::ObservedTrial& t) { return t.stripes != nullptr; });
   return true;
 }
 
 // Replicates share a group; so do all still trials that are wanted, which say too little to stand alone.
 std::vector<std::vector<size_t>> group_trials(const trial::Campaign& campaign,
-                                              const std::vector<fit::ObservedTrial>& trials, bool with_still) {
+                                              const std::vector<model::ObservedTrial>& trials, bool with_still) {
   std::vector<std::vector<size_t>> groups;
   std::vector<bool> placed(trials.size(), false);
   for (const std::vector<std::string>& names : campaign.replicates) {
@@ -57,48 +59,47 @@ std::vector<std::vector<size_t>> group_trials(const trial::Campaign& campaign,
   return groups;
 }
 
-std::vector<fit::Parameter> base_of(const Study& study) {
+std::vector<model::Parameter> base_of(const Study& study) {
   return {study.parameters.begin(), study.parameters.begin() + static_cast<std::ptrdiff_t>(study.base_count)};
 }
 
-// What the fine mesh adds to each residual at these parameters, mm; zero where it blew up or went another way, from its
-// own equilibrium and from that of the coarse one, which was matched to the recording. The fine mesh then starts from
-// the equilibria that it found: on it, relaxing takes as long as moving.
-std::vector<VectorXd> mesh_change(Study& study, const std::vector<fit::Parameter>& parameters, const VectorXd& x) {
-  const fit::Objective& objective = *study.objective;
-  fit::Objective& fine = *study.fine;
-  const fit::Residuals coarse_r = objective.evaluate(parameters, x).front();
+// What the fine mesh adds to each residual at these parameters, mm; zero where it diverged or went another way, from
+// its own equilibrium and from that of the coarse one, which was matched to the recording. The fine mesh then starts
+// from the equilibria that it found: on it, relaxing takes as long as moving.
+std::vector<VectorXd> mesh_change(Study& study, const std::vector<model::Parameter>& parameters, const VectorXd& x) {
+  const model::Simulation &coarse = *study.simulation, &fine = *study.fine;
+  const model::Residuals coarse_r = coarse.evaluate(study.state, parameters, x).front();
   std::vector<VectorXd> change;
-  for (size_t i = 0; i < coarse_r.mm.size(); ++i) change.push_back(VectorXd::Zero(objective.time_s(i).size()));
+  for (size_t i = 0; i < coarse_r.mm.size(); ++i) change.push_back(VectorXd::Zero(coarse.time_s(i).size()));
   if (study.has_one_mesh()) {
-    if (coarse_r.finite) fine.set_start(coarse_r.start);
+    if (coarse_r.finite) fine.take_branches(study.fine_state, coarse_r.start);
     return change;
   }
   // Of these trials; those that went another way.
-  const auto change_of = [&](const fit::Residuals& fine_r, const std::vector<size_t>& trials) {
+  const auto change_of = [&](const model::Residuals& fine_r, const std::vector<size_t>& trials) {
     std::vector<size_t> parted;
     for (const size_t i : trials) {
       VectorXd d = VectorXd::Zero(change[i].size());
       if (coarse_r.mm[i].size() == d.size() && fine_r.mm[i].size() == d.size()) d = fine_r.mm[i] - coarse_r.mm[i];
       // Residuals already hold the correction that was set before.
-      if (!objective.mesh_correction().empty()) d += objective.mesh_correction()[i];
+      if (!study.state.grid_correction_mm.empty()) d += study.state.grid_correction_mm[i];
       for (double& value : d)
         if (!std::isfinite(value)) value = 0;
-      if (is_mesh_correction(objective, i, d, coarse_r.mm[i])) change[i] = d;
+      if (is_mesh_correction(coarse, i, d, coarse_r.mm[i])) change[i] = d;
       else parted.push_back(i);
     }
     return parted;
   };
-  const fit::Residuals fine_r = fine.evaluate(parameters, x).front();
-  if (fine_r.finite) fine.set_start(fine_r.start);
+  const model::Residuals fine_r = fine.evaluate(study.fine_state, parameters, x).front();
+  if (fine_r.finite) fine.take_branches(study.fine_state, fine_r.start);
   std::vector<size_t> all(change.size());
   std::iota(all.begin(), all.end(), 0);
   const std::vector<size_t> parted = change_of(fine_r, all);
   if (parted.empty()) return change;
-  fine.take_branches_of(objective, parted);
-  const fit::Residuals again = fine.evaluate(parameters, x, parted).front();
+  fine.take_branches(study.fine_state, coarse, study.state, parted);
+  const model::Residuals again = fine.evaluate(study.fine_state, parameters, x, parted).front();
   ++study.evaluations;
-  if (again.finite) fine.set_start(again.start);
+  if (again.finite) fine.take_branches(study.fine_state, again.start);
   change_of(again, parted);
   return change;
 }
@@ -123,90 +124,88 @@ MatrixXd base_jacobian(Study& study) {
   return jacobian;
 }
 
-// Pulls all moving trials twice as hard: so that a fit that starts far off is led by forces, not by folds.
-void pull_all_harder(Study& study, double pull_per_s) {
-  std::vector<double> pulls = study.objective->pulls();
-  for (size_t i = 0; i < pulls.size(); ++i)
-    if (!study.objective->scenes()[i].trial.still) pulls[i] = 2 * pull_per_s;
-  study.objective->set_pulls(pulls);
+// All moving trials twice as hard: so that a fit that starts far off is led by forces, not by folds.
+std::vector<double> pulled_harder(const std::vector<model::ObservedTrial>& trials, double pull_per_s) {
+  std::vector<double> pulls;
+  for (const model::ObservedTrial& t : trials) pulls.push_back(t.still ? pull_per_s : 2 * pull_per_s);
+  return pulls;
 }
 
 // Trials that go on being pulled twice as hard, told at x: those that the usual pull does not keep in the recorded
 // folds, and those where a finer mesh goes another way.
-void choose_pulls(Study& study, const std::vector<fit::Parameter>& base, const VectorXd& x, double pull_per_s) {
+void choose_pulls(Study& study, const std::vector<model::Parameter>& base, const VectorXd& x, double pull_per_s) {
   constexpr double kLost_mm = 6;  // models that keep the folds were never found so far off under the pull
   constexpr double kParted_mm = 1.5;
-  const size_t trials = study.objective->scenes().size();
-  for (fit::Objective* objective : {study.objective.get(), study.fine.get()})
-    objective->set_pulls(std::vector<double>(trials, pull_per_s));
-  const fit::Residuals coarse = study.objective->evaluate(base, x).front(),
-                       fine = study.fine->evaluate(base, x).front();
-  if (fine.finite) study.fine->set_start(fine.start);
+  const size_t trials = study.simulation->trials().size();
+  for (model::State* state : {&study.state, &study.fine_state}) state->pull_per_s.assign(trials, pull_per_s);
+  const model::Residuals coarse = study.simulation->evaluate(study.state, base, x).front(),
+                         fine = study.fine->evaluate(study.fine_state, base, x).front();
+  if (fine.finite) study.fine->take_branches(study.fine_state, fine.start);
   study.evaluations += 2;
   std::vector<double> pulls(trials, pull_per_s);
   for (size_t i = 0; i < trials; ++i) {
-    const fit::ObservedTrial& trial = study.objective->scenes()[i].trial;
+    const model::ObservedTrial& trial = study.simulation->trials()[i];
     if (trial.still || !trial.markers) continue;
-    const VectorXd time_s = study.objective->time_s(i);
-    const bool blew_up = coarse.mm[i].size() != time_s.size() || fine.mm[i].size() != time_s.size();
-    if (blew_up || !(fit::rms_mm(trial, coarse.mm[i], time_s) < kLost_mm) ||
-        !(fit::rms_mm(trial, fine.mm[i] - coarse.mm[i], time_s) < kParted_mm))
+    const VectorXd time_s = study.simulation->time_s(i);
+    const bool diverged = coarse.mm[i].size() != time_s.size() || fine.mm[i].size() != time_s.size();
+    if (diverged || !(model::rms_mm(trial, coarse.mm[i], time_s) < kLost_mm) ||
+        !(model::rms_mm(trial, fine.mm[i] - coarse.mm[i], time_s) < kParted_mm))
       pulls[i] *= 2;
   }
-  for (fit::Objective* objective : {study.objective.get(), study.fine.get()}) objective->set_pulls(pulls);
+  study.state.pull_per_s = study.fine_state.pull_per_s = pulls;
 }
 
-fit::ObjectiveOptions on_mesh_of(int columns, const StudyOptions& options) {
-  fit::ObjectiveOptions o;
+model::SimulationOptions on_mesh_of(int columns, const StudyOptions& options) {
+  model::SimulationOptions o;
   o.columns = columns;
-  o.pull_per_s = options.pull_per_s;
   o.skipped_s = options.skipped_s;
   o.shared_rests = true;
   // A hundredth of a millimetre is far below what a tracker sees, and half of all work is relaxation.
-  o.simulation.rest_change_m = 1e-5;
-  o.simulation.rest_speed_m_s = 5e-4;
-  o.simulation.longest_rest_s = 5;
+  o.cloth.rest_change_m = 1e-5;
+  o.cloth.rest_speed_m_s = 5e-4;
+  o.cloth.longest_rest_s = 5;
   return o;
 }
 
 // A damping or a drag that came to lie near its lower bound does nothing there, nor do small changes of it: a fit that
 // goes on from it on another mesh would never find it again. So it starts from its usual value.
-VectorXd lifted_off_bounds(const std::vector<fit::Parameter>& base, VectorXd x) {
+VectorXd lifted_off_bounds(const std::vector<model::Parameter>& base, VectorXd x) {
   constexpr double kNear = 3;  // times the lower bound
   for (size_t k = 0; k < base.size(); ++k)
     if (const auto at = static_cast<Index>(k);
-        !base[k].at_rest && fit::to_value(base[k], x(at)) < kNear * base[k].lower)
-      x(at) = fit::to_coordinate(base[k], base[k].start);
+        !base[k].at_rest && model::to_value(base[k], x(at)) < kNear * base[k].lower)
+      x(at) = model::to_coordinate(base[k], base[k].start);
   return x;
 }
 
-// The base fit on the coarse mesh and on the usual one, which becomes the study's objective. Where markers pull, moving
-// trials are pulled twice as hard, and the end need not be exact: it is refitted on another pull.
-VectorXd fit_base(Study& study, const std::vector<fit::ObservedTrial>& trials, const std::vector<fit::Parameter>& base,
-                  const StudyOptions& options) {
-  VectorXd x = options.start ? lifted_off_bounds(base, options.start->coordinates) : fit::usual_coordinates(base);
-  const auto set_pulls = [&] {
-    if (options.start) study.objective->set_pulls(options.start->pulls_per_s);
-    else if (study.pulled) pull_all_harder(study, options.pull_per_s);
-  };
+// The base fit on the coarse mesh and on the usual one, which becomes the study's simulation. Where markers pull,
+// moving trials are pulled twice as hard, and the end need not be exact: it is refitted on another pull.
+VectorXd fit_base(Study& study, const std::vector<model::ObservedTrial>& trials,
+                  const std::vector<model::Parameter>& base, const StudyOptions& options) {
+  VectorXd x = options.start ? lifted_off_bounds(base, options.start->coordinates) : model::usual_coordinates(base);
+  std::vector<double> pulls(trials.size(), options.pull_per_s);
+  if (options.start) pulls = options.start->pulls_per_s;
+  else if (study.pulled) pulls = pulled_harder(trials, options.pull_per_s);
+  const model::Simulation coarse(trials, on_mesh_of(options.coarse_columns, options));
+  model::State on_coarse;
   if (study.pulled || options.start) {
-    study.objective = std::make_shared<fit::Objective>(trials, on_mesh_of(options.coarse_columns, options), base, x);
-    set_pulls();
-    fit::LeastSquaresOptions start = search_options(8, kNearEnough);
+    on_coarse = coarse.state_at(base, x, options.pull_per_s);
+    on_coarse.pull_per_s = pulls;
+    estimate::LeastSquaresOptions start = search_options(8, kNearEnough);
     start.progress = fit::part_of(options.progress, 0.02, 0.1, "coarse mesh");
-    x = fit::minimise(*study.objective, base, x, start).coordinates;
+    x = minimise(coarse, on_coarse, base, x, start).coordinates;
   } else {
-    fit::LeastSquaresOptions start;
+    estimate::LeastSquaresOptions start;
     start.progress = fit::part_of(options.progress, 0.02, 0.25, "coarse mesh");
     x = fit::find_start(trials, on_mesh_of(options.coarse_columns, options), base, start).coordinates;
   }
-  fit::ObjectiveOptions usual_mesh = on_mesh_of(options.columns, options);
-  usual_mesh.branch_of = study.objective.get();
-  study.objective = std::make_shared<fit::Objective>(trials, usual_mesh, base, x);
-  set_pulls();
-  fit::LeastSquaresOptions search = search_options(options.start ? 5 : 8, study.pulled ? kNearEnough : kEnough);
+  study.simulation = std::make_shared<const model::Simulation>(trials, on_mesh_of(options.columns, options));
+  if (on_coarse.branch.empty()) study.state = study.simulation->state_at(base, x, options.pull_per_s);
+  else study.state = study.simulation->state_of(coarse, on_coarse);
+  estimate::LeastSquaresOptions search = search_options(options.start ? 5 : 8, study.pulled ? kNearEnough : kEnough);
   search.progress = fit::part_of(options.progress, study.pulled ? 0.1 : 0.25, 0.55, "base fit");
-  const fit::LeastSquaresResult fitted = fit::minimise_on_branches(*study.objective, base, x, search);
+  const estimate::LeastSquaresResult fitted =
+      fit::minimise_on_branches(*study.simulation, study.state, base, x, search);
   study.evaluations += fitted.evaluations;
   return fitted.coordinates;
 }
@@ -226,20 +225,20 @@ void settle(Study& study) {
 }
 
 // The base fit to what the fine mesh predicts: what it adds is found, and found again after a refit.
-void refit_on_fine_mesh(Study& study, const std::vector<fit::Parameter>& base,
+void refit_on_fine_mesh(Study& study, const std::vector<model::Parameter>& base,
                         const report::ProgressCallback& progress) {
   const auto n = static_cast<Index>(study.base_count);
   correct_mesh(study);
-  const fit::LeastSquaresResult fitted =
-      fit::minimise(*study.objective, base, study.base.head(n), search_options(3, kEnough));
+  const estimate::LeastSquaresResult fitted =
+      minimise(*study.simulation, study.state, base, study.base.head(n), search_options(3, kEnough));
   study.base.head(n) = fitted.coordinates;
   study.evaluations += fitted.evaluations;
   progress(0.5, fmt::format("robust residual {:.2f} sd", fitted.scale));
   settle(study);
-  progress(1, fmt::format("robust residual {:.2f} sd", fit::robust_scale(study.residual)));
+  progress(1, fmt::format("robust residual {:.2f} sd", estimate::robust_scale(study.residual)));
 }
 
-// Nothing where shear is near that of an isotropic sheet, or where a simulation of it blew up.
+// Nothing where shear is near that of an isotropic sheet, or where a simulation of it diverged.
 std::shared_ptr<const Hypothesis> base_of_isotropic_shear(Study& study) {
   std::vector<Hypothesis> arm = {base_hypothesis(study)};
   arm[0].x = with_isotropic_shear(study, arm[0].x);
@@ -293,19 +292,19 @@ VectorXd with_isotropic_shear(const Study& study, VectorXd x) {
   constexpr double kNear = 0.2;   // ln
   const auto named = [&](const char* name) {
     return std::find_if(study.parameters.begin(), study.parameters.end(),
-                        [&](const fit::Parameter& p) { return p.name == name; }) -
+                        [&](const model::Parameter& p) { return p.name == name; }) -
            study.parameters.begin();
   };
   const Index stretch = named("stretch"), shear = named("shear");
   const double isotropic =
-      fit::to_coordinate(study.parameters[static_cast<size_t>(shear)],
-                         kShare * fit::to_value(study.parameters[static_cast<size_t>(stretch)], x(stretch)));
+      model::to_coordinate(study.parameters[static_cast<size_t>(shear)],
+                           kShare * model::to_value(study.parameters[static_cast<size_t>(stretch)], x(stretch)));
   if (std::abs(isotropic - x(shear)) >= kNear) x(shear) = isotropic;
   return x;
 }
 
-fit::LeastSquaresOptions search_options(int max_iterations, double least_decrease) {
-  fit::LeastSquaresOptions o;
+estimate::LeastSquaresOptions search_options(int max_iterations, double least_decrease) {
+  estimate::LeastSquaresOptions o;
   o.max_iterations = max_iterations;
   o.steps_between = 1;
   o.only_coordinates = true;
@@ -316,16 +315,17 @@ fit::LeastSquaresOptions search_options(int max_iterations, double least_decreas
   return o;
 }
 
-bool is_mesh_correction(const fit::Objective& objective, size_t trial, const VectorXd& change_mm,
+bool is_mesh_correction(const model::Simulation& simulation, size_t trial, const VectorXd& change_mm,
                         const VectorXd& left_mm) {
   constexpr double kLargest_mm = 3;
-  const fit::ObservedTrial& observed = objective.scenes()[trial].trial;
-  const VectorXd time_s = objective.time_s(trial);
-  return fit::rms_mm(observed, change_mm, time_s) < std::max(kLargest_mm, fit::rms_mm(observed, left_mm, time_s));
+  const model::ObservedTrial& observed = simulation.trials()[trial];
+  const VectorXd time_s = simulation.time_s(trial);
+  return model::rms_mm(observed, change_mm, time_s) < std::max(kLargest_mm, model::rms_mm(observed, left_mm, time_s));
 }
 
 MatrixXd residuals_at(const Study& study, const MatrixXd& coordinates, const std::vector<size_t>& trials) {
-  const std::vector<fit::Residuals> evaluated = study.objective->evaluate(study.parameters, coordinates, trials);
+  const std::vector<model::Residuals> evaluated =
+      study.simulation->evaluate(study.state, study.parameters, coordinates, trials);
   MatrixXd out(study.rows->size(), coordinates.cols());
   for (Index k = 0; k < coordinates.cols(); ++k) {
     if (evaluated[static_cast<size_t>(k)].finite) out.col(k) = study.rows->whitened(evaluated[static_cast<size_t>(k)]);
@@ -336,22 +336,22 @@ MatrixXd residuals_at(const Study& study, const MatrixXd& coordinates, const std
 
 void correct_mesh(Study& study) {
   study.mesh_change = mesh_change(study, base_of(study), study.base.head(static_cast<Index>(study.base_count)));
-  study.objective->set_mesh_correction(study.mesh_change);
+  study.state.grid_correction_mm = study.mesh_change;
   study.evaluations += 2;
 }
 
 void run_free(Study& study) {
-  const std::vector<fit::Parameter> base = base_of(study);
+  const std::vector<model::Parameter> base = base_of(study);
   const VectorXd x = study.base.head(static_cast<Index>(study.base_count));
   study.pulled = false;
-  for (fit::Objective* objective : {study.objective.get(), study.fine.get()})
-    objective->set_pulls(std::vector<double>(objective->scenes().size(), 0));
+  for (model::State* state : {&study.state, &study.fine_state})
+    state->pull_per_s.assign(study.simulation->trials().size(), 0);
   if (!study.has_one_mesh())
-    study.objective->rematch(base, x);  // seeking them on a fine mesh took a third of a diagnosis
-  study.fine->take_branches_of(*study.objective);
-  study.objective->set_mesh_correction({});
+    study.simulation->rematch(study.state, base, x);  // seeking them on a fine mesh took a third of a diagnosis
+  study.fine->take_branches(study.fine_state, *study.simulation, study.state);
+  study.state.grid_correction_mm.clear();
   study.mesh_change = mesh_change(study, base, x);
-  study.objective->set_mesh_correction(study.mesh_change);
+  study.state.grid_correction_mm = study.mesh_change;
   study.residual = residuals_at(study, study.base).col(0);
   study.evaluations += 3;
 }
@@ -359,9 +359,9 @@ void run_free(Study& study) {
 Study make_study(const trial::Campaign& campaign, const std::vector<Effect>& effects, const StudyOptions& options) {
   Study study;
   study.campaign = campaign.folder.filename().string();
-  const std::vector<fit::ObservedTrial> trials = fit::observe_campaign(
+  const std::vector<model::ObservedTrial> trials = fit::observe_campaign(
       campaign, options.rate_hz, options.image_rate_hz, fit::part_of(options.progress, 0, 0.02, "campaign"));
-  const std::vector<fit::Parameter> base = fit::base_parameters(options.drag);
+  const std::vector<model::Parameter> base = model::base_parameters(options.drag);
   study.base_count = base.size();
   study.parameters = base;
   for (const Effect& effect : effects) {
@@ -372,7 +372,7 @@ Study make_study(const trial::Campaign& campaign, const std::vector<Effect>& eff
   }
   for (const trial::Trial& trial : campaign.trials) study.cameras.push_back(trial.camera);
   study.groups = group_trials(campaign, trials, options.skipped_s == 0);
-  study.pulled = options.pull_per_s > 0 && std::any_of(trials.begin(), trials.end(), [](const fit::ObservedTrial& t) {
+  study.pulled = options.pull_per_s > 0 && std::any_of(trials.begin(), trials.end(), [](const model::ObservedTrial& t) {
                    return t.markers.has_value();
                  });
 
@@ -380,21 +380,22 @@ Study make_study(const trial::Campaign& campaign, const std::vector<Effect>& eff
   VectorXd x;
   if (is_fitted) {
     x = options.base_fit->coordinates;
-    study.objective = std::make_shared<fit::Objective>(trials, on_mesh_of(options.columns, options), base, x);
-    study.objective->set_pulls(options.base_fit->pulls_per_s);
+    study.simulation = std::make_shared<const model::Simulation>(trials, on_mesh_of(options.columns, options));
+    study.state = study.simulation->state_at(base, x, options.pull_per_s);
+    study.state.pull_per_s = options.base_fit->pulls_per_s;
   } else {
     x = fit_base(study, trials, base, options);
   }
-  fit::ObjectiveOptions on_fine = on_mesh_of(options.fine_columns, options);
-  on_fine.branch_of = study.objective.get();  // the equilibrium that was matched to the recording
-  study.fine = std::make_shared<fit::Objective>(trials, on_fine, base, x);
-  study.fine->set_pulls(study.objective->pulls());
-  if (!study.pulled) study.fine->rematch(base, x);
+  // The equilibrium that was matched to the recording.
+  study.fine = std::make_shared<const model::Simulation>(trials, on_mesh_of(options.fine_columns, options));
+  study.fine_state = study.fine->state_of(*study.simulation, study.state);
+  if (!study.pulled) study.fine->rematch(study.fine_state, base, x);
   if (!is_fitted && !options.start && study.pulled) choose_pulls(study, base, x, options.pull_per_s);
   for (size_t i = 0; i < trials.size(); ++i)
-    if (study.objective->pulls()[i] > options.pull_per_s) study.pulled_harder.push_back(trials[i].name);
-  study.rows = std::make_unique<Rows>(*study.objective);
-  study.base = fit::usual_coordinates(study.parameters);
+    if (study.state.pull_per_s[i] > options.pull_per_s) study.pulled_harder.push_back(trials[i].name);
+  study.rows = std::make_unique<estimate::Rows>(*study.simulation,
+                                                estimate::RowOptions{.trials = {}, .still_samples = kStillSamples});
+  study.base = model::usual_coordinates(study.parameters);
   study.base.head(static_cast<Index>(study.base_count)) = x;
   if (is_fitted) {
     correct_mesh(study);

@@ -13,8 +13,8 @@
 
 #include "capture/trial/trial.h"
 #include "diagnose/effects/effect.h"
-#include "diagnose/rows.h"
-#include "fit/least_squares.h"
+#include "estimate/rows.h"
+#include "estimate/least_squares.h"
 #include "geometry/projection.h"
 #include "report/progress.h"
 
@@ -32,10 +32,14 @@ void write_base_fit(const std::filesystem::path& file, const BaseFit& fit, const
 std::optional<BaseFit> read_base_fit(const std::filesystem::path& file, size_t trials, const std::string& input = "");
 
 // Descents of the base and of hypotheses.
-fit::LeastSquaresOptions search_options(int max_iterations, double least_decrease);
+estimate::LeastSquaresOptions search_options(int max_iterations, double least_decrease);
+
+inline constexpr double kStillSamples = 6;  // RowOptions::still_samples of a diagnosis
+// Robust standard deviations of a trial's residual, at which single samples of an error are cut.
+inline constexpr double kSampleCut = 6;
 
 struct StudyOptions {
-  fit::Drag drag = fit::Drag::nonlinear;
+  model::Drag drag = model::Drag::nonlinear;
   int coarse_columns = 7, columns = 13, fine_columns = 25;  // start, derivatives, and what they are derivatives of
   double rate_hz = 30, image_rate_hz = 10;
   double pull_per_s =
@@ -53,15 +57,17 @@ struct Hypothesis;
 struct Study {
   std::string campaign;
   std::vector<Effect> effects;
-  std::vector<fit::Parameter> parameters;  // base, then every effect's
+  std::vector<model::Parameter> parameters;  // base, then every effect's
   size_t base_count = 0;
   std::vector<size_t> first_parameter;                       // of each effect
   std::vector<std::optional<geometry::Projection>> cameras;  // of each trial
   std::vector<std::vector<size_t>>
       groups;  // trials that are held out together: replicates, and all still ones that count
-  std::shared_ptr<fit::Objective> objective;
-  std::shared_ptr<fit::Objective> fine;  // the same trials on the fine mesh
-  std::unique_ptr<Rows> rows;
+  std::shared_ptr<const model::Simulation> simulation;
+  model::State state;
+  std::shared_ptr<const model::Simulation> fine;  // the same trials on the fine mesh
+  model::State fine_state;
+  std::unique_ptr<estimate::Rows> rows;
   Eigen::VectorXd base;      // coordinates of all parameters, effects neutral
   Eigen::VectorXd residual;  // whitened, at base
   Eigen::MatrixXd jacobian;  // whitened residual per base coordinate
@@ -76,7 +82,7 @@ struct Study {
   int evaluations = 0;
 
   bool has_one_mesh() const {
-    return objective->options().columns == fine->options().columns;
+    return simulation->options().columns == fine->options().columns;
   }  // nothing is added to predictions then
 };
 
@@ -84,7 +90,7 @@ struct Study {
 // that.
 Eigen::VectorXd with_isotropic_shear(const Study& study, Eigen::VectorXd x);
 
-// Finds afresh what the fine mesh adds at the base fit, and has the objective add it.
+// Finds afresh what the fine mesh adds at the base fit, and has the state add it.
 void correct_mesh(Study& study);
 
 // From now on simulations run free, and `residual` and what the fine mesh adds are those of a free motion. Derivatives
@@ -96,10 +102,10 @@ Study make_study(const trial::Campaign& campaign, const std::vector<Effect>& eff
 
 // Whether what a finer mesh adds to a trial's residuals (mm) is a correction. A change that is larger than what the fit
 // leaves (left_mm), and than any mesh's error of a motion that both follow, says that one of them went another way.
-bool is_mesh_correction(const fit::Objective& objective, size_t trial, const Eigen::VectorXd& change_mm,
+bool is_mesh_correction(const model::Simulation& simulation, size_t trial, const Eigen::VectorXd& change_mm,
                         const Eigen::VectorXd& left_mm);
 
-// Residuals of many coordinate sets (columns), whitened; a column of NaN where a simulation blew up.
+// Residuals of many coordinate sets (columns), whitened; a column of NaN where a simulation diverged.
 Eigen::MatrixXd residuals_at(const Study& study, const Eigen::MatrixXd& coordinates,
                              const std::vector<size_t>& trials = {});
 

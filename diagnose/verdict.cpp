@@ -15,7 +15,7 @@ namespace {
 
 // Noise of a marker track from second differences over neighbouring times, which motion hardly reaches, mm in space.
 double noise_from_differences(const Study& study, size_t trial) {
-  const auto& markers = study.objective->scenes()[trial].trial.markers;
+  const auto& markers = study.simulation->trials()[trial].markers;
   if (!markers || markers->time_s.size() < 5) return 0;
   const Index first = study.rows->first(trial);
   const auto times = static_cast<Index>(markers->time_s.size());
@@ -34,10 +34,10 @@ double noise_from_differences(const Study& study, size_t trial) {
 }
 
 double stated_noise(const Study& study, size_t trial) {
-  const fit::ObservedTrial& t = study.objective->scenes()[trial].trial;
+  const model::ObservedTrial& t = study.simulation->trials()[trial];
   if (t.markers) return marker_noise_mm(t);
   const VectorXd sd = study.rows->sd_mm().segment(study.rows->first(trial), study.rows->count(trial));
-  const double model = study.objective->options().model_sd_mm;
+  const double model = study.simulation->options().model_sd_mm;
   return std::sqrt(
       std::max(0.0, sd.squaredNorm() / static_cast<double>(std::max<Index>(sd.size(), 1)) - model * model));
 }
@@ -47,7 +47,7 @@ double replicate_mm(const Study& study) {
   for (const std::vector<size_t>& group : study.groups)
     for (size_t i = 0; i + 1 < group.size(); ++i) {
       const size_t a = group[i], b = group[i + 1];
-      if (study.objective->scenes()[a].trial.still || study.rows->count(a) != study.rows->count(b)) continue;
+      if (study.simulation->trials()[a].still || study.rows->count(a) != study.rows->count(b)) continue;
       const Index n = study.rows->count(a);
       const VectorXd d =
           study.residual.segment(study.rows->first(a), n) - study.residual.segment(study.rows->first(b), n);
@@ -55,14 +55,14 @@ double replicate_mm(const Study& study) {
       sum += 0.5 * mm.squaredNorm();
       count += static_cast<double>(n);
     }
-  const bool markers = study.objective->scenes()[0].trial.markers.has_value();
+  const bool markers = study.simulation->trials()[0].markers.has_value();
   return count > 0 ? std::sqrt((markers ? 3 : 1) * sum / count) : std::numeric_limits<double>::quiet_NaN();
 }
 
 double mesh_mm(const Study& study, size_t trial) {
   const VectorXd& d = study.mesh_change[trial];
   if (d.size() == 0) return 0;
-  return std::sqrt((study.objective->scenes()[trial].trial.markers ? 3 : 1) * d.squaredNorm() /
+  return std::sqrt((study.simulation->trials()[trial].markers ? 3 : 1) * d.squaredNorm() /
                    static_cast<double>(d.size()));
 }
 
@@ -84,7 +84,7 @@ bool predicts_all(const Study& study, const VectorXd& mm_of_trial) {
 
 }  // namespace
 
-double marker_noise_mm(const fit::ObservedTrial& trial) {
+double marker_noise_mm(const model::ObservedTrial& trial) {
   return std::sqrt(3.0) * 1e3 * trial.markers->noise_m / (trial.still ? std::sqrt(20.0) : 1);
 }
 
@@ -99,7 +99,7 @@ Floor floor_of(const Study& study, const Calibration& calibration) {
   for (Index t = 0; t < trials; ++t) {
     const auto trial = static_cast<size_t>(t);
     floor.noise_mm(t) = std::max(stated_noise(study, trial), noise_from_differences(study, trial));
-    const bool still = study.objective->scenes()[trial].trial.still;
+    const bool still = study.simulation->trials()[trial].still;
     const double share = still ? calibration.still_mesh_share : calibration.mesh_share;
     const double pulled_form_mm = !still && study.has_one_mesh() ? calibration.one_mesh_form_mm : calibration.form_mm;
     const double form_mm = still || study.pulled ? pulled_form_mm : calibration.free_form_mm;

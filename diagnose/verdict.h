@@ -64,7 +64,7 @@ struct Floor {
 };
 
 // Sensor noise of a trial of markers as it was stated, mm in space.
-double marker_noise_mm(const fit::ObservedTrial& trial);
+double marker_noise_mm(const model::ObservedTrial& trial);
 
 Floor floor_of(const Study& study, const Calibration& calibration);
 

@@ -8,7 +8,7 @@
 #include <fmt/format.h>
 
 #include "diagnose/held_out.h"
-#include "fit/stripe_residual.h"
+#include "observe/stripe_residual.h"
 #include "geometry/projection.h"
 
 namespace selvedge::diagnose {
@@ -46,7 +46,7 @@ struct Look {
 };
 
 double value_mm(const Study& study, const VectorXd& residual, size_t trial, Index row) {
-  const double still = study.objective->scenes()[trial].trial.still ? std::sqrt(kStillSamples) : 1;
+  const double still = study.simulation->trials()[trial].still ? std::sqrt(kStillSamples) : 1;
   return residual(row) * study.rows->sd_mm()(row) / still;
 }
 
@@ -62,7 +62,7 @@ std::string quarter(double t, double begin, double end) {
   return names[std::clamp(static_cast<int>(4 * (t - begin) / std::max(end - begin, 1e-9)), 0, 3)];
 }
 
-std::string regime(const fit::ObservedTrial& trial, double t) {
+std::string regime(const model::ObservedTrial& trial, double t) {
   if (trial.still) return "static";
   if (trial.kind == trial::Experiment::robot) return "robot";
   double top = 0;
@@ -100,8 +100,8 @@ const char* band(double hz) { return hz < 2 ? "below 2 Hz" : hz < 5 ? "2 to 5 Hz
 
 void look_at_markers(Look& look, ResidualMap& map, const VectorXd& residual, size_t group, size_t trial, Bands& bands,
                      std::map<int, Sum>& rows, std::map<std::pair<double, double>, Sum>& spots) {
-  const fit::ObservedTrial& t = look.study.objective->scenes()[trial].trial;
-  const fit::MarkerTrack& m = *t.markers;
+  const model::ObservedTrial& t = look.study.simulation->trials()[trial];
+  const observe::MarkerTrack& m = *t.markers;
   const Index first = look.study.rows->first(trial);
   const auto times = static_cast<Index>(m.time_s.size());
   const double noise2 = look.noise_mm(static_cast<Index>(trial)) * look.noise_mm(static_cast<Index>(trial));
@@ -155,18 +155,19 @@ void look_at_markers(Look& look, ResidualMap& map, const VectorXd& residual, siz
 class SpotsSeen {
  public:
   SpotsSeen(const Study& study, size_t trial)
-      : mesh_(study.objective->sheet().mesh), camera_(study.objective->scenes()[trial].trial.stripes->camera),
-        experiment_(study.objective->predictions(study.parameters, study.base, trial, 0, 1).front().experiment),
-        trajectory_(study.objective->trajectory(study.parameters, study.base, trial)) {}
+      : mesh_(study.simulation->sheet().mesh), camera_(study.simulation->trials()[trial].stripes->camera),
+        experiment_(
+            study.simulation->predictions(study.state, study.parameters, study.base, trial, 0, 1).front().experiment),
+        trajectory_(study.simulation->trajectory(study.state, study.parameters, study.base, trial)) {}
 
   bool finite() const { return trajectory_.finite; }
-  void at_time(double t_s) { position_ = fit::position_at(experiment_, trajectory_, t_s); }
-  Eigen::Vector2d uv(const fit::DepthPoint& p) const {
+  void at_time(double t_s) { position_ = model::position_at(experiment_, trajectory_, t_s); }
+  Eigen::Vector2d uv(const observe::DepthPoint& p) const {
     const Vector3d point =
         geometry::centre(camera_) + p.depth_m * p.ray_m_per_depth_m * geometry::ray(camera_, p.pixel);
     return nearest((position_.colwise() - point).colwise().squaredNorm());
   }
-  Eigen::Vector2d uv(const fit::OutlinePoint& p) const {
+  Eigen::Vector2d uv(const observe::OutlinePoint& p) const {
     const Vector3d along = geometry::ray(camera_, p.pixel);
     const Eigen::Matrix3Xd from = position_.colwise() - geometry::centre(camera_);
     return nearest((from - along * (along.transpose() * from)).colwise().squaredNorm());
@@ -189,12 +190,12 @@ class SpotsSeen {
 void look_at_stripes(Look& look, ResidualMap& map, const VectorXd& residual, size_t group, size_t trial,
                      std::map<int, Sum>& rows, std::map<std::pair<double, double>, Sum>& spots) {
   constexpr double kSpotsAcross = 6;  // of the map
-  const fit::ObservedTrial& t = look.study.objective->scenes()[trial].trial;
+  const model::ObservedTrial& t = look.study.simulation->trials()[trial];
   SpotsSeen seen(look.study, trial);
   Index row = look.study.rows->first(trial);
   const double noise2 = look.noise_mm(static_cast<Index>(trial)) * look.noise_mm(static_cast<Index>(trial));
   ResidualMap::OverTime over{t.name, {}, {}};
-  for (const fit::StripeFrame& f : t.stripes->frames) {
+  for (const observe::StripeFrame& f : t.stripes->frames) {
     Sum here;
     if (seen.finite()) seen.at_time(f.time_s);
     const auto point = [&](const auto& p) {
@@ -215,8 +216,8 @@ void look_at_stripes(Look& look, ResidualMap& map, const VectorXd& residual, siz
       };
       spots[{middle(uv.x(), t.width_m), middle(uv.y(), t.height_m)}].add(mm2, noise2);
     };
-    for (const fit::DepthPoint& p : f.depth) point(p);
-    for (const fit::OutlinePoint& p : f.outline) point(p);
+    for (const observe::DepthPoint& p : f.depth) point(p);
+    for (const observe::OutlinePoint& p : f.outline) point(p);
     if (here.count > 0) {
       over.time_s.push_back(f.time_s);
       over.mm.push_back(std::sqrt(here.square / here.count));
@@ -294,11 +295,11 @@ Where split_residual(const Study& study, const VectorXd& residual, const VectorX
   Bands bands;
   std::map<int, Sum> rows;
   std::map<std::pair<double, double>, Sum> spots;
-  out.map.width_m = study.objective->scenes()[0].trial.width_m;
-  out.map.height_m = study.objective->scenes()[0].trial.height_m;
+  out.map.width_m = study.simulation->trials()[0].width_m;
+  out.map.height_m = study.simulation->trials()[0].height_m;
   for (size_t g = 0; g < study.groups.size(); ++g)
     for (const size_t trial : study.groups[g]) {
-      if (study.objective->scenes()[trial].trial.markers)
+      if (study.simulation->trials()[trial].markers)
         look_at_markers(look, out.map, residual, g, trial, bands, rows, spots);
       else look_at_stripes(look, out.map, residual, g, trial, rows, spots);
     }

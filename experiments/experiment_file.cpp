@@ -2,9 +2,10 @@
 
 #include <algorithm>
 
+#include "cloth/material_parameters.h"
 #include "files/bad_input.h"
 #include "files/toml_file.h"
-#include "fit/model.h"
+#include "model/parameter.h"
 
 namespace selvedge::experiments {
 
@@ -34,15 +35,9 @@ Fabric read_fabric(const std::string& name, Section s, const std::filesystem::pa
     f.campaign = folder / s.text("campaign", std::nullopt);
   } else {
     m.density = s.number("density", std::nullopt, 0.005, 5, "kg/m²");
-    m.stretch = s.number("stretch", std::nullopt, 1, 1e5, "N/m");
-    m.shear = s.number("shear", std::nullopt, 0.1, 1e5, "N/m");
-    m.bend = s.number("bend", std::nullopt, 1e-8, 0.1, "N·m");
-    m.stretch_damping = s.number("stretch_damping", m.stretch_damping, 0, 100, "N·s/m");
-    m.shear_damping = s.number("shear_damping", m.shear_damping, 0, 100, "N·s/m");
-    m.bend_damping = s.number("bend_damping", m.bend_damping, 0, 1, "N·m·s");
-    m.drag_normal = s.number("drag_normal", m.drag_normal, 0, 100, "kg/m³");
-    m.drag_tangent = s.number("drag_tangent", m.drag_tangent, 0, 100, "kg/(m²·s)");
-    m.drag_fade = s.number("drag_fade", m.drag_fade, 0, 100, "s²/m²");
+    for (const cloth::MaterialParameter& p : cloth::material_parameters())
+      if (p.at_rest) m.*p.member = s.number(p.name, std::nullopt, p.stated_lower, p.stated_upper, p.unit);
+      else m.*p.member = s.number(p.name, m.*p.member, p.stated_lower, p.stated_upper, p.unit);
   }
   s.finish();
   return f;
@@ -149,7 +144,7 @@ SkirtPlan read_skirt(Section s, const std::filesystem::path& folder) {
 // A row is a parameter's, or an error's: E1, E2, E1+E2.
 void require_row(const std::string& where, const std::string& key) {
   std::string known;
-  for (const fit::Parameter& p : fit::base_parameters()) {
+  for (const model::Parameter& p : model::base_parameters()) {
     if (key == p.name) return;
     known += p.name + ", ";
   }

@@ -20,7 +20,7 @@ using nlohmann::json;
 json values_of(const FabricCase& c, const VectorXd& set) {
   json values = json::object();
   for (size_t k = 0; k < c.parameters.size(); ++k)
-    values[c.parameters[k].name] = {{"value", fit::to_value(c.parameters[k], set(static_cast<Index>(k)))},
+    values[c.parameters[k].name] = {{"value", model::to_value(c.parameters[k], set(static_cast<Index>(k)))},
                                     {"unit", c.parameters[k].unit}};
   return values;
 }
@@ -126,7 +126,7 @@ void add_progress(report::HtmlReport& html, const FabricOutcome& f, const Identi
   for (size_t k = 0; k < found.fits.size(); ++k) {
     report::Series best{found.labels[k] + ", best error", {}, {}},
         temperature{found.labels[k] + ", temperature", {}, {}};
-    for (const fit::SearchStep& step : found.fits[k].trace) {
+    for (const estimate::SearchStep& step : found.fits[k].trace) {
       best.x.push_back(step.evaluations);
       best.y.push_back(step.best_cost);
       if (!std::isfinite(step.temperature)) continue;

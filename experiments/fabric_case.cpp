@@ -4,9 +4,11 @@
 #include <cmath>
 #include <limits>
 
+#include "cloth/material_parameters.h"
 #include "files/bad_input.h"
 #include "fit/coarse_search.h"
 #include "fit/stages.h"
+#include "model/trial_error.h"
 
 namespace selvedge::experiments {
 
@@ -16,12 +18,11 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-VectorXd coordinates_of(const std::vector<fit::Parameter>& parameters, const cloth::Material& m) {
-  const double values[] = {m.stretch,      m.shear,       m.bend,         m.stretch_damping, m.shear_damping,
-                           m.bend_damping, m.drag_normal, m.drag_tangent, m.drag_fade};
+VectorXd coordinates_of(const std::vector<model::Parameter>& parameters, const cloth::Material& m) {
   VectorXd x(static_cast<Index>(parameters.size()));
   for (size_t k = 0; k < parameters.size(); ++k)
-    x(static_cast<Index>(k)) = fit::to_coordinate(parameters[k], std::max(values[k], 1e-12));
+    x(static_cast<Index>(k)) =
+        model::to_coordinate(parameters[k], std::max(m.*cloth::material_parameter(parameters[k].name).member, 1e-12));
   return x;
 }
 
@@ -34,10 +35,11 @@ void require_images(const trial::Campaign& campaign) {
 
 // Where the simulated sheet starts from the shape that the recorded one was in, initial conditions match, as the
 // paper's do; a recorded fabric's branch is decided from its first frame.
-void hang_as_recorded(fit::Objective& scenes) {
+void hang_as_recorded(Comparison& on) {
   std::vector<Eigen::Matrix3Xd> hung;
-  for (const fit::Scene& s : scenes.scenes()) hung.push_back(cloth::hung_shape(scenes.sheet(), s.trial.experiment, 1));
-  scenes.set_start(hung);
+  for (const model::ObservedTrial& t : on.scenes->trials())
+    hung.push_back(cloth::hung_shape(on.scenes->sheet(), t.experiment, 1));
+  on.scenes->take_branches(on.state, hung);
 }
 
 void track_fitted(FabricCase& c, Kind kind, const FitPlan& plan) {
@@ -48,18 +50,18 @@ void track_fitted(FabricCase& c, Kind kind, const FitPlan& plan) {
     options.most_frames = whole ? std::numeric_limits<size_t>::max() : static_cast<size_t>(plan.frames);
     c.fitted.tracks.push_back(fit::track_folds(c.campaign.trials[i], options, c.observed[i].still));
   }
-  c.fitted.folds = std::make_unique<fit::FoldObjective>(*c.fitted.scenes, c.fitted.tracks);
+  c.fitted.folds = std::make_unique<fit::FoldObjective>(*c.fitted.scenes, c.fitted.state, c.fitted.tracks);
 }
 
 void prepare_later(FabricCase& c, const FitPlan& plan) {
-  std::vector<fit::ObservedTrial> whole;
-  fit::ObserveOptions observe;
+  std::vector<model::ObservedTrial> whole;
+  observe::ObserveOptions observe;
   observe.rate_hz = plan.frame_rate_hz;
-  for (const trial::Trial& t : c.campaign.trials) whole.push_back(fit::observe_trial(t, observe));
-  fit::ObjectiveOptions mesh;
+  for (const trial::Trial& t : c.campaign.trials) whole.push_back(model::observe_trial(t, observe));
+  model::SimulationOptions mesh;
   mesh.columns = plan.columns;
-  mesh.branch_of = c.fitted.scenes.get();
-  c.later.scenes = std::make_unique<fit::Objective>(whole, mesh, c.parameters, c.start);
+  c.later.scenes = std::make_unique<const model::Simulation>(whole, mesh);
+  c.later.state = c.later.scenes->state_of(*c.fitted.scenes, c.fitted.state);
   if (c.error == ErrorKind::residuals) return;
   fit::FoldTrackOptions options;
   options.rate_hz = plan.frame_rate_hz;
@@ -71,7 +73,7 @@ void prepare_later(FabricCase& c, const FitPlan& plan) {
     track.recorded.erase(track.recorded.begin(), track.recorded.begin() + first);
     c.later.tracks.push_back(std::move(track));
   }
-  c.later.folds = std::make_unique<fit::FoldObjective>(*c.later.scenes, c.later.tracks);
+  c.later.folds = std::make_unique<fit::FoldObjective>(*c.later.scenes, c.later.state, c.later.tracks);
 }
 
 // Time of a trial's last sample that can be compared.
@@ -84,17 +86,17 @@ double begin_s(const trial::Trial& t) {
   return t.frames && !t.markers ? t.frames->time_s.front() : t.corners.time_s.front();
 }
 
-MatrixXd errors_in(const FabricCase& c, const Comparison& on, const std::vector<fit::Parameter>& parameters,
+MatrixXd errors_in(const FabricCase& c, const Comparison& on, const std::vector<model::Parameter>& parameters,
                    const MatrixXd& sets, const std::vector<size_t>& trials, double from_s) {
   if (c.error == ErrorKind::folds) return on.folds->energy(parameters, sets, trials);
   MatrixXd all(sets.cols(), static_cast<Index>(trials.size()));
-  const std::vector<fit::Residuals> residuals = on.scenes->evaluate(parameters, sets, trials);
+  const std::vector<model::Residuals> residuals = on.scenes->evaluate(on.state, parameters, sets, trials);
   for (Index set = 0; set < sets.cols(); ++set)
     for (size_t t = 0; t < trials.size(); ++t) {
       const VectorXd& mm = residuals[static_cast<size_t>(set)].mm[trials[t]];
       all(set, static_cast<Index>(t)) =
           mm.size() == 0 ? std::numeric_limits<double>::infinity()
-                         : fit::rms_mm(on.scenes->scenes()[trials[t]].trial, mm, on.scenes->time_s(trials[t]), from_s);
+                         : model::rms_mm(on.scenes->trials()[trials[t]], mm, on.scenes->time_s(trials[t]), from_s);
     }
   return all;
 }
@@ -111,32 +113,34 @@ std::unique_ptr<FabricCase> prepare_case(const Fabric& fabric, const trial::Camp
   c->coarse_columns = plan.coarse_columns;
   const trial::Fabric& first = campaign.trials.front().fabric;
   c->density = first.mass_kg / (first.width_m * first.height_m);
-  c->parameters = fit::base_parameters();
+  c->parameters = model::base_parameters();
   if (!fabric.recorded()) c->truth = coordinates_of(c->parameters, fabric.material);
 
-  fit::ObserveOptions observe;
+  observe::ObserveOptions observe;
   observe.rate_hz = plan.frame_rate_hz;
   const double fitted_s = (plan.frames - 0.5) / plan.frame_rate_hz;
-  fit::LeastSquaresOptions search;
+  estimate::LeastSquaresOptions search;
   for (const trial::Trial& t : c->campaign.trials) {
     const bool whole = is_predicted(kind, t.experiment);
     observe.to_s = whole ? 1e9 : begin_s(t) + fitted_s;
     if (kind == Kind::generalisation && end_s(t) > observe.to_s) c->cut_s = observe.to_s;
     if (!whole) search.trials.push_back(c->observed.size());
-    c->observed.push_back(fit::observe_trial(t, observe));
+    c->observed.push_back(model::observe_trial(t, observe));
     progress(0.5 * static_cast<double>(c->observed.size()) / static_cast<double>(campaign.trials.size()),
              "reading " + t.name);
   }
-  fit::ObjectiveOptions mesh;
+  model::SimulationOptions mesh;
   mesh.columns = plan.coarse_columns;
   search.progress = fit::part_of(progress, 0.5, 1, "start");
-  c->start = fit::usual_coordinates(c->parameters);
-  if (plan.from_grid)
-    c->start = fit::coarse_search(fit::Objective(c->observed, mesh, c->parameters, c->start), c->parameters, search)
-                   .best.front();
+  c->start = model::usual_coordinates(c->parameters);
+  if (plan.from_grid) {
+    const model::Simulation grid(c->observed, mesh);
+    c->start = fit::coarse_search(grid, grid.state_at(c->parameters, c->start), c->parameters, search).best.front();
+  }
   mesh.columns = plan.columns;
-  c->fitted.scenes = std::make_unique<fit::Objective>(c->observed, mesh, c->parameters, c->start);
-  if (!fabric.recorded()) hang_as_recorded(*c->fitted.scenes);
+  c->fitted.scenes = std::make_unique<const model::Simulation>(c->observed, mesh);
+  c->fitted.state = c->fitted.scenes->state_at(c->parameters, c->start);
+  if (!fabric.recorded()) hang_as_recorded(c->fitted);
   if (c->error == ErrorKind::folds) track_fitted(*c, kind, plan);
   if (c->cut_s < 1e299) prepare_later(*c, plan);
   return c;
@@ -163,16 +167,16 @@ MatrixXd later_errors(const FabricCase& c, const MatrixXd& sets, const std::vect
 
 double error_beside(const FabricCase& recorded, const FabricCase& simulated, const VectorXd& set,
                     const std::vector<size_t>& trials) {
-  std::vector<fit::Parameter> with_density = simulated.parameters;
+  std::vector<model::Parameter> with_density = simulated.parameters;
   with_density.push_back({"density", "kg/m²", 0.16, 0.01, 2, true, 1,
-                          [](fit::Prediction& p, double value) { p.experiment.material.density = value; }});
+                          [](model::Prediction& p, double value) { p.experiment.material.density = value; }});
   VectorXd whole(set.size() + 1);
   whole << set, std::log(simulated.density);
   return errors_in(recorded, recorded.fitted, with_density, whole, trials, -1e300).sum();
 }
 
-fit::BatchCosts costs_of_first(const FabricCase& c, const std::vector<size_t>& trials, Index searched,
-                               const VectorXd& held) {
+estimate::BatchCosts costs_of_first(const FabricCase& c, const std::vector<size_t>& trials, Index searched,
+                                    const VectorXd& held) {
   return [&c, trials, searched, held](const MatrixXd& points) {
     MatrixXd sets = held.replicate(1, points.cols());
     sets.topRows(searched) = points;

@@ -6,13 +6,14 @@
 
 #include "experiments/experiment_file.h"
 #include "fit/fold_objective.h"
-#include "fit/least_squares.h"
+#include "estimate/least_squares.h"
 
 namespace selvedge::experiments {
 
 // Trials as simulated on one mesh and compared with what was seen of them.
 struct Comparison {
-  std::unique_ptr<fit::Objective> scenes;
+  std::unique_ptr<const model::Simulation> scenes;
+  model::State state;
   std::vector<fit::FoldTrack> tracks;  // where the error is of folds
   std::unique_ptr<fit::FoldObjective> folds;
 };
@@ -21,11 +22,11 @@ struct FabricCase {
   Fabric fabric;
   trial::Campaign campaign;
   ErrorKind error = ErrorKind::folds;
-  double density = 0;                        // kg/m²
-  std::vector<fit::Parameter> parameters;    // the nine of the base model
-  std::optional<Eigen::VectorXd> truth;      // coordinates, where the fabric is simulated
-  Eigen::VectorXd start;                     // of the coarse grid, or usual values
-  std::vector<fit::ObservedTrial> observed;  // the frames that are fitted
+  double density = 0;                          // kg/m²
+  std::vector<model::Parameter> parameters;    // the nine of the base model
+  std::optional<Eigen::VectorXd> truth;        // coordinates, where the fabric is simulated
+  Eigen::VectorXd start;                       // of the coarse grid, or usual values
+  std::vector<model::ObservedTrial> observed;  // the frames that are fitted
   int coarse_columns = 9;
   Comparison fitted;
   Comparison later;      // frames after those; without scenes where no trial has any
@@ -55,7 +56,7 @@ double error_beside(const FabricCase& recorded, const FabricCase& simulated, con
                     const std::vector<size_t>& trials);
 
 // Sum of the errors over the trials as a function of the first rows of a set, the others held.
-fit::BatchCosts costs_of_first(const FabricCase& c, const std::vector<size_t>& trials, Eigen::Index searched,
-                               const Eigen::VectorXd& held);
+estimate::BatchCosts costs_of_first(const FabricCase& c, const std::vector<size_t>& trials, Eigen::Index searched,
+                                    const Eigen::VectorXd& held);
 
 }  // namespace selvedge::experiments

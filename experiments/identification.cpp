@@ -55,17 +55,17 @@ OneFit search_trials(const FabricCase& c, const std::vector<size_t>& trials, Ind
   const std::string identity = identity_of(c, trials, searched, start, options);
   return kept.get(name, identity, [&] {
     const auto begin = std::chrono::steady_clock::now();
-    const std::vector<fit::Parameter> some(c.parameters.begin(), c.parameters.begin() + searched);
-    fit::SearchProblem problem;
-    std::tie(problem.lower, problem.upper) = fit::bounds_of(some);
+    const std::vector<model::Parameter> some(c.parameters.begin(), c.parameters.begin() + searched);
+    estimate::SearchProblem problem;
+    std::tie(problem.lower, problem.upper) = model::bounds_of(some);
     problem.start = start.head(searched).cwiseMax(problem.lower).cwiseMin(problem.upper);
     problem.costs = costs_of_first(c, trials, searched, start);
-    fit::SearchLimits limits;
+    estimate::SearchLimits limits;
     limits.evaluations = options.evaluations;
     limits.seed = options.seed;
     limits.progress = options.progress;
     OneFit out;
-    const fit::SearchResult found =
+    const estimate::SearchResult found =
         kept.search(name, identity, options.optimiser, std::move(problem), limits, out.from_journal);
     out.set = start;
     out.set.head(searched) = found.point;
@@ -77,14 +77,12 @@ OneFit search_trials(const FabricCase& c, const std::vector<size_t>& trials, Ind
 }
 
 // The same scenes, with equilibria that are shared and sought to 10 um: half of the time would go into them.
-fit::Objective scenes_for_squares(const FabricCase& c, const std::vector<fit::Parameter>& parameters,
-                                  const VectorXd& start) {
-  fit::ObjectiveOptions mesh = c.fitted.scenes->options();
-  mesh.branch_of = c.fitted.scenes.get();
+model::Simulation scenes_for_squares(const FabricCase& c) {
+  model::SimulationOptions mesh = c.fitted.scenes->options();
   mesh.shared_rests = true;
-  mesh.simulation.rest_change_m = 1e-5;
-  mesh.simulation.rest_speed_m_s = 5e-4;
-  return fit::Objective(c.observed, mesh, parameters, start);
+  mesh.cloth.rest_change_m = 1e-5;
+  mesh.cloth.rest_speed_m_s = 5e-4;
+  return {c.observed, mesh};
 }
 
 OneFit fit_together(const FabricCase& c, const std::vector<size_t>& trials, Index searched, const std::string& name,
@@ -93,10 +91,11 @@ OneFit fit_together(const FabricCase& c, const std::vector<size_t>& trials, Inde
     const auto begin = std::chrono::steady_clock::now();
     std::vector<Index> rows(static_cast<size_t>(searched));
     std::iota(rows.begin(), rows.end(), Index{0});
-    const std::vector<fit::Parameter> some =
-        fit::only(c.parameters, rows, c.start);  // what is not searched stays at the start
-    fit::Objective scenes = scenes_for_squares(c, some, c.start.head(searched));
-    fit::LeastSquaresOptions squares;
+    const std::vector<model::Parameter> some =
+        model::only(c.parameters, rows, c.start);  // what is not searched stays at the start
+    const model::Simulation scenes = scenes_for_squares(c);
+    model::State state = scenes.state_of(*c.fitted.scenes, c.fitted.state);
+    estimate::LeastSquaresOptions squares;
     squares.trials = trials;
     squares.max_iterations = options.iterations;
     squares.prior_sd = kUsual;
@@ -104,9 +103,9 @@ OneFit fit_together(const FabricCase& c, const std::vector<size_t>& trials, Inde
     squares.prior_in_earnest = true;
     squares.least_decrease = 2e-3;  // the error of folds does not fall by what comes after
     squares.progress = fit::part_of(options.progress, 0, 0.4, "beginnings");
-    const fit::Start near = fit::fit_beginnings(scenes, some, c.start.head(searched), squares, {0.25, 0.5});
+    const fit::Start near = fit::fit_beginnings(scenes, state, some, c.start.head(searched), squares, {0.25, 0.5});
     squares.progress = fit::part_of(options.progress, 0.4, 1, "all frames");
-    const fit::Rivals found = fit::minimise_and_return(scenes, some, near.coordinates, squares);
+    const fit::Rivals found = fit::minimise_and_return(scenes, state, some, near.coordinates, squares);
     OneFit out;
     out.set = c.start;
     out.set.head(searched) = found.best.coordinates;
@@ -153,7 +152,7 @@ Identification identify(const FabricCase& c, const std::vector<size_t>& trials, 
   out.error = errors(c, sets, trials);
   for (size_t k = 1; k < out.fits.size(); ++k)
     if (out.error.row(static_cast<Index>(k) + 1).sum() < out.chosen_error()) out.chosen = k;
-  const std::vector<fit::Parameter> some(c.parameters.begin(), c.parameters.begin() + searched);
+  const std::vector<model::Parameter> some(c.parameters.begin(), c.parameters.begin() + searched);
   out.variability =
       fit::variability_percent(costs_of_first(c, trials, searched, out.set()), some, out.set().head(searched));
   return out;

@@ -6,7 +6,7 @@
 #include "files/bad_input.h"
 #include "files/json_reader.h"
 #include "files/whole_file.h"
-#include "fit/optimisers/journal.h"
+#include "estimate/optimisers/journal.h"
 
 namespace selvedge::experiments {
 
@@ -21,7 +21,7 @@ json kept_fit_json(const std::string& identity, const OneFit& fit) {
   std::vector<double> sd;
   for (const double x : fit.sd) sd.push_back(finite(x));
   json trace = json::array();
-  for (const fit::SearchStep& s : fit.trace)
+  for (const estimate::SearchStep& s : fit.trace)
     trace.push_back({s.evaluations, finite(s.best_cost), finite(s.temperature)});
   return {{"format", "kept-fit/1"},
           {"identity", identity},
@@ -72,16 +72,16 @@ OneFit KeptFits::get(const std::string& name, const std::string& identity,
   return fit;
 }
 
-fit::SearchResult KeptFits::search(const std::string& name, const std::string& identity, const std::string& optimiser,
-                                   fit::SearchProblem problem, const fit::SearchLimits& limits,
-                                   int& from_journal) const {
-  std::unique_ptr<fit::Journal> journal;
+estimate::SearchResult KeptFits::search(const std::string& name, const std::string& identity,
+                                        const std::string& optimiser, estimate::SearchProblem problem,
+                                        const estimate::SearchLimits& limits, int& from_journal) const {
+  std::unique_ptr<estimate::Journal> journal;
   if (!folder_.empty()) {
-    journal = std::make_unique<fit::Journal>(folder_ / (name + ".evaluations.txt"), identity);
+    journal = std::make_unique<estimate::Journal>(folder_ / (name + ".evaluations.txt"), identity);
     from_journal = static_cast<int>(journal->found());
     problem.costs = journal->recorded(problem.costs);
   }
-  return fit::optimiser_named(optimiser).run(problem, limits);
+  return estimate::optimiser_named(optimiser).run(problem, limits);
 }
 
 }  // namespace selvedge::experiments

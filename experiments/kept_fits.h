@@ -11,7 +11,7 @@
 
 #include <Eigen/Core>
 
-#include "fit/optimisers/search.h"
+#include "estimate/optimisers/search.h"
 
 namespace selvedge::experiments {
 
@@ -20,8 +20,8 @@ struct OneFit {
   Eigen::VectorXd sd;   // standard deviation of each, with what rival valleys leave open; of least squares alone
   double wall_s = 0;    // of the run that finished it
   int evaluations = 0;
-  int from_journal = 0;                // of these, known from an earlier run
-  std::vector<fit::SearchStep> trace;  // of a search
+  int from_journal = 0;                     // of these, known from an earlier run
+  std::vector<estimate::SearchStep> trace;  // of a search
 };
 
 class KeptFits {
@@ -34,8 +34,9 @@ class KeptFits {
   OneFit get(const std::string& name, const std::string& identity, const std::function<OneFit()>& compute) const;
 
   // Runs a search with its journal.
-  fit::SearchResult search(const std::string& name, const std::string& identity, const std::string& optimiser,
-                           fit::SearchProblem problem, const fit::SearchLimits& limits, int& from_journal) const;
+  estimate::SearchResult search(const std::string& name, const std::string& identity, const std::string& optimiser,
+                                estimate::SearchProblem problem, const estimate::SearchLimits& limits,
+                                int& from_journal) const;
 
  private:
   std::filesystem::path folder_;

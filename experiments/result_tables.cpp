@@ -18,7 +18,7 @@ std::string shown(double value) { return std::isfinite(value) ? fmt::format("{:.
 std::string percent(double value) { return value > 100 ? ">100" : fmt::format("{:.3g}", value); }
 
 std::string value_at(const FabricCase& c, Index k, const VectorXd& set) {
-  return shown(fit::to_value(c.parameters[static_cast<size_t>(k)], set(k)));
+  return shown(model::to_value(c.parameters[static_cast<size_t>(k)], set(k)));
 }
 
 // The paper's cells of a row, set to the right of ours.
@@ -114,7 +114,7 @@ ResultTable parameter_table(const std::string& title, const FabricOutcome& f, co
   table.header.push_back("variability, %");
   papers.head(table.header);
   for (Index k = 0; k < f.searched; ++k) {
-    const fit::Parameter& p = c.parameters[static_cast<size_t>(k)];
+    const model::Parameter& p = c.parameters[static_cast<size_t>(k)];
     std::vector<std::string> row = {p.name + ", " + p.unit, value_at(c, k, c.start)};
     for (const OneFit& one : found.fits) row.push_back(value_at(c, k, one.set));
     if (c.truth) row.push_back(value_at(c, k, *c.truth));
@@ -142,7 +142,7 @@ ResultTable repeats_table(const std::string& title, const FabricOutcome& f, cons
   for (size_t i = 0; i < repeats.fits.size(); ++i) table.header.push_back(fmt::format("run {}", i + 1));
   papers.head(table.header);
   for (Index k = 0; k < f.searched; ++k) {
-    const fit::Parameter& p = c.parameters[static_cast<size_t>(k)];
+    const model::Parameter& p = c.parameters[static_cast<size_t>(k)];
     std::vector<std::string> row = {p.name + ", " + p.unit};
     for (const OneFit& one : repeats.fits) row.push_back(value_at(c, k, one.set));
     papers.add(p.name, row);

@@ -8,7 +8,7 @@
 #include "files/bad_input.h"
 #include "files/csv_table.h"
 #include "fit/fold_objective.h"
-#include "fit/optimisers/journal.h"
+#include "estimate/optimisers/journal.h"
 #include "fit/spread/ranks.h"
 
 namespace selvedge::fit {
@@ -20,7 +20,7 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 // Where in the list of all parameters the searched ones stand.
-std::vector<Index> searched_rows(const std::vector<Parameter>& all, const std::vector<std::string>& names) {
+std::vector<Index> searched_rows(const std::vector<model::Parameter>& all, const std::vector<std::string>& names) {
   std::vector<Index> rows;
   std::string known;
   for (size_t k = 0; k < all.size(); ++k) {
@@ -29,7 +29,7 @@ std::vector<Index> searched_rows(const std::vector<Parameter>& all, const std::v
       rows.push_back(static_cast<Index>(k));
   }
   for (const std::string& name : names)
-    if (std::none_of(all.begin(), all.end(), [&](const Parameter& p) { return p.name == name; }))
+    if (std::none_of(all.begin(), all.end(), [&](const model::Parameter& p) { return p.name == name; }))
       refuse("parameters", "found {}, expected some of {}", in_quotes(name), known);
   return rows;
 }
@@ -41,12 +41,13 @@ MatrixXd filled_in(const MatrixXd& points, const VectorXd& start, const std::vec
   return sets;
 }
 
-BatchCosts residual_costs(const Objective& objective, const std::vector<Parameter>& parameters,
-                          const LeastSquaresOptions& options) {
-  return [&objective, parameters, options](const MatrixXd& sets) {
+estimate::BatchCosts residual_costs(const model::Simulation& simulation, const model::State& state,
+                                    const std::vector<model::Parameter>& parameters,
+                                    const estimate::LeastSquaresOptions& options) {
+  return [&simulation, state, parameters, options](const MatrixXd& sets) {
     std::vector<double> costs;
-    for (const Residuals& r : objective.evaluate(parameters, sets, options.trials))
-      costs.push_back(r.finite ? cost_of(objective, r, options, 1) : std::numeric_limits<double>::infinity());
+    for (const model::Residuals& r : simulation.evaluate(state, parameters, sets, options.trials))
+      costs.push_back(r.finite ? cost_of(simulation, r, options, 1) : std::numeric_limits<double>::infinity());
     return costs;
   };
 }
@@ -57,10 +58,11 @@ struct FoldCosts {
   std::unique_ptr<FoldObjective> objective;
 };
 
-std::shared_ptr<FoldCosts> fold_costs(const Objective& scenes, const trial::Campaign& campaign, double until_s) {
+std::shared_ptr<FoldCosts> fold_costs(const model::Simulation& scenes, const model::State& state,
+                                      const trial::Campaign& campaign, double until_s) {
   auto out = std::make_shared<FoldCosts>();
   for (size_t i = 0; i < campaign.trials.size(); ++i) {
-    const bool still = scenes.scenes()[i].trial.still;
+    const bool still = scenes.trials()[i].still;
     FoldTrack track = track_folds(campaign.trials[i], {}, still);
     while (!still && track.time_s.size() > 1 && track.time_s.back() > until_s) {
       track.time_s.pop_back();
@@ -68,13 +70,14 @@ std::shared_ptr<FoldCosts> fold_costs(const Objective& scenes, const trial::Camp
     }
     out->tracks.push_back(std::move(track));
   }
-  out->objective = std::make_unique<FoldObjective>(scenes, out->tracks);
+  out->objective = std::make_unique<FoldObjective>(scenes, state, out->tracks);
   return out;
 }
 
 // One line: what would make the evaluations of another search other ones. The cost at the start stands for the data.
-std::string identity_of(const CampaignSearch& search, const trial::Campaign& campaign, const Objective& objective,
-                        const VectorXd& start, const std::vector<Parameter>& parameters, const std::vector<Index>& rows,
+std::string identity_of(const CampaignSearch& search, const trial::Campaign& campaign,
+                        const model::Simulation& objective, const VectorXd& start,
+                        const std::vector<model::Parameter>& parameters, const std::vector<Index>& rows,
                         double start_cost) {
   std::string text = fmt::format("{} of {} columns {} seed {} evaluations {} parameters", search.optimiser,
                                  search.error == SearchError::folds ? "folds" : "residuals",
@@ -92,42 +95,42 @@ std::string identity_of(const CampaignSearch& search, const trial::Campaign& cam
   return text;
 }
 
-SearchResult run_search(const CampaignSearch& search, const trial::Campaign& campaign,
-                        const std::filesystem::path& folder, const Objective& objective,
-                        const std::vector<Parameter>& parameters, const VectorXd& start,
-                        const LeastSquaresOptions& options) {
+estimate::SearchResult run_search(const CampaignSearch& search, const trial::Campaign& campaign,
+                                  const std::filesystem::path& folder, const model::Simulation& objective,
+                                  const model::State& state, const std::vector<model::Parameter>& parameters,
+                                  const VectorXd& start, const estimate::LeastSquaresOptions& options) {
   const std::vector<Index> rows = searched_rows(parameters, search.parameters);
-  std::vector<Parameter> searched;
+  std::vector<model::Parameter> searched;
   for (const Index row : rows) searched.push_back(parameters[static_cast<size_t>(row)]);
 
   std::shared_ptr<FoldCosts> folds;
-  BatchCosts costs;
+  estimate::BatchCosts costs;
   if (search.error == SearchError::folds) {
-    folds = fold_costs(objective, campaign, options.fit_until_s);
+    folds = fold_costs(objective, state, campaign, options.fit_until_s);
     costs = fold_problem(*folds->objective, parameters, start).costs;
   } else {
-    costs = residual_costs(objective, parameters, options);
+    costs = residual_costs(objective, state, parameters, options);
   }
   const std::shared_ptr<Ranks>& ranks = objective.options().ranks;
   const std::string identity = identity_of(search, campaign, objective, start, parameters, rows, costs(start).front());
   // The first rank alone writes.
-  std::unique_ptr<Journal> journal;
-  if (!ranks || ranks->is_first()) journal = std::make_unique<Journal>(folder / "evaluations.txt", identity);
+  std::unique_ptr<estimate::Journal> journal;
+  if (!ranks || ranks->is_first()) journal = std::make_unique<estimate::Journal>(folder / "evaluations.txt", identity);
 
-  SearchProblem problem;
+  estimate::SearchProblem problem;
   std::tie(problem.lower, problem.upper) = bounds_of(searched);
   problem.start = VectorXd(start(rows)).cwiseMax(problem.lower).cwiseMin(problem.upper);
   problem.costs = spread(
       ranks, [&](const MatrixXd& points) { return costs(filled_in(points, start, rows)); },
-      [&](BatchCosts shared) { return journal->recorded(std::move(shared)); });
+      [&](estimate::BatchCosts shared) { return journal->recorded(std::move(shared)); });
 
-  SearchLimits limits;
+  estimate::SearchLimits limits;
   limits.evaluations = search.evaluations;
   limits.seed = search.seed;
   const std::string resumed =
       journal && journal->found() > 0 ? fmt::format(", {} from the journal", journal->found()) : "";
   limits.progress = [&](double done, const std::string& what) { options.progress(done, what + resumed); };
-  SearchResult found = optimiser_named(search.optimiser).run(problem, limits);
+  estimate::SearchResult found = estimate::optimiser_named(search.optimiser).run(problem, limits);
   found.point = filled_in(found.point, start, rows);
   return found;
 }
@@ -136,17 +139,18 @@ SearchResult run_search(const CampaignSearch& search, const trial::Campaign& cam
 
 FitOptions with_search(FitOptions options, const CampaignSearch& search, const trial::Campaign& campaign,
                        const std::filesystem::path& folder) {
-  optimiser_named(search.optimiser);
-  searched_rows(base_parameters(options.drag), search.parameters);
+  estimate::optimiser_named(search.optimiser);
+  searched_rows(model::base_parameters(options.drag), search.parameters);
   if (search.evaluations < 1) refuse("evaluations", "found {}, expected at least 1", search.evaluations);
   if (search.error == SearchError::folds)
     for (const trial::Trial& t : campaign.trials)
       if (!t.frames)
         refuse((t.folder / "trial.json").string(),
                "found no frames, expected images: the fold metric compares pictures");
-  options.search = [search, &campaign, folder](const Objective& objective, const std::vector<Parameter>& parameters,
-                                               const VectorXd& start, const LeastSquaresOptions& cost) {
-    return run_search(search, campaign, folder, objective, parameters, start, cost);
+  options.search = [search, &campaign, folder](const model::Simulation& objective, const model::State& state,
+                                               const std::vector<model::Parameter>& parameters, const VectorXd& start,
+                                               const estimate::LeastSquaresOptions& cost) {
+    return run_search(search, campaign, folder, objective, state, parameters, start, cost);
   };
   return options;
 }

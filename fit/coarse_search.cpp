@@ -8,39 +8,32 @@
 
 #include <fmt/format.h>
 
-#include "fit/fit_journal.h"
+#include "estimate/journal.h"
 
 namespace selvedge::fit {
 
 namespace {
 
-// Which parameters decide where the optimiser should start, and the values tried. Shear follows stretch, as
-// it does in the fabrics of both papers; damping hardly moves the optimum.
-const std::map<std::string, std::vector<double>>& values_tried() {
-  static const std::map<std::string, std::vector<double>> values = {
-      {"bend", {2e-6, 1.6e-5, 1.2e-4, 9e-4}},
-      {"stretch", {30, 110, 400, 1500}},
-      {"drag_normal", {0.3, 0.8, 2, 5}},
-      {"drag_linear", {0.1, 0.3, 1, 3}},
-  };
-  return values;
-}
-
-Eigen::MatrixXd all_combinations(const std::vector<Parameter>& parameters) {
+Eigen::MatrixXd all_combinations(const std::vector<model::Parameter>& parameters) {
   std::vector<Eigen::VectorXd> sets(1, Eigen::VectorXd(static_cast<Eigen::Index>(parameters.size())));
   for (size_t k = 0; k < parameters.size(); ++k)
     sets[0](static_cast<Eigen::Index>(k)) = to_coordinate(parameters[k], parameters[k].start);
-  std::map<std::string, Eigen::Index> index;
-  for (size_t k = 0; k < parameters.size(); ++k) index[parameters[k].name] = static_cast<Eigen::Index>(k);
-  for (const auto& [name, values] : values_tried()) {
-    const auto at = index.find(name);
-    if (at == index.end()) continue;
+  const auto named = [&](const char* name) {
+    return std::find_if(parameters.begin(), parameters.end(),
+                        [&](const model::Parameter& p) { return p.name == name; }) -
+           parameters.begin();
+  };
+  const auto stretch = static_cast<size_t>(named("stretch"));
+  const Eigen::Index shear = named("shear");
+  for (size_t k = 0; k < parameters.size(); ++k) {
+    if (parameters[k].tried.empty()) continue;
     std::vector<Eigen::VectorXd> more;
     for (const Eigen::VectorXd& set : sets)
-      for (const double value : values) {
+      for (const double value : parameters[k].tried) {
         more.push_back(set);
-        more.back()(at->second) = std::log(value);
-        if (name == "stretch" && index.count("shear")) more.back()(index["shear"]) = std::log(value / 2);
+        more.back()(static_cast<Eigen::Index>(k)) = to_coordinate(parameters[k], value);
+        // Shear follows stretch, as it does in the fabrics of both papers.
+        if (k == stretch && shear < set.size()) more.back()(shear) = std::log(value / 2);
       }
     sets = std::move(more);
   }
@@ -50,21 +43,23 @@ Eigen::MatrixXd all_combinations(const std::vector<Parameter>& parameters) {
 }
 
 // Infinity where a simulation blew up.
-std::vector<double> costs_of(const Objective& objective, const std::vector<Parameter>& parameters,
-                             const Eigen::MatrixXd& sets, const LeastSquaresOptions& options, const std::string& name) {
+std::vector<double> costs_of(const model::Simulation& simulation, const model::State& state,
+                             const std::vector<model::Parameter>& parameters, const Eigen::MatrixXd& sets,
+                             const estimate::LeastSquaresOptions& options, const std::string& name) {
   if (options.journal)
     if (const auto* kept = options.journal->find(name)) return *kept;
   std::vector<double> costs;
-  for (const Residuals& r : objective.evaluate(parameters, sets, options.trials))
-    costs.push_back(r.finite ? cost_of(objective, r, options, 1) : std::numeric_limits<double>::infinity());
+  for (const model::Residuals& r : simulation.evaluate(state, parameters, sets, options.trials))
+    costs.push_back(r.finite ? cost_of(simulation, r, options, 1) : std::numeric_limits<double>::infinity());
   if (options.journal) options.journal->keep(name, costs);
   return costs;
 }
 
 }  // namespace
 
-CoarseResult coarse_search(const Objective& objective, const std::vector<Parameter>& parameters,
-                           const LeastSquaresOptions& options, size_t keep) {
+CoarseResult coarse_search(const model::Simulation& simulation, const model::State& state,
+                           const std::vector<model::Parameter>& parameters,
+                           const estimate::LeastSquaresOptions& options, size_t keep) {
   const Eigen::MatrixXd sets = all_combinations(parameters);
   std::vector<std::pair<double, Eigen::Index>> costs;
   double least = std::numeric_limits<double>::infinity();
@@ -72,7 +67,7 @@ CoarseResult coarse_search(const Objective& objective, const std::vector<Paramet
   const std::string name = options.journal ? options.journal->next("grid") : "";
   for (Eigen::Index first = 0; first < sets.cols(); first += kAtOnce) {
     const Eigen::Index count = std::min(kAtOnce, sets.cols() - first);
-    const std::vector<double> some = costs_of(objective, parameters, sets.middleCols(first, count), options,
+    const std::vector<double> some = costs_of(simulation, state, parameters, sets.middleCols(first, count), options,
                                               name + " from " + std::to_string(first));
     for (Eigen::Index i = 0; i < count; ++i) {
       const double cost = some[static_cast<size_t>(i)];

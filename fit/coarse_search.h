@@ -2,7 +2,7 @@
 // range, every combination simulated on a coarse mesh; the best one starts the optimiser.
 #pragma once
 
-#include "fit/least_squares.h"
+#include "estimate/least_squares.h"
 
 namespace selvedge::fit {
 
@@ -13,7 +13,8 @@ struct CoarseResult {
 };
 
 // keep: how many of the best come back. Sets whose simulation blew up are left out.
-CoarseResult coarse_search(const Objective& objective, const std::vector<Parameter>& parameters,
-                           const LeastSquaresOptions& options, size_t keep = 1);
+CoarseResult coarse_search(const model::Simulation& simulation, const model::State& state,
+                           const std::vector<model::Parameter>& parameters,
+                           const estimate::LeastSquaresOptions& options, size_t keep = 1);
 
 }  // namespace selvedge::fit

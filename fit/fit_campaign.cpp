@@ -11,9 +11,10 @@
 
 #include <Eigen/Eigenvalues>
 
-#include "fit/fit_journal.h"
+#include "estimate/journal.h"
+#include "model/trial_error.h"
 #include "fit/stages.h"
-#include "fit/stripe_residual.h"
+#include "observe/stripe_residual.h"
 
 namespace selvedge::fit {
 
@@ -24,7 +25,7 @@ using Eigen::VectorXd;
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
-std::vector<size_t> moving(const std::vector<ObservedTrial>& trials) {
+std::vector<size_t> moving(const std::vector<model::ObservedTrial>& trials) {
   std::vector<size_t> out;
   for (size_t i = 0; i < trials.size(); ++i)
     if (!trials[i].still) out.push_back(i);
@@ -32,18 +33,18 @@ std::vector<size_t> moving(const std::vector<ObservedTrial>& trials) {
 }
 
 // A long campaign is fitted on a coarser mesh: what it gains is samples, not detail.
-int final_columns(const std::vector<ObservedTrial>& trials, const FitOptions& options) {
+int final_columns(const std::vector<model::ObservedTrial>& trials, const FitOptions& options) {
   if (options.columns > 0) return options.columns;
   double motion_s = 0;
-  for (const ObservedTrial& t : trials)
+  for (const model::ObservedTrial& t : trials)
     if (!t.still) motion_s += t.experiment.sample_s.back() - t.experiment.start_s;
   return motion_s > 30 ? 13 : 17;
 }
 
 // Root mean square of markers' speed error, mm/s: differences of position residuals over neighbouring times.
-std::optional<double> velocity_error(const ObservedTrial& trial, const VectorXd& residual) {
+std::optional<double> velocity_error(const model::ObservedTrial& trial, const VectorXd& residual) {
   if (!trial.markers || trial.still || trial.markers->time_s.size() < 2 || residual.size() == 0) return std::nullopt;
-  const MarkerTrack& m = *trial.markers;
+  const observe::MarkerTrack& m = *trial.markers;
   double sum = 0;
   size_t count = 0;
   for (size_t k = 0; k < m.uv.size(); ++k)
@@ -60,9 +61,9 @@ std::optional<double> velocity_error(const ObservedTrial& trial, const VectorXd&
 }
 
 // A plate that hangs straight down from the bar between the two held points, no stretch, no swing.
-std::optional<double> plate_error(const ObservedTrial& trial) {
+std::optional<double> plate_error(const model::ObservedTrial& trial) {
   if (!trial.markers || trial.experiment.path.hold == cloth::Hold::corners) return std::nullopt;
-  const MarkerTrack& m = *trial.markers;
+  const observe::MarkerTrack& m = *trial.markers;
   const Eigen::Vector3d down = trial.experiment.gravity_m_s2.normalized();
   double sum = 0;
   size_t count = 0;
@@ -95,32 +96,33 @@ class Checksum {
   std::uint64_t value_ = 14695981039346656037u;
 };
 
-std::uint64_t checksum_of(const std::vector<ObservedTrial>& trials) {
+std::uint64_t checksum_of(const std::vector<model::ObservedTrial>& trials) {
   Checksum sum;
-  for (const ObservedTrial& t : trials) {
+  for (const model::ObservedTrial& t : trials) {
     for (const double s : t.experiment.sample_s) sum.add(t.experiment.path.at(s).data(), 6);
     sum.add(&t.experiment.material.density, 1);
     if (t.markers) sum.add(t.markers->position.data(), t.markers->position.size());
     if (t.stripes)
-      for (const StripeFrame& f : t.stripes->frames)
-        for (const DepthPoint& p : f.depth) sum.add(&p.depth_m, 1);
+      for (const observe::StripeFrame& f : t.stripes->frames)
+        for (const observe::DepthPoint& p : f.depth) sum.add(&p.depth_m, 1);
   }
   return sum.value();
 }
 
 // One line: what would make it another fit.
-std::string identity_of(const FitOptions& o, int columns, const std::vector<ObservedTrial>& trials) {
+std::string identity_of(const FitOptions& o, int columns, const std::vector<model::ObservedTrial>& trials) {
   std::string text =
       fmt::format("{} drag {} columns {} after {} iterations {} hold-out {} integrator {} trials",
                   o.search ? "start of a search" : "least_squares", static_cast<int>(o.drag), columns, o.coarse_columns,
                   o.max_iterations, static_cast<int>(o.hold_out), static_cast<int>(o.integrator));
-  for (const ObservedTrial& t : trials) text += " " + t.name;
+  for (const model::ObservedTrial& t : trials) text += " " + t.name;
   return text + fmt::format(" observed {:016x}", checksum_of(trials));
 }
 
-LeastSquaresOptions search_options(const FitOptions& options, double cut_s, const report::ProgressCallback& progress,
-                                   const std::shared_ptr<FitJournal>& journal) {
-  LeastSquaresOptions out;
+estimate::LeastSquaresOptions search_options(const FitOptions& options, double cut_s,
+                                             const report::ProgressCallback& progress,
+                                             const std::shared_ptr<estimate::FitJournal>& journal) {
+  estimate::LeastSquaresOptions out;
   out.journal = journal;
   out.max_iterations = options.max_iterations;
   out.fit_until_s = cut_s;
@@ -128,11 +130,11 @@ LeastSquaresOptions search_options(const FitOptions& options, double cut_s, cons
   return out;
 }
 
-void judge_parameters(FitOutcome& out, const std::vector<Parameter>& parameters, const VectorXd& start,
-                      const LeastSquaresResult& fit, const VectorXd& mesh) {
+void judge_parameters(FitOutcome& out, const std::vector<model::Parameter>& parameters, const VectorXd& start,
+                      const estimate::LeastSquaresResult& fit, const VectorXd& mesh) {
   for (size_t k = 0; k < parameters.size(); ++k) {
     const auto at = static_cast<Index>(k);
-    const Parameter& p = parameters[k];
+    const model::Parameter& p = parameters[k];
     FittedParameter f;
     f.parameter = p;
     f.value = to_value(p, fit.coordinates(at));
@@ -148,7 +150,7 @@ void judge_parameters(FitOutcome& out, const std::vector<Parameter>& parameters,
     f.variability_percent = 100 * (p.logarithmic ? delta : delta * p.scale / std::max(std::abs(f.value), 1e-300));
     f.at_bound = f.value <= p.lower * 1.01 || f.value >= p.upper * 0.99;
     // Where the trials say less of it than the pull to the start, its whole range is open.
-    const double pull = std::pow(fit.scale / LeastSquaresOptions{}.prior_sd, 2);
+    const double pull = std::pow(fit.scale / p.prior_sd, 2);
     const bool unseen = fit.information(at, at) < 2 * pull;
     if (unseen) {
       f.lower_interval = p.lower;
@@ -163,7 +165,8 @@ void judge_parameters(FitOutcome& out, const std::vector<Parameter>& parameters,
 }
 
 // Combinations that the trials cannot tell apart: eigenvectors of the information with little of it.
-void name_weak_combinations(FitOutcome& out, const std::vector<Parameter>& parameters, const LeastSquaresResult& fit) {
+void name_weak_combinations(FitOutcome& out, const std::vector<model::Parameter>& parameters,
+                            const estimate::LeastSquaresResult& fit) {
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(fit.covariance);
   for (Index i = solver.eigenvalues().size() - 1; i >= 0; --i) {
     if (solver.eigenvalues()(i) < 0.25 * 0.25) break;
@@ -180,33 +183,34 @@ void name_weak_combinations(FitOutcome& out, const std::vector<Parameter>& param
 }
 
 // Two folds of whole trials: each half is predicted by what the other half gives.
-void hold_out_trials(FitOutcome& out, const std::vector<Parameter>& parameters, const VectorXd& coordinates,
-                     const FitOptions& options, const std::shared_ptr<FitJournal>& journal) {
-  const size_t count = out.objective->scenes().size();
+void hold_out_trials(FitOutcome& out, const std::vector<model::Parameter>& parameters, const VectorXd& coordinates,
+                     const FitOptions& options, const std::shared_ptr<estimate::FitJournal>& journal) {
+  const size_t count = out.simulation->trials().size();
   std::vector<size_t> fold[2];
   size_t moved = 0, rested = 0;
-  for (size_t i = 0; i < count; ++i)
-    fold[(out.objective->scenes()[i].trial.still ? rested++ : moved++) % 2].push_back(i);
+  for (size_t i = 0; i < count; ++i) fold[(out.simulation->trials()[i].still ? rested++ : moved++) % 2].push_back(i);
   for (int side = 0; side < 2; ++side) {
     if (fold[side].empty() || fold[1 - side].empty()) continue;
-    LeastSquaresOptions o = search_options(
+    estimate::LeastSquaresOptions o = search_options(
         options, 1e300, part_of(options.progress, 0.8 + 0.1 * side, 0.9 + 0.1 * side, "held-out fold"), journal);
     o.trials = fold[side];
     o.max_iterations = 3;
-    Objective copy = *out.objective;
-    const LeastSquaresResult fitted = minimise(copy, parameters, coordinates, o);
-    const Residuals predicted = copy.evaluate(parameters, fitted.coordinates, fold[1 - side]).front();
+    model::State state = out.state;
+    const estimate::LeastSquaresResult fitted = minimise(*out.simulation, state, parameters, coordinates, o);
+    const model::Residuals predicted =
+        out.simulation->evaluate(state, parameters, fitted.coordinates, fold[1 - side]).front();
     out.evaluations += fitted.evaluations + 1;
     for (const size_t trial : fold[1 - side]) {
-      const ObservedTrial& seen = copy.scenes()[trial].trial;
-      out.trials[trial].held_out_mm = rms_mm(seen, predicted.mm[trial], copy.time_s(trial));
-      out.trials[trial].held_out_interval_mm = rms_interval_mm(seen, predicted.mm[trial], copy.time_s(trial));
+      const model::ObservedTrial& seen = out.simulation->trials()[trial];
+      out.trials[trial].held_out_mm = model::rms_mm(seen, predicted.mm[trial], out.simulation->time_s(trial));
+      out.trials[trial].held_out_interval_mm =
+          model::rms_interval_mm(seen, predicted.mm[trial], out.simulation->time_s(trial));
     }
   }
 }
 
 // When a held point first lies kMoved_m from where it began.
-double first_move_s(const ObservedTrial& trial) {
+double first_move_s(const model::ObservedTrial& trial) {
   constexpr double kMoved_m = 1e-3;
   const cloth::Experiment& e = trial.experiment;
   const Eigen::Matrix<double, 3, 2> begin = e.path.at(e.start_s);
@@ -216,17 +220,17 @@ double first_move_s(const ObservedTrial& trial) {
 }
 
 void list_errors(FitOutcome& out) {
-  for (size_t i = 0; i < out.objective->scenes().size(); ++i) {
-    const ObservedTrial& t = out.objective->scenes()[i].trial;
-    const VectorXd time = out.objective->time_s(i);
+  for (size_t i = 0; i < out.simulation->trials().size(); ++i) {
+    const model::ObservedTrial& t = out.simulation->trials()[i];
+    const VectorXd time = out.simulation->time_s(i);
     TrialError e;
     e.name = t.name;
     const double until = t.still ? 1e300 : out.cut_s;
-    e.start_mm = rms_mm(t, out.residuals_start.mm[i], time, -1e300, until);
-    e.end_mm = rms_mm(t, out.residuals.mm[i], time, -1e300, until);
-    e.moving_mm = t.still ? kNaN : rms_mm(t, out.residuals.mm[i], time, first_move_s(t), until);
-    e.held_out_mm = until < 1e299 ? rms_mm(t, out.residuals.mm[i], time, until + 1e-9) : kNaN;
-    if (until < 1e299) e.held_out_interval_mm = rms_interval_mm(t, out.residuals.mm[i], time, until + 1e-9);
+    e.start_mm = model::rms_mm(t, out.residuals_start.mm[i], time, -1e300, until);
+    e.end_mm = model::rms_mm(t, out.residuals.mm[i], time, -1e300, until);
+    e.moving_mm = t.still ? kNaN : model::rms_mm(t, out.residuals.mm[i], time, first_move_s(t), until);
+    e.held_out_mm = until < 1e299 ? model::rms_mm(t, out.residuals.mm[i], time, until + 1e-9) : kNaN;
+    if (until < 1e299) e.held_out_interval_mm = model::rms_interval_mm(t, out.residuals.mm[i], time, until + 1e-9);
     e.velocity_start_mm_s = velocity_error(t, out.residuals_start.mm[i]);
     e.velocity_end_mm_s = velocity_error(t, out.residuals.mm[i]);
     e.rigid_plate_mm = plate_error(t);
@@ -235,8 +239,8 @@ void list_errors(FitOutcome& out) {
   }
 }
 
-const char* drag_text(Drag drag) {
-  return drag == Drag::nonlinear ? "nonlinear drag" : drag == Drag::linear ? "linear drag" : "no drag";
+const char* drag_text(model::Drag drag) {
+  return drag == model::Drag::nonlinear ? "nonlinear drag" : drag == model::Drag::linear ? "linear drag" : "no drag";
 }
 
 }  // namespace
@@ -245,9 +249,9 @@ FitOutcome fit_campaign(const trial::Campaign& campaign, const FitOptions& optio
   const auto begin = std::chrono::steady_clock::now();
   FitOutcome out;
   out.campaign = campaign.folder.filename().string();
-  const std::vector<Parameter> parameters = base_parameters(options.drag);
-  const std::vector<ObservedTrial> trials = observe_campaign(campaign, options.rate_hz, options.image_rate_hz,
-                                                             part_of(options.progress, 0, 0.05, "campaign"));
+  const std::vector<model::Parameter> parameters = model::base_parameters(options.drag);
+  const std::vector<model::ObservedTrial> trials = observe_campaign(campaign, options.rate_hz, options.image_rate_hz,
+                                                                    part_of(options.progress, 0, 0.05, "campaign"));
   const int columns = final_columns(trials, options);
   out.model = fmt::format("Baraff-Witkin triangles, {}, {} columns", drag_text(options.drag), columns);
 
@@ -258,43 +262,46 @@ FitOutcome fit_campaign(const trial::Campaign& campaign, const FitOptions& optio
                   ? 1e300
                   : trials[moving(trials).front()].experiment.start_s + 2.0 / 3 * last_observed_s(trials);
 
-  std::shared_ptr<FitJournal> journal;
+  std::shared_ptr<estimate::FitJournal> journal;
   if (!options.journal.empty() && !options.ranks)
-    journal = std::make_shared<FitJournal>(options.journal, identity_of(options, columns, trials));
+    journal = std::make_shared<estimate::FitJournal>(options.journal, identity_of(options, columns, trials));
 
-  const auto objective_on = [&](int columns) {
-    ObjectiveOptions o;
+  const auto on_mesh_of = [&](int columns) {
+    model::SimulationOptions o;
     o.columns = columns;
-    o.simulation.integrator = options.integrator;
+    o.cloth.integrator = options.integrator;
     o.ranks = options.ranks;
     return o;
   };
   const Start found =
-      find_start(trials, objective_on(options.coarse_columns), parameters,
+      find_start(trials, on_mesh_of(options.coarse_columns), parameters,
                  search_options(options, out.cut_s, part_of(options.progress, 0.05, 0.3, "coarse mesh"), journal));
-  LeastSquaresOptions last =
+  estimate::LeastSquaresOptions last =
       search_options(options, out.cut_s, part_of(options.progress, 0.5, 0.8, "final mesh"), journal);
-  LeastSquaresResult fit;
+  estimate::LeastSquaresResult fit;
   VectorXd mesh = VectorXd::Zero(found.coordinates.size());
   int before_last = found.evaluations;
   if (options.search) {
-    out.objective = std::make_shared<Objective>(trials, objective_on(columns), parameters, found.coordinates);
-    const SearchResult searched =
-        options.search(*out.objective, parameters, found.coordinates,
+    out.simulation = std::make_shared<model::Simulation>(trials, on_mesh_of(columns));
+    out.state = out.simulation->state_at(parameters, found.coordinates);
+    const estimate::SearchResult searched =
+        options.search(*out.simulation, out.state, parameters, found.coordinates,
                        search_options(options, out.cut_s, part_of(options.progress, 0.3, 0.75, "search"), nullptr));
     out.trace = searched.trace;
     before_last += searched.evaluations;
     last.max_iterations = 0;  // derivatives alone
-    fit = minimise(*out.objective, parameters, searched.point, last);
+    fit = minimise(*out.simulation, out.state, parameters, searched.point, last);
   } else {
     const int middle_columns = 3 * (columns - 1) / 4 + 1;
-    Objective middle(trials, objective_on(middle_columns), parameters, found.coordinates);
-    const LeastSquaresResult halfway = minimise_on_branches(
-        middle, parameters, found.coordinates,
+    const model::Simulation middle(trials, on_mesh_of(middle_columns));
+    model::State on_middle = middle.state_at(parameters, found.coordinates);
+    const estimate::LeastSquaresResult halfway = minimise_on_branches(
+        middle, on_middle, parameters, found.coordinates,
         search_options(options, out.cut_s, part_of(options.progress, 0.3, 0.5, "middle mesh"), journal));
-    out.objective = std::make_shared<Objective>(trials, objective_on(columns), parameters, halfway.coordinates);
+    out.simulation = std::make_shared<model::Simulation>(trials, on_mesh_of(columns));
+    out.state = out.simulation->state_at(parameters, halfway.coordinates);
     last.max_iterations = std::max(3, options.max_iterations / 2);
-    fit = minimise_on_branches(*out.objective, parameters, halfway.coordinates, last);
+    fit = minimise_on_branches(*out.simulation, out.state, parameters, halfway.coordinates, last);
     before_last += halfway.evaluations;
     // Second order in the spacing: the limit lies this share of the last change beyond the final mesh.
     const double beyond = 1 / (std::pow((columns - 1.0) / (middle_columns - 1.0), 2) - 1);
@@ -303,7 +310,7 @@ FitOutcome fit_campaign(const trial::Campaign& campaign, const FitOptions& optio
 
   out.coordinates = fit.coordinates;
   out.residuals = fit.residuals;
-  out.residuals_start = out.objective->evaluate(parameters, found.coordinates).front();
+  out.residuals_start = out.simulation->evaluate(out.state, parameters, found.coordinates).front();
   out.history = fit.history;
   out.evaluations = before_last + fit.evaluations + 1;
   judge_parameters(out, parameters, found.coordinates, fit, mesh);

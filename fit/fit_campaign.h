@@ -14,20 +14,21 @@
 #include <string>
 #include <vector>
 
-#include "fit/least_squares.h"
-#include "fit/optimisers/search.h"
+#include "estimate/least_squares.h"
+#include "model/trial_error.h"
+#include "estimate/optimisers/search.h"
 
 namespace selvedge::fit {
 
 enum class HoldOut { automatic, frames, trials };
 
 // A search from `start` on the final mesh; `cost` says which trials and times count, and takes its progress.
-using CampaignSearchFunction =
-    std::function<SearchResult(const Objective& objective, const std::vector<Parameter>& parameters,
-                               const Eigen::VectorXd& start, const LeastSquaresOptions& cost)>;
+using CampaignSearchFunction = std::function<estimate::SearchResult(
+    const model::Simulation& simulation, const model::State& state, const std::vector<model::Parameter>& parameters,
+    const Eigen::VectorXd& start, const estimate::LeastSquaresOptions& cost)>;
 
 struct FitOptions {
-  Drag drag = Drag::nonlinear;
+  model::Drag drag = model::Drag::nonlinear;
   int columns = 0;  // of the final mesh; 0: 17, or 13 where more than 30 s of motion are fitted
   int coarse_columns = 9;
   double rate_hz = 30;                    // observations are thinned to this
@@ -43,7 +44,7 @@ struct FitOptions {
 };
 
 struct FittedParameter {
-  Parameter parameter;
+  model::Parameter parameter;
   double value = 0;
   double start = 0;                               // from the coarse grid
   double lower_interval = 0, upper_interval = 0;  // 90 %, with what the mesh leaves open
@@ -55,11 +56,11 @@ struct FittedParameter {
 
 struct TrialError {
   std::string name;
-  double start_mm = 0, end_mm = 0;               // root mean square, fitted part
-  double moving_mm = 0;                          // end_mm from the held points' first move on; NaN where they rest
-  double held_out_mm = 0;                        // NaN where nothing of this trial was held out
-  std::optional<Interval> held_out_interval_mm;  // 90 %; absent where too little was held out for one
-  std::optional<double> rigid_plate_mm;          // the same samples, a plate hanging from the bar
+  double start_mm = 0, end_mm = 0;  // root mean square, fitted part
+  double moving_mm = 0;             // end_mm from the held points' first move on; NaN where they rest
+  double held_out_mm = 0;           // NaN where nothing of this trial was held out
+  std::optional<model::Interval> held_out_interval_mm;           // 90 %; absent where too little was held out for one
+  std::optional<double> rigid_plate_mm;                          // the same samples, a plate hanging from the bar
   std::optional<double> velocity_start_mm_s, velocity_end_mm_s;  // markers alone
   size_t frames = 0;                                             // compared times
 };
@@ -71,13 +72,14 @@ struct FitOutcome {
   std::vector<TrialError> trials;
   std::vector<double> history;  // cost after each iteration of the last stage
   std::string optimiser = "least_squares";
-  std::vector<SearchStep> trace;  // of a search that took the place of least squares
+  std::vector<estimate::SearchStep> trace;  // of a search that took the place of least squares
   int evaluations = 0;
   double wall_s = 0;
   double cut_s = 0;  // frames after it were held out (hold_out frames)
-  Residuals residuals, residuals_start;
-  std::shared_ptr<Objective> objective;  // on the final mesh
-  std::vector<std::string> remarks;      // what a reader should know: bounds, combinations not told apart
+  model::Residuals residuals, residuals_start;
+  std::shared_ptr<const model::Simulation> simulation;  // on the final mesh
+  model::State state;                                   // in which it ended
+  std::vector<std::string> remarks;  // what a reader should know: bounds, combinations not told apart
 };
 
 FitOutcome fit_campaign(const trial::Campaign& campaign, const FitOptions& options = {});

@@ -8,8 +8,8 @@
 #include <opencv2/imgproc.hpp>
 
 #include "fit/fold_metric.h"
-#include "fit/stripe_observation.h"
-#include "fit/stripe_residual.h"
+#include "observe/stripe_observation.h"
+#include "observe/stripe_residual.h"
 #include "render/row_map.h"
 #include "render/stripe_renderer.h"
 
@@ -58,11 +58,11 @@ cv::Mat difference(const AngleMap& a, const AngleMap& b) {
 }
 
 void add_frames(report::HtmlReport& html, const FitOutcome& out, const trial::Trial& trial, size_t index) {
-  const Scene& scene = out.objective->scenes()[index];
-  const StripeTrack& track = *scene.trial.stripes;
-  std::vector<Parameter> parameters;
+  const model::ObservedTrial& observed = out.simulation->trials()[index];
+  const observe::StripeTrack& track = *observed.stripes;
+  std::vector<model::Parameter> parameters;
   for (const FittedParameter& p : out.parameters) parameters.push_back(p.parameter);
-  const cloth::Trajectory run = out.objective->trajectory(parameters, out.coordinates, index);
+  const cloth::Trajectory run = out.simulation->trajectory(out.state, parameters, out.coordinates, index);
   render::StripeRenderer renderer(track.camera, track.projector);
   render::StripePattern pattern;
   pattern.horizontal = track.pattern.orientation == "horizontal";
@@ -73,15 +73,15 @@ void add_frames(report::HtmlReport& html, const FitOutcome& out, const trial::Tr
   render::RowMap map(track.camera, track.projector);
   FoldMetric metric;
   for (const size_t k : {size_t{0}, track.frames.size() / 2, track.frames.size() - 1}) {
-    if (k > 0 && scene.trial.still) break;
-    const StripeFrame& frame = track.frames[k];
+    if (k > 0 && observed.still) break;
+    const observe::StripeFrame& frame = track.frames[k];
     const render::Image recorded = trial::read_frame(trial, frame.index);
-    const Eigen::Matrix3Xd x = position_at(scene.trial.experiment, run, frame.time_s);
-    const render::Image simulated = renderer.render(x, out.objective->sheet().mesh.triangles);
+    const Eigen::Matrix3Xd x = model::position_at(observed.experiment, run, frame.time_s);
+    const render::Image simulated = renderer.render(x, out.simulation->sheet().mesh.triangles);
     std::vector<unsigned char> inside;
-    map.rasterise(x, out.objective->sheet().mesh.triangles);
+    map.rasterise(x, out.simulation->sheet().mesh.triangles);
     map.fill_silhouette(inside);
-    const StripeObservation seen = observe(recorded, track.camera, track.projector, pattern);
+    const observe::StripeObservation seen = observe::observe_stripes(recorded, track.camera, track.projector, pattern);
     const AngleMap a = metric.angle_map(recorded, seen.inside), b = metric.angle_map(simulated, inside);
     const FoldError error = metric.compare(a, b);
     html.picture_row(
@@ -94,7 +94,8 @@ void add_frames(report::HtmlReport& html, const FitOutcome& out, const trial::Tr
 }
 
 // Front and side view of dots (circles) and simulated sheet (lines) at one time.
-cv::Mat draw_dots(const Objective& objective, const Eigen::Matrix3Xd& sheet, const Eigen::Matrix3Xd& dots, int across) {
+cv::Mat draw_dots(const model::Simulation& objective, const Eigen::Matrix3Xd& sheet, const Eigen::Matrix3Xd& dots,
+                  int across) {
   const int size = 360;
   cv::Mat image(size, size, CV_8UC3, cv::Scalar(255, 255, 255));
   const Eigen::Vector3d low = sheet.rowwise().minCoeff(), high = sheet.rowwise().maxCoeff(), middle = (low + high) / 2;
@@ -112,22 +113,22 @@ cv::Mat draw_dots(const Objective& objective, const Eigen::Matrix3Xd& sheet, con
 }
 
 void add_dots(report::HtmlReport& html, const FitOutcome& out, size_t index) {
-  const Scene& scene = out.objective->scenes()[index];
-  const MarkerTrack& m = *scene.trial.markers;
-  std::vector<Parameter> parameters;
+  const model::ObservedTrial& observed = out.simulation->trials()[index];
+  const observe::MarkerTrack& m = *observed.markers;
+  std::vector<model::Parameter> parameters;
   for (const FittedParameter& p : out.parameters) parameters.push_back(p.parameter);
-  const cloth::Trajectory run = out.objective->trajectory(parameters, out.coordinates, index);
+  const cloth::Trajectory run = out.simulation->trajectory(out.state, parameters, out.coordinates, index);
   std::vector<std::string> pictures, captions;
   for (const double share : {0.0, 0.35, 0.7}) {
     const auto j = static_cast<Eigen::Index>(share * static_cast<double>(m.time_s.size()));
-    if (j > 0 && scene.trial.still) break;
+    if (j > 0 && observed.still) break;
     const auto times = static_cast<Eigen::Index>(m.time_s.size());
     Eigen::Matrix3Xd dots(3, static_cast<Eigen::Index>(m.uv.size()));
     for (Eigen::Index k = 0; k < dots.cols(); ++k) dots.col(k) = m.position.col(k * times + j);
-    const Eigen::Matrix3Xd x = position_at(scene.trial.experiment, run, m.time_s[static_cast<size_t>(j)]);
+    const Eigen::Matrix3Xd x = model::position_at(observed.experiment, run, m.time_s[static_cast<size_t>(j)]);
     for (const int across : {0, 1}) {
-      pictures.push_back(png_of(draw_dots(*out.objective, x, dots, across)));
-      captions.push_back(fmt::format("{}, {:.2f} s, {} view", scene.trial.name, m.time_s[static_cast<size_t>(j)],
+      pictures.push_back(png_of(draw_dots(*out.simulation, x, dots, across)));
+      captions.push_back(fmt::format("{}, {:.2f} s, {} view", observed.name, m.time_s[static_cast<size_t>(j)],
                                      across == 0 ? "x-z" : "y-z"));
     }
   }
@@ -139,8 +140,8 @@ void add_dots(report::HtmlReport& html, const FitOutcome& out, size_t index) {
 void add_pictures(report::HtmlReport& html, const FitOutcome& out, const trial::Campaign& campaign) {
   html.heading("Recorded and simulated");
   bool dots = false;
-  for (size_t i = 0; i < out.objective->scenes().size(); ++i) {
-    const ObservedTrial& t = out.objective->scenes()[i].trial;
+  for (size_t i = 0; i < out.simulation->trials().size(); ++i) {
+    const model::ObservedTrial& t = out.simulation->trials()[i];
     if (t.stripes) add_frames(html, out, campaign.trials[i], i);
     if (t.markers) {
       add_dots(html, out, i);

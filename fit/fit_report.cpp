@@ -7,7 +7,8 @@
 #include "files/json_number.h"
 #include "files/whole_file.h"
 #include "fit/fit_pictures.h"
-#include "fit/stripe_residual.h"
+#include "model/trial_error.h"
+#include "observe/stripe_residual.h"
 #include "report/html.h"
 
 namespace selvedge::fit {
@@ -22,24 +23,24 @@ std::string text(double value, const char* format = "{:.2f}") {
 
 std::string text(const std::optional<double>& value) { return value ? text(*value) : "–"; }
 
-std::string interval_text(const std::optional<Interval>& interval) {
+std::string interval_text(const std::optional<model::Interval>& interval) {
   return interval ? fmt::format("{:.2f} … {:.2f}", interval->first, interval->second) : "–";
 }
 
 // Root mean square at each compared time of a trial.
-report::Series error_over_time(const FitOutcome& out, size_t trial, const Residuals& residuals,
+report::Series error_over_time(const FitOutcome& out, size_t trial, const model::Residuals& residuals,
                                const std::string& name) {
-  const ObservedTrial& t = out.objective->scenes()[trial].trial;
-  const Eigen::VectorXd time = out.objective->time_s(trial);
+  const model::ObservedTrial& t = out.simulation->trials()[trial];
+  const Eigen::VectorXd time = out.simulation->time_s(trial);
   std::vector<double> times;
   if (t.markers) times = t.markers->time_s;
   else
-    for (const StripeFrame& f : t.stripes->frames) times.push_back(f.time_s);
+    for (const observe::StripeFrame& f : t.stripes->frames) times.push_back(f.time_s);
   report::Series series;
   series.name = name;
   for (const double s : times) {
     series.x.push_back(s);
-    series.y.push_back(rms_mm(t, residuals.mm[trial], time, s - 1e-9, s + 1e-9));
+    series.y.push_back(model::rms_mm(t, residuals.mm[trial], time, s - 1e-9, s + 1e-9));
   }
   return series;
 }
@@ -75,7 +76,7 @@ void add_errors(report::HtmlReport& html, const FitOutcome& out) {
                      ? "Held out: each half of the trials predicted with parameters fitted to the other half alone."
                      : "Held out: the last third of the frames, which the fit did not see.");
   for (size_t i = 0; i < out.trials.size(); ++i) {
-    if (out.objective->scenes()[i].trial.still) continue;
+    if (out.simulation->trials()[i].still) continue;
     report::PlotOptions plot;
     plot.x_label = "time, s";
     plot.y_label = "error, mm";
@@ -91,7 +92,7 @@ void add_errors(report::HtmlReport& html, const FitOutcome& out) {
 // Best error so far and, where there is one, the temperature, against evaluations (figure 5 of Bhat et al. 2003).
 void add_search(report::HtmlReport& html, const FitOutcome& out) {
   report::Series best{"best error", {}, {}}, temperature{"temperature", {}, {}};
-  for (const SearchStep& step : out.trace) {
+  for (const estimate::SearchStep& step : out.trace) {
     best.x.push_back(step.evaluations);
     best.y.push_back(step.best_cost);
     if (!std::isfinite(step.temperature)) continue;

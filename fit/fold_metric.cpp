@@ -52,11 +52,11 @@ FoldMetric::FoldMetric(const FoldMetricOptions& options)
     : options_(options), taps_(filter_taps(options.kernel_radius_px, options.tap_spacing)),
       blur_taps_(gaussian_taps(options.coefficient_blur_px)) {}
 
-AngleMap FoldMetric::angle_map(const Image& image) {
+AngleMap FoldMetric::angle_map(const render::Image& image) {
   return angle_map(image, std::vector<unsigned char>(size_t(image.size()), 1));
 }
 
-AngleMap FoldMetric::angle_map(const Image& image, const std::vector<unsigned char>& inside) {
+AngleMap FoldMetric::angle_map(const render::Image& image, const std::vector<unsigned char>& inside) {
   if (inside.size() != size_t(image.size()))
     throw std::invalid_argument("angle_map: the silhouette has not the image's size");
   AngleMap map;
@@ -90,7 +90,7 @@ AngleMap FoldMetric::angle_map(const Image& image, const std::vector<unsigned ch
 }
 
 // Rows stream through two rings: filtered rows (five filters) and rows of smoothed coefficients.
-void FoldMetric::orientation(const Image& image, Box box, AngleMap& map) {
+void FoldMetric::orientation(const render::Image& image, Box box, AngleMap& map) {
   const int radius = options_.kernel_radius_px, blur = int(blur_taps_.size()) - 1;
   const int span = 2 * radius + 1, blur_span = 2 * blur + 1;
   const int width = box.right - box.left, wide = width + 2 * blur;

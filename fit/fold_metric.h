@@ -55,10 +55,10 @@ class FoldMetric {
 
   // inside: 1 in the silhouette, row major, of the image's size. Orientation is computed in the silhouette's
   // bounding box alone.
-  AngleMap angle_map(const Image& image, const std::vector<unsigned char>& inside);
+  AngleMap angle_map(const render::Image& image, const std::vector<unsigned char>& inside);
 
   // The same without a silhouette: every pixel counts as inside.
-  AngleMap angle_map(const Image& image);
+  AngleMap angle_map(const render::Image& image);
 
   FoldError compare(const AngleMap& recorded, const AngleMap& simulated) const;
 
@@ -68,7 +68,7 @@ class FoldMetric {
   struct Box {
     int left, top, right, bottom;
   };
-  void orientation(const Image& image, Box box, AngleMap& map);
+  void orientation(const render::Image& image, Box box, AngleMap& map);
 
   FoldMetricOptions options_;
   std::vector<float> taps_;       // five filters, each from the centre tap outwards (the rest by symmetry)

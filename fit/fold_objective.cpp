@@ -11,7 +11,7 @@
 #include <tbb/parallel_for.h>
 
 #include "files/bad_input.h"
-#include "fit/silhouette.h"
+#include "observe/silhouette.h"
 #include "render/row_map.h"
 #include "render/stripe_renderer.h"
 
@@ -68,15 +68,15 @@ class FoldBench {
   double energy(const Eigen::Matrix3Xd& position, const std::vector<std::array<int, 3>>& triangles, size_t frame) {
     map_.rasterise(position, triangles);
     map_.fill_silhouette(inside_);
-    const Image image = renderer_ ? renderer_->render(position, triangles) : lit_rows();
+    const render::Image image = renderer_ ? renderer_->render(position, triangles) : lit_rows();
     return metric_.compare(track_.recorded[frame], metric_.angle_map(image, inside_)).total;
   }
 
  private:
-  Image lit_rows() {
+  render::Image lit_rows() {
     map_.fill(row_, column_, depth_);
     const std::vector<float>& across = track_.pattern.horizontal ? row_ : column_;
-    Image image = Image::Constant(map_.height_px(), map_.width_px(), 4);
+    render::Image image = render::Image::Constant(map_.height_px(), map_.width_px(), 4);
     const render::RowMap::Box box = map_.covered();
     for (int y = box.top; y < box.bottom; ++y)
       for (int x = box.left; x < box.right; ++x) {
@@ -98,28 +98,29 @@ class FoldBench {
 // Of one parameter set and trial: the sheet at each compared frame; empty where the simulation blew up.
 using Sheets = std::vector<Eigen::Matrix3Xd>;
 
-std::vector<Sheets> simulate_sheets(const Objective& scenes, const FoldTrack& track, size_t trial,
-                                    const std::vector<Parameter>& parameters, const MatrixXd& coordinates) {
-  const Scene& scene = scenes.scenes()[trial];
+std::vector<Sheets> simulate_sheets(const model::Simulation& scenes, const model::State& state, const FoldTrack& track,
+                                    size_t trial, const std::vector<model::Parameter>& parameters,
+                                    const MatrixXd& coordinates) {
+  const model::ObservedTrial& observed = scenes.trials()[trial];
   std::vector<cloth::Experiment> lanes;
-  for (Prediction& p : scenes.predictions(parameters, coordinates, trial, 0, coordinates.cols())) {
+  for (model::Prediction& p : scenes.predictions(state, parameters, coordinates, trial, 0, coordinates.cols())) {
     // The recording may go on after the last frame compared.
-    while (!scene.trial.still && p.experiment.sample_s.size() > 3 &&
+    while (!observed.still && p.experiment.sample_s.size() > 3 &&
            p.experiment.sample_s[p.experiment.sample_s.size() - 3] > track.time_s.back())
       p.experiment.sample_s.pop_back();
     lanes.push_back(std::move(p.experiment));
   }
   std::vector<Sheets> sheets(lanes.size());
-  if (scene.trial.still) {
-    const std::vector<cloth::Rest> rests = cloth::relax(scenes.sheet(), lanes, scenes.options().simulation);
+  if (observed.still) {
+    const std::vector<cloth::Rest> rests = cloth::relax(scenes.sheet(), lanes, scenes.options().cloth);
     for (size_t i = 0; i < rests.size(); ++i)
       if (rests[i].position.allFinite()) sheets[i] = {rests[i].position};
     return sheets;
   }
-  const std::vector<cloth::Trajectory> runs = cloth::simulate(scenes.sheet(), lanes, scenes.options().simulation);
+  const std::vector<cloth::Trajectory> runs = cloth::simulate(scenes.sheet(), lanes, scenes.options().cloth);
   for (size_t i = 0; i < runs.size(); ++i)
     if (runs[i].finite)
-      for (const double t : track.time_s) sheets[i].push_back(position_at(lanes[i], runs[i], t));
+      for (const double t : track.time_s) sheets[i].push_back(model::position_at(lanes[i], runs[i], t));
   return sheets;
 }
 
@@ -147,18 +148,19 @@ FoldTrack track_folds(const trial::Trial& trial, const FoldTrackOptions& options
     const double t = trial.frames->time_s[i];
     if (t < next) continue;
     next = t + 1 / options.rate_hz - 1e-3;
-    const Image image = trial::read_frame(trial, i);
+    const render::Image image = trial::read_frame(trial, i);
     track.time_s.push_back(t);
-    track.recorded.push_back(metric.angle_map(image, silhouette_mask(image, measure_background(image))));
+    track.recorded.push_back(
+        metric.angle_map(image, observe::silhouette_mask(image, observe::measure_background(image))));
   }
   return track;
 }
 
-FoldObjective::FoldObjective(const Objective& scenes, const std::vector<FoldTrack>& tracks, FoldPicture picture,
-                             const FoldMetricOptions& metric)
-    : scenes_(scenes), tracks_(tracks), picture_(picture), metric_(metric) {}
+FoldObjective::FoldObjective(const model::Simulation& scenes, const model::State& state,
+                             const std::vector<FoldTrack>& tracks, FoldPicture picture, const FoldMetricOptions& metric)
+    : scenes_(scenes), state_(state), tracks_(tracks), picture_(picture), metric_(metric) {}
 
-MatrixXd FoldObjective::energy(const std::vector<Parameter>& parameters, const MatrixXd& coordinates,
+MatrixXd FoldObjective::energy(const std::vector<model::Parameter>& parameters, const MatrixXd& coordinates,
                                const std::vector<size_t>& wanted) const {
   std::vector<size_t> trials = wanted;
   if (trials.empty()) {
@@ -172,8 +174,8 @@ MatrixXd FoldObjective::energy(const std::vector<Parameter>& parameters, const M
     const size_t t = task / static_cast<size_t>(groups);
     const Index first = static_cast<Index>(task % static_cast<size_t>(groups)) * lanes_at_once,
                 count = std::min(lanes_at_once, sets - first);
-    std::vector<Sheets> some =
-        simulate_sheets(scenes_, tracks_[trials[t]], trials[t], parameters, coordinates.middleCols(first, count));
+    std::vector<Sheets> some = simulate_sheets(scenes_, state_, tracks_[trials[t]], trials[t], parameters,
+                                               coordinates.middleCols(first, count));
     std::move(some.begin(), some.end(), sheets[t].begin() + first);
   });
 
@@ -199,9 +201,9 @@ MatrixXd FoldObjective::energy(const std::vector<Parameter>& parameters, const M
   return energy;
 }
 
-SearchProblem fold_problem(const FoldObjective& objective, const std::vector<Parameter>& parameters,
-                           const VectorXd& start, const std::vector<size_t>& trials) {
-  SearchProblem problem;
+estimate::SearchProblem fold_problem(const FoldObjective& objective, const std::vector<model::Parameter>& parameters,
+                                     const VectorXd& start, const std::vector<size_t>& trials) {
+  estimate::SearchProblem problem;
   std::tie(problem.lower, problem.upper) = bounds_of(parameters);
   problem.start = start.cwiseMax(problem.lower).cwiseMin(problem.upper);
   problem.costs = [&objective, parameters, trials](const MatrixXd& points) {
@@ -211,8 +213,9 @@ SearchProblem fold_problem(const FoldObjective& objective, const std::vector<Par
   return problem;
 }
 
-std::vector<double> variability_percent(const BatchCosts& costs, const std::vector<Parameter>& parameters,
-                                        const VectorXd& point, double largest, int steps) {
+std::vector<double> variability_percent(const estimate::BatchCosts& costs,
+                                        const std::vector<model::Parameter>& parameters, const VectorXd& point,
+                                        double largest, int steps) {
   const Index n = point.size(), each = 2 * steps;
   MatrixXd sets(n, 1 + n * each);
   VectorXd relative(each);
@@ -221,7 +224,7 @@ std::vector<double> variability_percent(const BatchCosts& costs, const std::vect
   for (Index k = 0; k < sets.cols(); ++k) sets.col(k) = point;
   for (Index k = 0; k < n; ++k)
     for (Index i = 0; i < each; ++i) {
-      const Parameter& p = parameters[static_cast<size_t>(k)];
+      const model::Parameter& p = parameters[static_cast<size_t>(k)];
       sets(k, 1 + k * each + i) = to_coordinate(p, to_value(p, point(k)) * (1 + relative(i)));
     }
   const std::vector<double> all = costs(sets);

@@ -9,8 +9,8 @@
 #pragma once
 
 #include "fit/fold_metric.h"
-#include "fit/objective.h"
-#include "fit/optimisers/search.h"
+#include "model/simulation.h"
+#include "estimate/optimisers/search.h"
 
 namespace selvedge::fit {
 
@@ -35,30 +35,33 @@ enum class FoldPicture { rendered, row_map };
 
 class FoldObjective {
  public:
-  // scenes: meshes, experiments and branches; its trials and `tracks` correspond. Both must outlive this.
-  FoldObjective(const Objective& scenes, const std::vector<FoldTrack>& tracks,
+  // scenes: meshes and experiments, on the branches of state; its trials and `tracks` correspond. Both must outlive
+  // this.
+  FoldObjective(const model::Simulation& scenes, const model::State& state, const std::vector<FoldTrack>& tracks,
                 FoldPicture picture = FoldPicture::row_map, const FoldMetricOptions& metric = {});
 
   // E per frame, sets × trials (all of them where `trials` is empty, otherwise those, in that order); infinity where
   // a simulation blew up. coordinates: parameters × sets.
-  Eigen::MatrixXd energy(const std::vector<Parameter>& parameters, const Eigen::MatrixXd& coordinates,
+  Eigen::MatrixXd energy(const std::vector<model::Parameter>& parameters, const Eigen::MatrixXd& coordinates,
                          const std::vector<size_t>& trials = {}) const;
 
  private:
-  const Objective& scenes_;
+  const model::Simulation& scenes_;
+  const model::State state_;
   const std::vector<FoldTrack>& tracks_;
   FoldPicture picture_;
   FoldMetricOptions metric_;
 };
 
 // The search over the parameters' bounds from `start` (coordinates) that minimises the sum of E over the trials.
-SearchProblem fold_problem(const FoldObjective& objective, const std::vector<Parameter>& parameters,
-                           const Eigen::VectorXd& start, const std::vector<size_t>& trials = {});
+estimate::SearchProblem fold_problem(const FoldObjective& objective, const std::vector<model::Parameter>& parameters,
+                                     const Eigen::VectorXd& start, const std::vector<size_t>& trials = {});
 
 // The quadratic that Bhat et al. 2003, section 5, draw through perturbed parameters: each is moved to ± `largest`
 // (relative) in `steps` a side, and the change that raises E by 1 % is read off, in % of the value; infinity where the
 // quadratic does not open upwards.
-std::vector<double> variability_percent(const BatchCosts& costs, const std::vector<Parameter>& parameters,
-                                        const Eigen::VectorXd& point, double largest = 0.2, int steps = 3);
+std::vector<double> variability_percent(const estimate::BatchCosts& costs,
+                                        const std::vector<model::Parameter>& parameters, const Eigen::VectorXd& point,
+                                        double largest = 0.2, int steps = 3);
 
 }  // namespace selvedge::fit

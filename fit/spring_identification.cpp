@@ -104,9 +104,10 @@ IsotropicFabric to_fabric(const VectorXd& x, SpringCoordinates coordinates) {
   return {std::exp(x(0)) / longest, std::exp(x(1)) / longest, std::exp(x(2)) / longest, std::exp(x(3)), longest - 1};
 }
 
-SearchProblem spring_problem(const SpringRecording& recording, SpringCost cost, SpringCoordinates coordinates) {
-  const EvolutionOptions first = spring_evolution(recording, cost, coordinates);
-  SearchProblem problem;
+estimate::SearchProblem spring_problem(const SpringRecording& recording, SpringCost cost,
+                                       SpringCoordinates coordinates) {
+  const estimate::EvolutionOptions first = spring_evolution(recording, cost, coordinates);
+  estimate::SearchProblem problem;
   if (coordinates == SpringCoordinates::lengths) {
     problem.lower = 0.5 * first.first_lower;
     problem.upper = 2 * first.first_upper;
@@ -126,9 +127,10 @@ SearchProblem spring_problem(const SpringRecording& recording, SpringCost cost, 
   return problem;
 }
 
-EvolutionOptions spring_evolution(const SpringRecording& recording, SpringCost cost, SpringCoordinates coordinates) {
+estimate::EvolutionOptions spring_evolution(const SpringRecording& recording, SpringCost cost,
+                                            SpringCoordinates coordinates) {
   const ObservedLengths seen = observed_lengths(recording, cost);
-  EvolutionOptions options;
+  estimate::EvolutionOptions options;
   options.first_lower.resize(5);
   options.first_upper.resize(5);
   if (coordinates == SpringCoordinates::lengths) {

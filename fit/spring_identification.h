@@ -15,7 +15,7 @@
 #pragma once
 
 #include "cloth/provot_sheet.h"
-#include "fit/optimisers/evolution.h"
+#include "estimate/optimisers/evolution.h"
 
 namespace selvedge::fit {
 
@@ -46,10 +46,12 @@ Eigen::VectorXd to_coordinates(const cloth::IsotropicFabric& fabric, SpringCoord
 cloth::IsotropicFabric to_fabric(const Eigen::VectorXd& point, SpringCoordinates coordinates);
 
 // Costs on all cores; the box holds the first values below and more. The recording must outlive the problem.
-SearchProblem spring_problem(const SpringRecording& recording, SpringCost cost, SpringCoordinates coordinates);
+estimate::SearchProblem spring_problem(const SpringRecording& recording, SpringCost cost,
+                                       SpringCoordinates coordinates);
 
 // First values, from the lengths observed in the frames compared. `lengths`: natural ones 0.6 to 1.1 times the average,
 // K 0.2 to 20 N/m, τ 0.02 to 1. `longest`: l(1 + τ) from the average to 1.1 times the longest, K and τ as before.
-EvolutionOptions spring_evolution(const SpringRecording& recording, SpringCost cost, SpringCoordinates coordinates);
+estimate::EvolutionOptions spring_evolution(const SpringRecording& recording, SpringCost cost,
+                                            SpringCoordinates coordinates);
 
 }  // namespace selvedge::fit

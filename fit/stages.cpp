@@ -2,19 +2,18 @@
 
 #include <algorithm>
 #include <limits>
-#include <set>
 
 #include <fmt/format.h>
 
 #include "files/bad_input.h"
 #include "fit/coarse_search.h"
-#include "fit/stripe_residual.h"
+#include "observe/stripe_residual.h"
 
 namespace selvedge::fit {
 
 namespace {
 
-std::vector<size_t> first_few(const std::vector<ObservedTrial>& trials) {
+std::vector<size_t> first_few(const std::vector<model::ObservedTrial>& trials) {
   std::vector<size_t> few;
   size_t moved = 0;
   for (size_t i = 0; i < trials.size(); ++i)
@@ -22,14 +21,14 @@ std::vector<size_t> first_few(const std::vector<ObservedTrial>& trials) {
   return few;
 }
 
-double first_observed_s(const ObservedTrial& t) {
+double first_observed_s(const model::ObservedTrial& t) {
   double begin = std::numeric_limits<double>::infinity();
   if (t.markers) begin = std::min(begin, t.markers->time_s.front());
   if (t.stripes && !t.stripes->frames.empty()) begin = std::min(begin, t.stripes->frames.front().time_s);
   return begin;
 }
 
-double last_observed_s(const ObservedTrial& t) {
+double last_observed_s(const model::ObservedTrial& t) {
   double end = -std::numeric_limits<double>::infinity();
   if (t.markers) end = std::max(end, t.markers->time_s.back());
   if (t.stripes) end = std::max(end, last_time_s(*t.stripes));
@@ -37,34 +36,25 @@ double last_observed_s(const ObservedTrial& t) {
 }
 
 // The longest that a moving trial is observed, up to until_s on its clock.
-double longest_span_s(const std::vector<ObservedTrial>& trials, double until_s) {
+double longest_span_s(const std::vector<model::ObservedTrial>& trials, double until_s) {
   double span = 0;
-  for (const ObservedTrial& t : trials)
+  for (const model::ObservedTrial& t : trials)
     if (!t.still) span = std::max(span, std::min(until_s, last_observed_s(t)) - t.experiment.start_s);
   return span;
 }
 
 // The first span_s of a trial that moves, or as much of it as shows anything; all of one that rests.
-ObservedTrial beginning_of(ObservedTrial t, double span_s) {
+model::ObservedTrial beginning_of(model::ObservedTrial t, double span_s) {
   if (t.still) return t;
   const double until_s = std::max(t.experiment.start_s + span_s, first_observed_s(t));
   std::vector<double>& sample_s = t.experiment.sample_s;
   // One sample beyond the last observation serves interpolation.
   const auto end = std::upper_bound(sample_s.begin(), sample_s.end(), until_s);
   if (end != sample_s.end()) sample_s.erase(end + 1, sample_s.end());
-  if (t.markers) {
-    MarkerTrack& m = *t.markers;
-    const auto all = static_cast<Eigen::Index>(m.time_s.size());
-    m.time_s.erase(std::upper_bound(m.time_s.begin(), m.time_s.end(), until_s), m.time_s.end());
-    const auto kept = static_cast<Eigen::Index>(m.time_s.size());
-    Eigen::Matrix3Xd position(3, kept * static_cast<Eigen::Index>(m.uv.size()));
-    for (Eigen::Index k = 0; k < static_cast<Eigen::Index>(m.uv.size()); ++k)
-      position.middleCols(k * kept, kept) = m.position.middleCols(k * all, kept);
-    m.position = std::move(position);
-  }
+  if (t.markers) t.markers = observe::beginning_of(*t.markers, until_s);
   if (t.stripes) {
-    auto track = std::make_shared<StripeTrack>(*t.stripes);
-    std::erase_if(track->frames, [&](const StripeFrame& f) { return f.time_s > until_s; });
+    auto track = std::make_shared<observe::StripeTrack>(*t.stripes);
+    std::erase_if(track->frames, [&](const observe::StripeFrame& f) { return f.time_s > until_s; });
     t.stripes = track;
   }
   return t;
@@ -72,30 +62,29 @@ ObservedTrial beginning_of(ObservedTrial t, double span_s) {
 
 // Still trials and the beginnings of the first three that move. Enough to start from: still trials are cheap, and three
 // that move show every parameter once.
-std::vector<ObservedTrial> beginnings_of(const std::vector<ObservedTrial>& trials, double span_s) {
-  std::vector<ObservedTrial> out;
+std::vector<model::ObservedTrial> beginnings_of(const std::vector<model::ObservedTrial>& trials, double span_s) {
+  std::vector<model::ObservedTrial> out;
   for (const size_t i : first_few(trials)) out.push_back(beginning_of(trials[i], span_s));
   return out;
 }
 
 // Which parameters a short piece of motion shows; the others would wander off there.
-std::vector<Eigen::Index> shown_soon(const std::vector<Parameter>& parameters) {
-  static const std::set<std::string> names = {"stretch", "shear", "bend", "bend_damping", "drag_normal", "drag_linear"};
+std::vector<Eigen::Index> shown_soon(const std::vector<model::Parameter>& parameters) {
   std::vector<Eigen::Index> rows;
   for (size_t k = 0; k < parameters.size(); ++k)
-    if (names.count(parameters[k].name)) rows.push_back(static_cast<Eigen::Index>(k));
+    if (parameters[k].shows_soon) rows.push_back(static_cast<Eigen::Index>(k));
   return rows;
 }
 
 }  // namespace
 
-std::vector<ObservedTrial> observe_campaign(const trial::Campaign& campaign, double rate_hz, double image_rate_hz,
-                                            const report::ProgressCallback& progress) {
-  std::vector<ObservedTrial> trials;
+std::vector<model::ObservedTrial> observe_campaign(const trial::Campaign& campaign, double rate_hz,
+                                                   double image_rate_hz, const report::ProgressCallback& progress) {
+  std::vector<model::ObservedTrial> trials;
   for (const trial::Trial& trial : campaign.trials) {
-    ObserveOptions observe;
+    observe::ObserveOptions observe;
     observe.rate_hz = trial.markers ? rate_hz : image_rate_hz;
-    trials.push_back(observe_trial(trial, observe));
+    trials.push_back(model::observe_trial(trial, observe));
     const trial::Fabric &a = trial.fabric, &b = campaign.trials[0].fabric;
     if (a.width_m != b.width_m || a.height_m != b.height_m)
       refuse((trial.folder / "trial.json").string(),
@@ -106,9 +95,9 @@ std::vector<ObservedTrial> observe_campaign(const trial::Campaign& campaign, dou
   return trials;
 }
 
-double last_observed_s(const std::vector<ObservedTrial>& trials) {
+double last_observed_s(const std::vector<model::ObservedTrial>& trials) {
   double end = 0;
-  for (const ObservedTrial& t : trials)
+  for (const model::ObservedTrial& t : trials)
     if (!t.still) end = std::max(end, last_observed_s(t));
   return end;
 }
@@ -118,12 +107,15 @@ report::ProgressCallback part_of(const report::ProgressCallback& whole, double f
   return [=](double done, const std::string& what) { whole(from + (to - from) * done, name + ": " + what); };
 }
 
-LeastSquaresResult minimise_on_branches(Objective& objective, const std::vector<Parameter>& parameters,
-                                        const Eigen::VectorXd& start, const LeastSquaresOptions& options) {
-  LeastSquaresResult result = minimise(objective, parameters, start, options);
+estimate::LeastSquaresResult minimise_on_branches(const model::Simulation& simulation, model::State& state,
+                                                  const std::vector<model::Parameter>& parameters,
+                                                  const Eigen::VectorXd& start,
+                                                  const estimate::LeastSquaresOptions& options) {
+  estimate::LeastSquaresResult result = minimise(simulation, state, parameters, start, options);
   constexpr int kRounds = 2;
-  for (int round = 0; round < kRounds && objective.rematch(parameters, result.coordinates, options.trials); ++round) {
-    LeastSquaresResult again = minimise(objective, parameters, result.coordinates, options);
+  for (int round = 0; round < kRounds && simulation.rematch(state, parameters, result.coordinates, options.trials);
+       ++round) {
+    estimate::LeastSquaresResult again = minimise(simulation, state, parameters, result.coordinates, options);
     again.evaluations += result.evaluations + 1;
     again.history.insert(again.history.begin(), result.history.begin(), result.history.end());
     result = std::move(again);
@@ -131,50 +123,50 @@ LeastSquaresResult minimise_on_branches(Objective& objective, const std::vector<
   return result;
 }
 
-Start fit_beginnings(const Objective& objective, const std::vector<Parameter>& parameters, const Eigen::VectorXd& start,
-                     const LeastSquaresOptions& options, const std::vector<double>& shares) {
-  std::vector<ObservedTrial> whole;
-  for (const Scene& s : objective.scenes()) whole.push_back(s.trial);
+Start fit_beginnings(const model::Simulation& simulation, const model::State& state,
+                     const std::vector<model::Parameter>& parameters, const Eigen::VectorXd& start,
+                     const estimate::LeastSquaresOptions& options, const std::vector<double>& shares) {
+  const std::vector<model::ObservedTrial>& whole = simulation.trials();
   const double span_s = longest_span_s(whole, options.fit_until_s);
-  ObjectiveOptions on = objective.options();
-  on.branch_of = &objective;
   const std::vector<Eigen::Index> rows = shown_soon(parameters);
-  const std::vector<Parameter> some_parameters = only(parameters, rows, start);
+  const std::vector<model::Parameter> some_parameters = only(parameters, rows, start);
   Start out{start, 0};
   for (size_t i = 0; i < shares.size(); ++i) {
-    std::vector<ObservedTrial> begun;
-    for (const ObservedTrial& t : whole) begun.push_back(beginning_of(t, shares[i] * span_s));
-    Objective part(std::move(begun), on, some_parameters, out.coordinates(rows));
-    LeastSquaresOptions some = options;
+    std::vector<model::ObservedTrial> begun;
+    for (const model::ObservedTrial& t : whole) begun.push_back(beginning_of(t, shares[i] * span_s));
+    const model::Simulation part(std::move(begun), simulation.options());
+    model::State of_part = part.state_of(simulation, state);
+    estimate::LeastSquaresOptions some = options;
     some.max_iterations = std::min(6, options.max_iterations);
     if (options.prior_centre) some.prior_centre = Eigen::VectorXd((*options.prior_centre)(rows));
     const double from = static_cast<double>(i) / static_cast<double>(shares.size());
     some.progress = part_of(options.progress, from, from + 1.0 / static_cast<double>(shares.size()),
                             fmt::format("first {:.0f} %", 100 * shares[i]));
-    const LeastSquaresResult fitted = minimise(part, some_parameters, out.coordinates(rows), some);
+    const estimate::LeastSquaresResult fitted = minimise(part, of_part, some_parameters, out.coordinates(rows), some);
     out.coordinates(rows) = fitted.coordinates;
     out.evaluations += fitted.evaluations;
   }
   return out;
 }
 
-Rivals minimise_and_return(Objective& objective, const std::vector<Parameter>& parameters, const Eigen::VectorXd& start,
-                           const LeastSquaresOptions& options) {
+Rivals minimise_and_return(const model::Simulation& simulation, model::State& state,
+                           const std::vector<model::Parameter>& parameters, const Eigen::VectorXd& start,
+                           const estimate::LeastSquaresOptions& options) {
   constexpr double kClear = 0.05,
                    kUnclear = 0.3;  // moved by this much: what a short piece of motion shows, and the rest
   constexpr double kAlike = 1.5;    // costs up to this ratio: a valley that the trials do not rule out
-  LeastSquaresOptions part = options;
+  estimate::LeastSquaresOptions part = options;
   part.progress = part_of(options.progress, 0, 0.6, "down");
-  LeastSquaresResult first = minimise(objective, parameters, start, part);
+  estimate::LeastSquaresResult first = minimise(simulation, state, parameters, start, part);
   Eigen::VectorXd moved = Eigen::VectorXd::Constant(first.coordinates.size(), -kUnclear);
   for (const Eigen::Index row : shown_soon(parameters))
     if (parameters[static_cast<size_t>(row)].name != "bend_damping") moved(row) = kClear;
   part.progress = part_of(options.progress, 0.6, 1, "back from elsewhere");
-  LeastSquaresResult second = minimise(objective, parameters, first.coordinates + moved, part);
+  estimate::LeastSquaresResult second = minimise(simulation, state, parameters, first.coordinates + moved, part);
   const int evaluations = first.evaluations + second.evaluations;
   // One scale for both; the pull to either start is left out.
-  const double a = cost_of(objective, first.residuals, options, 1),
-               b = cost_of(objective, second.residuals, options, 1);
+  const double a = cost_of(simulation, first.residuals, options, 1),
+               b = cost_of(simulation, second.residuals, options, 1);
   if (b < a) std::swap(first, second);
   Rivals out{std::move(first), std::nullopt};
   out.best.evaluations = evaluations;
@@ -182,29 +174,30 @@ Rivals minimise_and_return(Objective& objective, const std::vector<Parameter>& p
   return out;
 }
 
-Start find_start(const std::vector<ObservedTrial>& trials, const ObjectiveOptions& on,
-                 const std::vector<Parameter>& parameters, const LeastSquaresOptions& options) {
+Start find_start(const std::vector<model::ObservedTrial>& trials, const model::SimulationOptions& on,
+                 const std::vector<model::Parameter>& parameters, const estimate::LeastSquaresOptions& options) {
   constexpr size_t kCandidates = 3;
   constexpr double kBeginning = 0.4, kLeast_s = 1.2;  // of the longest trial
   const double span_s = longest_span_s(trials, options.fit_until_s);
-  const Objective grid(beginnings_of(trials, std::clamp(kBeginning * span_s, std::min(kLeast_s, span_s), span_s)), on,
-                       parameters, usual_coordinates(parameters));
-  LeastSquaresOptions search = options;
+  const model::Simulation grid(
+      beginnings_of(trials, std::clamp(kBeginning * span_s, std::min(kLeast_s, span_s), span_s)), on);
+  const model::State begin = grid.state_at(parameters, usual_coordinates(parameters));
+  estimate::LeastSquaresOptions search = options;
   search.max_iterations = 5;
   search.progress = part_of(options.progress, 0, 0.4, "grid");
-  const CoarseResult found = coarse_search(grid, parameters, search, kCandidates);
+  const CoarseResult found = coarse_search(grid, begin, parameters, search, kCandidates);
   Start out{found.best.front(), found.evaluations};
   double least = std::numeric_limits<double>::infinity();
   for (size_t i = 0; i < found.best.size(); ++i) {
     const double from = 0.4 + 0.6 * static_cast<double>(i) / kCandidates;
     search.progress = part_of(options.progress, from, from + 0.6 / kCandidates,
                               fmt::format("start {} of {}", i + 1, found.best.size()));
-    Objective own = grid;
-    own.rematch(parameters, found.best[i]);
-    const LeastSquaresResult fitted = minimise_on_branches(own, parameters, found.best[i], search);
+    model::State own = begin;
+    grid.rematch(own, parameters, found.best[i]);
+    const estimate::LeastSquaresResult fitted = minimise_on_branches(grid, own, parameters, found.best[i], search);
     out.evaluations += fitted.evaluations;
     // One scale for all, so that a start that fits little well does not win by calling the rest outliers.
-    const double cost = cost_of(own, fitted.residuals, search, 1);
+    const double cost = cost_of(grid, fitted.residuals, search, 1);
     if (!(cost < least)) continue;
     least = cost;
     out.coordinates = fitted.coordinates;

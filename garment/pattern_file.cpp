@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "cloth/material_parameters.h"
 #include "files/bad_input.h"
 #include "files/json_reader.h"
 #include "garment/pattern.h"
@@ -64,17 +65,8 @@ PanelEdge read_edge(const Pattern& pattern, const std::string& text, const std::
 
 // Parameters by name, of a fit or written out; what is not named keeps its default.
 void read_fabric(const JsonReader& json, cloth::Material& m) {
-  const std::vector<std::pair<std::string, double*>> known = {{"density", &m.density},
-                                                              {"stretch", &m.stretch},
-                                                              {"shear", &m.shear},
-                                                              {"bend", &m.bend},
-                                                              {"stretch_damping", &m.stretch_damping},
-                                                              {"shear_damping", &m.shear_damping},
-                                                              {"bend_damping", &m.bend_damping},
-                                                              {"drag_normal", &m.drag_normal},
-                                                              {"drag_tangent", &m.drag_tangent},
-                                                              {"drag_fade", &m.drag_fade},
-                                                              {"drag_linear", &m.drag_linear}};
+  std::vector<std::pair<std::string, double*>> known = {{"density", &m.density}};
+  for (const cloth::MaterialParameter& p : cloth::material_parameters()) known.emplace_back(p.name, &(m.*p.member));
   const JsonReader fabric = json.child("fabric");
   std::vector<std::string> names = {"fit"};
   for (const auto& [name, value] : known) names.push_back(name);

@@ -7,8 +7,8 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 
-#include "fit/silhouette.h"
-#include "fit/stripe_observation.h"
+#include "observe/silhouette.h"
+#include "observe/stripe_observation.h"
 
 namespace selvedge::station {
 
@@ -63,10 +63,10 @@ Eigen::Vector2d end_of_edge(const Line& line, bool left, const std::vector<unsig
 }
 
 std::optional<Eigen::Vector2d> corner_of(const trial::GreyImage& image, const std::vector<unsigned char>& mask,
-                                         const std::vector<fit::SilhouettePoint>& outline,
+                                         const std::vector<observe::SilhouettePoint>& outline,
                                          const Eigen::Vector2d& expected, bool left, const CornerOptions& options) {
   std::vector<Eigen::Vector2d> edge;
-  for (const fit::SilhouettePoint& p : outline) {
+  for (const observe::SilhouettePoint& p : outline) {
     const double out = left ? -p.normal.x() : p.normal.x();
     const Eigen::Vector2d from = p.pixel - expected;
     if (out > kAcross && std::abs(from.x()) < options.reach_px && from.y() > 0 &&
@@ -95,12 +95,12 @@ geometry::Projection moved_by(geometry::Projection device, const Eigen::Vector2d
   return device;
 }
 
-std::optional<LineMap> line_at(const fit::StripeObservation& seen, const Eigen::Vector2d& at,
+std::optional<LineMap> line_at(const observe::StripeObservation& seen, const Eigen::Vector2d& at,
                                const CornerOptions& options) {
   Eigen::Matrix3d normal = Eigen::Matrix3d::Identity() * 1e-6;
   Eigen::Vector3d right = Eigen::Vector3d::Zero();
   int edges = 0;
-  for (const fit::StripeEdge& edge : seen.edges) {
+  for (const observe::StripeEdge& edge : seen.edges) {
     const Eigen::Vector2d d = edge.pixel - at;
     if (!edge.labelled || d.norm() > options.stripe_reach_px) continue;
     const double weight = std::exp(-0.5 * d.squaredNorm() / (options.stripe_weight_px * options.stripe_weight_px));
@@ -116,7 +116,7 @@ std::optional<LineMap> line_at(const fit::StripeObservation& seen, const Eigen::
 
 // The labelling counts stripes from a held corner and bears only a share of a period there; a projector that has
 // moved further is met by counting from a third of a period to either side as well.
-std::optional<LineMap> find_line(const trial::Trial& trial, fit::StripeObservation& seen,
+std::optional<LineMap> find_line(const trial::Trial& trial, observe::StripeObservation& seen,
                                  const Eigen::Vector3d& tracked, const Eigen::Vector2d& at,
                                  const CornerOptions& options) {
   const render::StripePattern pattern = pattern_of(*trial.pattern);
@@ -125,7 +125,7 @@ std::optional<LineMap> find_line(const trial::Trial& trial, fit::StripeObservati
   const double expected_px = across.dot(geometry::project(*trial.projector, tracked));
   for (const double share : {0.0, 1.0 / 3, -1.0 / 3}) {
     const double shift_px = share * pattern.period_px;
-    fit::label_edges(seen, camera, moved_by(*trial.projector, shift_px * across), pattern, tracked, tracked);
+    observe::label_edges(seen, camera, moved_by(*trial.projector, shift_px * across), pattern, tracked, tracked);
     auto line = line_at(seen, at, options);
     if (!line || std::abs(line->line_px - expected_px - shift_px) > kCornerAgrees * pattern.period_px) continue;
     line->line_px -= pattern.period_px * std::round((line->line_px - expected_px) / pattern.period_px);
@@ -139,15 +139,16 @@ std::optional<LineMap> find_line(const trial::Trial& trial, fit::StripeObservati
 HeldCorners find_held_corners(const trial::Trial& trial, const trial::GreyImage& image, const TrackedCorners& tracked,
                               const CornerOptions& options) {
   HeldCorners corners;
-  const fit::Background background = fit::measure_background(image);
-  const std::vector<unsigned char> mask = fit::silhouette_mask(image, background);
-  const auto outline = fit::outline_points(image, mask, background, 2, 0.1);
+  const observe::Background background = observe::measure_background(image);
+  const std::vector<unsigned char> mask = observe::silhouette_mask(image, background);
+  const auto outline = observe::outline_points(image, mask, background, 2, 0.1);
   for (size_t side = 0; side < 2; ++side)
     if (tracked[side])
       corners[side].pixel =
           corner_of(image, mask, outline, geometry::project(*trial.camera, *tracked[side]), side == 0, options);
   if (!trial.projector || !trial.pattern) return corners;
-  fit::StripeObservation seen = fit::observe(image, *trial.camera, *trial.projector, pattern_of(*trial.pattern));
+  observe::StripeObservation seen =
+      observe::observe_stripes(image, *trial.camera, *trial.projector, pattern_of(*trial.pattern));
   for (size_t side = 0; side < 2; ++side)
     if (tracked[side])
       corners[side].line =
@@ -158,9 +159,9 @@ HeldCorners find_held_corners(const trial::Trial& trial, const trial::GreyImage&
 
 std::optional<Eigen::Vector2d> find_corner(const trial::GreyImage& image, const Eigen::Vector2d& expected, bool left,
                                            const CornerOptions& options) {
-  const fit::Background background = fit::measure_background(image);
-  const std::vector<unsigned char> mask = fit::silhouette_mask(image, background);
-  return corner_of(image, mask, fit::outline_points(image, mask, background, 2, 0.1), expected, left, options);
+  const observe::Background background = observe::measure_background(image);
+  const std::vector<unsigned char> mask = observe::silhouette_mask(image, background);
+  return corner_of(image, mask, observe::outline_points(image, mask, background, 2, 0.1), expected, left, options);
 }
 
 }  // namespace selvedge::station

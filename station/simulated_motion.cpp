@@ -25,20 +25,20 @@ std::vector<double> shown_times(const trial::Trial& trial) {
   return times;
 }
 
-void write_one(const fit::FitOutcome& outcome, const std::vector<fit::Parameter>& parameters, size_t index,
+void write_one(const fit::FitOutcome& outcome, const std::vector<model::Parameter>& parameters, size_t index,
                const trial::Trial& trial, const fs::path& folder) {
-  const fit::Scene& scene = outcome.objective->scenes()[index];
-  const cloth::Trajectory run = outcome.objective->trajectory(parameters, outcome.coordinates, index);
+  const model::ObservedTrial& observed = outcome.simulation->trials()[index];
+  const cloth::Trajectory run = outcome.simulation->trajectory(outcome.state, parameters, outcome.coordinates, index);
   if (!run.finite) return;
-  const geometry::TriangleMesh& mesh = outcome.objective->sheet().mesh;
+  const geometry::TriangleMesh& mesh = outcome.simulation->sheet().mesh;
   json uv = json::array();
   for (const Eigen::Vector2d& p : mesh.rest_uv) uv.push_back({p.x(), p.y()});
   std::vector<double> times;
   std::string bytes;
   for (const double t : shown_times(trial)) {
-    if (t < scene.trial.experiment.start_s) continue;
-    if (!scene.trial.still && t > scene.trial.experiment.sample_s.back()) break;
-    const Eigen::Matrix3Xf x = fit::position_at(scene.trial.experiment, run, t).cast<float>();
+    if (t < observed.experiment.start_s) continue;
+    if (!observed.still && t > observed.experiment.sample_s.back()) break;
+    const Eigen::Matrix3Xf x = model::position_at(observed.experiment, run, t).cast<float>();
     times.push_back(t);
     bytes.append(reinterpret_cast<const char*>(x.data()), sizeof(float) * static_cast<size_t>(x.size()));
   }
@@ -57,7 +57,7 @@ fs::path motion_path(const fs::path& folder, const std::string& trial) {
 
 void write_simulated_motions(const fit::FitOutcome& outcome, const trial::Campaign& campaign, const fs::path& folder) {
   fs::create_directories(folder / "simulated");
-  std::vector<fit::Parameter> parameters;
+  std::vector<model::Parameter> parameters;
   for (const fit::FittedParameter& p : outcome.parameters) parameters.push_back(p.parameter);
   for (size_t i = 0; i < campaign.trials.size(); ++i) write_one(outcome, parameters, i, campaign.trials[i], folder);
 }

@@ -101,7 +101,7 @@ void run_diagnose(DiagnoseArguments& a) {
   for (const std::filesystem::path& more : a.with) campaigns.push_back(trial::read_campaign(more));
   const trial::Campaign campaign = trial::joined(campaigns);
   const std::vector<diagnose::Effect> effects = chosen_effects(a);
-  a.options.study.drag = fit::drag_named(a.base);
+  a.options.study.drag = model::drag_named(a.base);
   a.options.study.progress = report::terminal_progress("diagnose " + campaign.folder.filename().string());
   diagnose::keep_base_fit(a.options, a.out / "base_fit.json", campaign.trials.size(), input_hash(campaign, a));
   const diagnose::Diagnosis d = diagnose::diagnose(campaign, effects, a.options);

@@ -75,7 +75,7 @@ void run_fit(FitArguments& a, const CLI::App& command) {
   for (const trial::Trial& t : campaign.trials)
     for (const std::string& sentence : t.damaged)
       fmt::print(stderr, "passed over as damaged: {}: {}\n", t.name, sentence);
-  a.options.drag = fit::drag_named(a.base);
+  a.options.drag = model::drag_named(a.base);
   a.options.hold_out = a.hold_out == "trials"   ? fit::HoldOut::trials
                        : a.hold_out == "frames" ? fit::HoldOut::frames
                                                 : fit::HoldOut::automatic;

@@ -32,7 +32,7 @@ OverRecordings over_recordings(const std::vector<double>& values) {
   return {mean, mean - half, mean + half};
 }
 
-fit::FitOutcome fit_with(const trial::Campaign& campaign, fit::Drag drag, const FigureOptions& options, double from,
+fit::FitOutcome fit_with(const trial::Campaign& campaign, model::Drag drag, const FigureOptions& options, double from,
                          const std::string& name) {
   fit::FitOptions how;
   how.drag = drag;
@@ -60,8 +60,8 @@ std::vector<Figure> prove_arm_cloth(const FigureOptions& options) {
   }
   trial::Campaign campaign = trial::read_campaign(kArmCloth);
   if (options.quick) campaign.trials.resize(2);
-  const fit::FitOutcome drag = fit_with(campaign, fit::Drag::nonlinear, options, 0, "with drag"),
-                        none = fit_with(campaign, fit::Drag::none, options, 0.5, "without drag");
+  const fit::FitOutcome drag = fit_with(campaign, model::Drag::nonlinear, options, 0, "with drag"),
+                        none = fit_with(campaign, model::Drag::none, options, 0.5, "without drag");
 
   std::vector<std::vector<std::string>> rows;
   std::vector<double> held_out, beside_plate, beside_none;

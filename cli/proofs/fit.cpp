@@ -136,11 +136,11 @@ void print_least_squares(const FabricOutcome& f, const Identification& squares, 
   const experiments::OneFit& fit = squares.fits.front();
   std::vector<std::vector<std::string>> rows;
   for (Index k = 0; k < f.searched; ++k) {
-    const fit::Parameter& p = c.parameters[static_cast<size_t>(k)];
+    const model::Parameter& p = c.parameters[static_cast<size_t>(k)];
     const double off = 100 * std::expm1(fit.set(k) - (*c.truth)(k)), sd = fit.sd(k);
     const bool known = sd < kDeterminedSd;
-    rows.push_back({p.name, fmt::format("{:.4g}", fit::to_value(p, fit.set(k))),
-                    fmt::format("{:.4g}", fit::to_value(p, (*c.truth)(k))), fmt::format("{:+.1f}", off),
+    rows.push_back({p.name, fmt::format("{:.4g}", model::to_value(p, fit.set(k))),
+                    fmt::format("{:.4g}", model::to_value(p, (*c.truth)(k))), fmt::format("{:+.1f}", off),
                     fmt::format("{:.1f}", std::min(100 * sd, kUnseen)), known ? "determined" : ""});
     if (!known) continue;
     determined.worst_off_percent = std::max(determined.worst_off_percent, std::abs(off));

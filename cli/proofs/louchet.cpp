@@ -13,7 +13,7 @@ namespace selvedge::cli {
 
 namespace {
 
-using fit::EvolutionOptions;
+using estimate::EvolutionOptions;
 using fit::SpringCoordinates;
 using fit::SpringCost;
 
@@ -45,16 +45,16 @@ cloth::ProvotScene heavy_sheet() {
 
 SpringRun identify(const fit::SpringRecording& recording, SpringCost cost, const SpringRule& rule, unsigned seed) {
   const cloth::IsotropicFabric reference;
-  const fit::SearchProblem problem = fit::spring_problem(recording, cost, rule.coordinates);
+  const estimate::SearchProblem problem = fit::spring_problem(recording, cost, rule.coordinates);
   EvolutionOptions options = fit::spring_evolution(recording, cost, rule.coordinates);
   options.variant = rule.variant;
-  fit::SearchLimits limits;
+  estimate::SearchLimits limits;
   limits.seed = seed;
   limits.evaluations = options.individuals + options.individuals / 2 * rule.generations;
   const double points = recording.scene.columns * recording.scene.rows *
                         (cost == SpringCost::last_frame ? 1.0 : double(recording.frames.size()));
   if (rule.stops_on_cost) limits.stop_cost = points * kStopError_m * kStopError_m;
-  const fit::SearchResult found = fit::evolve(problem, limits, options);
+  const estimate::SearchResult found = estimate::evolve(problem, limits, options);
 
   const cloth::IsotropicFabric fabric = fit::to_fabric(found.point, rule.coordinates);
   const Eigen::VectorXd truth = fit::to_coordinates(reference, SpringCoordinates::lengths);

@@ -8,7 +8,7 @@ Effect camera_delay() {
           Side::measurement,
           "observations are stamped later than they were made",
           {of_motion(effect_parameter("delay", "s", 0, -0.05, 0.05, 0.005,
-                                      [](fit::Prediction& p, double v) { p.seeing.delay_s = v; }))}};
+                                      [](model::Prediction& p, double v) { p.sensor.delay_s = v; }))}};
 }
 
 }  // namespace selvedge::diagnose::effects

@@ -7,7 +7,7 @@ Effect camera_distortion() {
           Side::measurement,
           "the camera bends straight lines otherwise than its calibration says",
           {of_motion(effect_parameter("k1", "", 0, -0.3, 0.3, 0.02,
-                                      [](fit::Prediction& p, double v) { p.seeing.radial_distortion = v; }))},
+                                      [](model::Prediction& p, double v) { p.sensor.radial_distortion = v; }))},
           AppliesTo::images};
 }
 

@@ -8,7 +8,7 @@ Effect dropped_frames() {
           Side::measurement,
           "frames were lost and the later ones carry too early a stamp",
           {of_motion(effect_parameter("delay_per_second", "s/s", 0, -0.05, 0.05, 0.005,
-                                      [](fit::Prediction& p, double v) { p.seeing.drift = v; }))}};
+                                      [](model::Prediction& p, double v) { p.sensor.drift = v; }))}};
 }
 
 }  // namespace selvedge::diagnose::effects

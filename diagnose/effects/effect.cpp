@@ -15,18 +15,29 @@ const char* to_text(Side side) {
   return "";
 }
 
-fit::Parameter effect_parameter(const std::string& name, const std::string& unit, double neutral, double lower,
-                                double upper, double scale, std::function<void(fit::Prediction&, double)> apply) {
-  return {name, unit, neutral, lower, upper, false, scale, std::move(apply)};
+model::Parameter effect_parameter(const std::string& name, const std::string& unit, double neutral, double lower,
+                                  double upper, double scale, std::function<void(model::Prediction&, double)> apply) {
+  constexpr double kPriorSd = 20;  // in scales: it bounds what nothing determines
+  model::Parameter p;
+  p.name = name;
+  p.unit = unit;
+  p.start = neutral;
+  p.lower = lower;
+  p.upper = upper;
+  p.logarithmic = false;
+  p.scale = scale;
+  p.apply = std::move(apply);
+  p.prior_sd = kPriorSd;
+  return p;
 }
 
-fit::Parameter material_parameter(const std::string& name, const std::string& unit, double neutral, double lower,
-                                  double upper, double scale, double cloth::Material::*member) {
+model::Parameter material_parameter(const std::string& name, const std::string& unit, double neutral, double lower,
+                                    double upper, double scale, double cloth::Material::*member) {
   return effect_parameter(name, unit, neutral, lower, upper, scale,
-                          [member](fit::Prediction& p, double value) { p.experiment.material.*member = value; });
+                          [member](model::Prediction& p, double value) { p.experiment.material.*member = value; });
 }
 
-fit::Parameter of_motion(fit::Parameter parameter) {
+model::Parameter of_motion(model::Parameter parameter) {
   parameter.at_rest = false;
   return parameter;
 }

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "fit/model.h"
+#include "model/parameter.h"
 
 namespace selvedge::diagnose {
 
@@ -26,7 +26,7 @@ struct Effect {
   std::string name;  // of the exchange format
   Side side = Side::elastic;
   std::string summary;  // one line: what would be so
-  std::vector<fit::Parameter> parameters;
+  std::vector<model::Parameter> parameters;
   AppliesTo applies_to = AppliesTo::anything;
   // Further starting points beside neutral + scale of each parameter, as values: where the prediction depends on
   // a parameter only once another is not neutral (the place of a weight).
@@ -34,14 +34,14 @@ struct Effect {
 };
 
 // A parameter of an effect: acts linearly on its value, neutral at `neutral`.
-fit::Parameter effect_parameter(const std::string& name, const std::string& unit, double neutral, double lower,
-                                double upper, double scale, std::function<void(fit::Prediction&, double)> apply);
+model::Parameter effect_parameter(const std::string& name, const std::string& unit, double neutral, double lower,
+                                  double upper, double scale, std::function<void(model::Prediction&, double)> apply);
 
 // The same for one member of the material.
-fit::Parameter material_parameter(const std::string& name, const std::string& unit, double neutral, double lower,
-                                  double upper, double scale, double cloth::Material::*member);
+model::Parameter material_parameter(const std::string& name, const std::string& unit, double neutral, double lower,
+                                    double upper, double scale, double cloth::Material::*member);
 
 // The same parameter, of which how the fabric hangs before it moves is known not to depend.
-fit::Parameter of_motion(fit::Parameter parameter);
+model::Parameter of_motion(model::Parameter parameter);
 
 }  // namespace selvedge::diagnose

@@ -29,7 +29,7 @@ void slip(cloth::HeldPath& path, Eigen::Matrix3Xd cloth::HeldPath::*corner, Eige
 
 Effect grip_slip() {
   using Path = cloth::HeldPath;
-  const auto both = [](fit::Prediction& p, double v, bool left) {
+  const auto both = [](model::Prediction& p, double v, bool left) {
     const Eigen::Vector3d down = p.experiment.gravity_m_s2.normalized();
     if (left) slip(p.experiment.path, &Path::left, &Path::left_slope, p.experiment.path.right, down, v);
     else slip(p.experiment.path, &Path::right, &Path::right_slope, p.experiment.path.left, down, v);
@@ -38,9 +38,9 @@ Effect grip_slip() {
           Side::boundary,
           "the fabric slides out of the grips as they move",
           {effect_parameter("left_slip_per_path", "m/m", 0, 0, 0.2, 0.01,
-                            [both](fit::Prediction& p, double v) { both(p, v, true); }),
+                            [both](model::Prediction& p, double v) { both(p, v, true); }),
            effect_parameter("right_slip_per_path", "m/m", 0, 0, 0.2, 0.01,
-                            [both](fit::Prediction& p, double v) { both(p, v, false); })}};
+                            [both](model::Prediction& p, double v) { both(p, v, false); })}};
 }
 
 }  // namespace selvedge::diagnose::effects

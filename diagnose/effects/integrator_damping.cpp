@@ -8,7 +8,7 @@ Effect integrator_damping() {
   return {"integrator_damping",
           Side::numerical,
           "the integrator damps as an implicit step does",
-          {of_motion(effect_parameter("step", "s", 0, 0, 0.02, 1e-3, [](fit::Prediction& p, double v) {
+          {of_motion(effect_parameter("step", "s", 0, 0, 0.02, 1e-3, [](model::Prediction& p, double v) {
             cloth::Material& m = p.experiment.material;
             m.stretch_damping += v * m.stretch;
             m.shear_damping += v * m.shear;

@@ -6,9 +6,9 @@ namespace selvedge::diagnose::effects {
 // they do not share changes their distance and direction.
 namespace {
 
-fit::Parameter offset(const std::string& corner, char axis, Eigen::Matrix3Xd cloth::HeldPath::*path) {
+model::Parameter offset(const std::string& corner, char axis, Eigen::Matrix3Xd cloth::HeldPath::*path) {
   const int a = axis - 'x';
-  return effect_parameter(corner + "_" + axis, "m", 0, -0.02, 0.02, 0.003, [a, path](fit::Prediction& p, double v) {
+  return effect_parameter(corner + "_" + axis, "m", 0, -0.02, 0.02, 0.003, [a, path](model::Prediction& p, double v) {
     if (v != 0) (p.experiment.path.*path).row(a).array() += v;
   });
 }

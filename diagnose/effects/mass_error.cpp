@@ -9,7 +9,7 @@ Effect mass_error() {
           Side::inertial,
           "the weighed mass is wrong",
           {effect_parameter("mass_factor_less_one", "", 0, -0.5, 1, 0.1,
-                            [](fit::Prediction& p, double v) { p.experiment.material.density *= 1 + v; })}};
+                            [](model::Prediction& p, double v) { p.experiment.material.density *= 1 + v; })}};
 }
 
 }  // namespace selvedge::diagnose::effects

@@ -8,7 +8,7 @@ Effect mesh_resolution() {
   return {"mesh_resolution",
           Side::numerical,
           "the mesh is too coarse",
-          {effect_parameter("beyond", "", 0, -0.5, 3, 0.5, [](fit::Prediction& p, double v) { p.beyond_mesh = v; })}};
+          {effect_parameter("beyond", "", 0, -0.5, 3, 0.5, [](model::Prediction& p, double v) { p.beyond_mesh = v; })}};
 }
 
 }  // namespace selvedge::diagnose::effects

@@ -7,11 +7,11 @@ Effect projector_moved() {
           Side::measurement,
           "the projector was moved after the calibration",
           {of_motion(effect_parameter("shift_x", "m", 0, -0.02, 0.02, 0.002,
-                                      [](fit::Prediction& p, double v) { p.seeing.projector_shift_m.x() = v; })),
+                                      [](model::Prediction& p, double v) { p.sensor.projector_shift_m.x() = v; })),
            of_motion(effect_parameter("shift_y", "m", 0, -0.02, 0.02, 0.002,
-                                      [](fit::Prediction& p, double v) { p.seeing.projector_shift_m.y() = v; })),
+                                      [](model::Prediction& p, double v) { p.sensor.projector_shift_m.y() = v; })),
            of_motion(effect_parameter("shift_z", "m", 0, -0.02, 0.02, 0.002,
-                                      [](fit::Prediction& p, double v) { p.seeing.projector_shift_m.z() = v; }))},
+                                      [](model::Prediction& p, double v) { p.sensor.projector_shift_m.z() = v; }))},
           AppliesTo::images};
 }
 

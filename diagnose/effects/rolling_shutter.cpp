@@ -8,7 +8,7 @@ Effect rolling_shutter() {
           Side::measurement,
           "the camera reads its rows one after another",
           {of_motion(effect_parameter("row_delay", "s", 0, -0.04, 0.04, 0.01,
-                                      [](fit::Prediction& p, double v) { p.seeing.row_delay_s = v; }))},
+                                      [](model::Prediction& p, double v) { p.sensor.row_delay_s = v; }))},
           AppliesTo::images};
 }
 

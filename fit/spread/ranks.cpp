@@ -64,7 +64,7 @@ std::string to_bytes(const MatrixXd& points) {
   return bytes;
 }
 
-std::string costs_of_share(const std::string& share, const BatchCosts& costs) {
+std::string costs_of_share(const std::string& share, const estimate::BatchCosts& costs) {
   TakenBytes in(share);
   require(in, Batch::costs);
   const auto columns = static_cast<Index>(in.number());
@@ -136,8 +136,8 @@ std::string Ranks::follow(const Compute& compute) {
   }
 }
 
-BatchCosts spread(const std::shared_ptr<Ranks>& ranks, const BatchCosts& costs,
-                  const std::function<BatchCosts(BatchCosts)>& remembered) {
+estimate::BatchCosts spread(const std::shared_ptr<Ranks>& ranks, const estimate::BatchCosts& costs,
+                            const std::function<estimate::BatchCosts(estimate::BatchCosts)>& remembered) {
   if (!ranks) return remembered(costs);
   const Ranks::Compute compute = [costs](const std::string& share) { return costs_of_share(share, costs); };
   if (!ranks->is_first())
@@ -146,7 +146,7 @@ BatchCosts spread(const std::shared_ptr<Ranks>& ranks, const BatchCosts& costs,
       append_costs(ranks->follow(compute), all);
       return all;
     };
-  const BatchCosts known_first = remembered([ranks, compute](const MatrixXd& points) {
+  const estimate::BatchCosts known_first = remembered([ranks, compute](const MatrixXd& points) {
     const Index parts = std::min<Index>(ranks->alive(), points.cols());
     std::vector<std::string> shares;
     for (Index k = 0; k < parts; ++k) {

@@ -14,7 +14,7 @@
 #include <string>
 #include <vector>
 
-#include "fit/optimisers/search.h"
+#include "estimate/optimisers/search.h"
 
 namespace selvedge::fit {
 
@@ -56,7 +56,7 @@ class Ranks {
 
 // Costs of which every rank computes a share. `remembered` (a journal's, say) stands around them on the first rank
 // alone. Without ranks: remembered(costs).
-BatchCosts spread(const std::shared_ptr<Ranks>& ranks, const BatchCosts& costs,
-                  const std::function<BatchCosts(BatchCosts)>& remembered);
+estimate::BatchCosts spread(const std::shared_ptr<Ranks>& ranks, const estimate::BatchCosts& costs,
+                            const std::function<estimate::BatchCosts(estimate::BatchCosts)>& remembered);
 
 }  // namespace selvedge::fit

@@ -230,17 +230,10 @@ BankKey draw_key(const std::string& kind, std::mt19937_64& g) {
 }
 
 nlohmann::json to_json(const BankKey& key) {
-  nlohmann::json out = {{"cause", key.cause},
-                        {"hidden", key.hidden},
-                        {"size", key.size},
-                        {"seed", key.seed},
-                        {"fabric",
-                         {{"density", key.truth.density},
-                          {"stretch", key.truth.stretch},
-                          {"shear", key.truth.shear},
-                          {"bend", key.truth.bend},
-                          {"bend_damping", key.truth.bend_damping},
-                          {"drag_normal", key.truth.drag_normal}}}};
+  nlohmann::json fabric = {{"density", key.truth.density}};
+  for (const auto& [name, member] : fabric_parameters()) fabric[name] = key.truth.*member;
+  nlohmann::json out = {
+      {"cause", key.cause}, {"hidden", key.hidden}, {"size", key.size}, {"seed", key.seed}, {"fabric", fabric}};
   if (key.second.empty()) return out;
   out["cause"] = key.cause + "+" + key.second;
   out["second_size"] = key.second_size;
@@ -260,13 +253,9 @@ BankKey bank_key(const nlohmann::json& json) {
   key.seed = json.at("seed").get<unsigned>();
   const nlohmann::json& fabric = json.at("fabric");
   key.truth.width_m = key.truth.height_m = kSide_m;
-  for (const auto& [name, member] : {std::pair{"density", &FabricTruth::density},
-                                     {"stretch", &FabricTruth::stretch},
-                                     {"shear", &FabricTruth::shear},
-                                     {"bend", &FabricTruth::bend},
-                                     {"bend_damping", &FabricTruth::bend_damping},
-                                     {"drag_normal", &FabricTruth::drag_normal}})
-    key.truth.*member = fabric.at(name).get<double>();
+  key.truth.density = fabric.at("density").get<double>();
+  // Keys of earlier banks name those alone that were drawn.
+  for (const auto& [name, member] : fabric_parameters()) key.truth.*member = fabric.value(name, key.truth.*member);
   return key;
 }
 

@@ -10,6 +10,22 @@
 
 namespace selvedge::hardware_sim {
 
+const std::vector<std::pair<const char*, double FabricTruth::*>>& fabric_parameters() {
+  using T = FabricTruth;
+  static const std::vector<std::pair<const char*, double T::*>> all = {
+      {"stretch", &T::stretch},
+      {"shear", &T::shear},
+      {"bend", &T::bend},
+      {"stretch_damping", &T::stretch_damping},
+      {"shear_damping", &T::shear_damping},
+      {"bend_damping", &T::bend_damping},
+      {"drag_normal", &T::drag_normal},
+      {"drag_tangent", &T::drag_tangent},
+      {"drag_fade", &T::drag_fade},
+  };
+  return all;
+}
+
 namespace {
 
 using lattice::ConstRow;

@@ -15,6 +15,7 @@
 
 #include <array>
 #include <memory>
+#include <utility>
 #include <vector>
 
 #include <Eigen/Core>
@@ -34,6 +35,9 @@ struct FabricTruth {
   double drag_tangent = 0.05;     // kg/(m²·s)
   double drag_fade = 0.2;         // s²/m²
 };
+
+// Of these, by their names in cloth/material_parameters.h, those that this world's physics knows.
+const std::vector<std::pair<const char*, double FabricTruth::*>>& fabric_parameters();
 
 struct LatticeOptions {
   int cells_across = 20, cells_down = 20;

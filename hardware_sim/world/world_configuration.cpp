@@ -1,6 +1,7 @@
 #include "hardware_sim/world/world_configuration.h"
 
 #include "calib/synthetic_poses.h"
+#include "cloth/material_parameters.h"
 #include "files/bad_input.h"
 
 namespace selvedge::hardware_sim {
@@ -47,15 +48,10 @@ void read_fabric_keys(Section& s, FabricTruth& f) {
   f.width_m = s.number("width_m", f.width_m, 0.02, 3, "m");
   f.height_m = s.number("height_m", f.height_m, 0.02, 3, "m");
   f.density = s.number("density", f.density, 0.005, 5, "kg/m²");
-  f.stretch = s.number("stretch", f.stretch, 1, 1e5, "N/m");
-  f.shear = s.number("shear", f.shear, 0.1, 1e5, "N/m");
-  f.bend = s.number("bend", f.bend, 0, 0.1, "N·m");
-  f.stretch_damping = s.number("stretch_damping", f.stretch_damping, 0, 100, "N·s/m");
-  f.shear_damping = s.number("shear_damping", f.shear_damping, 0, 100, "N·s/m");
-  f.bend_damping = s.number("bend_damping", f.bend_damping, 0, 1, "N·m·s");
-  f.drag_normal = s.number("drag_normal", f.drag_normal, 0, 100, "kg/m³");
-  f.drag_tangent = s.number("drag_tangent", f.drag_tangent, 0, 100, "kg/(m²·s)");
-  f.drag_fade = s.number("drag_fade", f.drag_fade, 0, 100, "s²/m²");
+  for (const auto& [name, member] : fabric_parameters()) {
+    const cloth::MaterialParameter& p = cloth::material_parameter(name);
+    f.*member = s.number(name, f.*member, p.stated_lower, p.stated_upper, p.unit);
+  }
 }
 
 FabricTruth read_fabric(Section s) {
@@ -133,19 +129,12 @@ nlohmann::json to_json(const geometry::Projection& p) {
 }
 
 nlohmann::json fabric_truth_json(const FabricTruth& f) {
-  const auto value = [](double v, const char* unit) { return nlohmann::json{{"value", v}, {"unit", unit}}; };
+  nlohmann::json parameters = nlohmann::json::object();
+  for (const auto& [name, member] : fabric_parameters())
+    parameters[name] = {{"value", f.*member}, {"unit", cloth::material_parameter(name).unit}};
   return {
       {"fabric", {{"width_m", f.width_m}, {"height_m", f.height_m}, {"mass_kg", f.density * f.width_m * f.height_m}}},
-      {"parameters",
-       {{"stretch", value(f.stretch, "N/m")},
-        {"shear", value(f.shear, "N/m")},
-        {"bend", value(f.bend, "N·m")},
-        {"stretch_damping", value(f.stretch_damping, "N·s/m")},
-        {"shear_damping", value(f.shear_damping, "N·s/m")},
-        {"bend_damping", value(f.bend_damping, "N·m·s")},
-        {"drag_normal", value(f.drag_normal, "kg/m³")},
-        {"drag_tangent", value(f.drag_tangent, "kg/(m²·s)")},
-        {"drag_fade", value(f.drag_fade, "s²/m²")}}}};
+      {"parameters", parameters}};
 }
 
 }  // namespace

@@ -4,7 +4,7 @@
 #include <string>
 #include <utility>
 
-#include "fit/model.h"
+#include "model/parameter.h"
 #include "tests/simulated_trial.h"
 
 namespace selvedge::diagnose {
@@ -36,11 +36,11 @@ inline SimulatedSwatch usual_fabric() {
 
 // Coordinates of the base model that made a swatch, but for what is given.
 inline Eigen::VectorXd base_of(const SimulatedSwatch& c, double stretch, double shear) {
-  const std::vector<fit::Parameter> base = fit::base_parameters();
-  Eigen::VectorXd x = fit::usual_coordinates(base);
+  const std::vector<model::Parameter> base = model::base_parameters();
+  Eigen::VectorXd x = model::usual_coordinates(base);
   for (size_t k = 0; k < base.size(); ++k)
     for (const auto& [name, value] : {std::pair{"stretch", stretch}, {"shear", shear}, {"bend", c.material.bend}})
-      if (base[k].name == name) x(static_cast<Eigen::Index>(k)) = fit::to_coordinate(base[k], value);
+      if (base[k].name == name) x(static_cast<Eigen::Index>(k)) = model::to_coordinate(base[k], value);
   return x;
 }
 

@@ -176,20 +176,20 @@ TEST(FinerMeshes, OneMeshGoesOnFromABaseFitAndLeavesOutTheStarts) {
   ASSERT_TRUE(study.has_one_mesh());
   size_t skipped = 0;
   for (size_t t = 0; t < study.rows->trials(); ++t) {
-    const Eigen::VectorXd time_s = study.objective->time_s(t);
+    const Eigen::VectorXd time_s = study.simulation->time_s(t);
     for (Eigen::Index k = 0; k < time_s.size(); ++k) {
       const Eigen::Index row = study.rows->first(t) + k;
-      if (!study.objective->is_skipped(t, time_s(k))) continue;
+      if (!study.simulation->is_skipped(t, time_s(k))) continue;
       EXPECT_EQ(study.rows->seen()(row), 0);
       EXPECT_EQ(study.residual(row), 0);
       ++skipped;
     }
     const double left = study.rows->seen().segment(study.rows->first(t), study.rows->count(t)).sum();
-    EXPECT_EQ(study.objective->scenes()[t].trial.still, left == 0)
+    EXPECT_EQ(study.simulation->trials()[t].still, left == 0)
         << "what hangs still shows nothing but how it came to hang";
   }
   EXPECT_GT(skipped, 100u);
-  const fit::Residuals r = study.objective->evaluate(study.parameters, study.base).front();
+  const model::Residuals r = study.simulation->evaluate(study.state, study.parameters, study.base).front();
   EXPECT_TRUE(r.finite);
   EXPECT_EQ(r.mm[0].size(), 0) << "and is not simulated";
   EXPECT_GT(r.mm[1].size(), 0);

@@ -5,7 +5,7 @@
 
 #include "diagnose/effects/library.h"
 #include "diagnose/study.h"
-#include "fit/objective.h"
+#include "model/simulation.h"
 #include "tests/diagnose/simulated_campaign.h"
 
 namespace selvedge::diagnose {
@@ -42,7 +42,7 @@ TEST(Effects, NamesAreTheFormatsAndBoundsHoldNeutral) {
     EXPECT_TRUE(found.insert(e.name).second) << e.name;
     EXPECT_FALSE(e.summary.empty()) << e.name;
     ASSERT_FALSE(e.parameters.empty()) << e.name;
-    for (const fit::Parameter& p : e.parameters) {
+    for (const model::Parameter& p : e.parameters) {
       EXPECT_LE(p.lower, p.start) << e.name << " " << p.name;
       EXPECT_LT(p.start, p.upper) << e.name << " " << p.name;
       EXPECT_GT(p.scale, 0) << e.name << " " << p.name;
@@ -55,36 +55,38 @@ class EffectOnTrial : public testing::Test {
  protected:
   static void SetUpTestSuite() {
     const trial::Campaign campaign = simulated_campaign(usual_fabric());
-    fit::ObjectiveOptions options;
+    model::SimulationOptions options;
     options.columns = 7;
-    base_ = fit::base_parameters();
+    base_ = model::base_parameters();
     Eigen::VectorXd x(static_cast<Eigen::Index>(base_.size()));
     for (size_t k = 0; k < base_.size(); ++k)
-      x(static_cast<Eigen::Index>(k)) = fit::to_coordinate(base_[k], base_[k].start);
-    objective_ = std::make_unique<fit::Objective>(
-        std::vector<fit::ObservedTrial>{fit::observe_trial(campaign.trials[1])}, options, base_, x);
-    objective_->set_mesh_correction({Eigen::VectorXd::Constant(objective_->time_s(0).size(), 0.5)});
+      x(static_cast<Eigen::Index>(k)) = model::to_coordinate(base_[k], base_[k].start);
+    simulation_ = std::make_unique<model::Simulation>(
+        std::vector<model::ObservedTrial>{model::observe_trial(campaign.trials[1])}, options);
+    state_ = simulation_->state_at(base_, x);
+    state_.grid_correction_mm = {Eigen::VectorXd::Constant(simulation_->time_s(0).size(), 0.5)};
     start_ = x;
   }
-  static inline std::vector<fit::Parameter> base_;
-  static inline std::unique_ptr<fit::Objective> objective_;
+  static inline std::vector<model::Parameter> base_;
+  static inline std::unique_ptr<model::Simulation> simulation_;
+  static inline model::State state_;
   static inline Eigen::VectorXd start_;
 };
 
 TEST_F(EffectOnTrial, NeutralChangesNothingAndScaleChangesSomething) {
-  const Eigen::VectorXd plain = objective_->evaluate(base_, start_).front().mm[0];
+  const Eigen::VectorXd plain = simulation_->evaluate(state_, base_, start_).front().mm[0];
   for (const Effect& e : effect_library()) {
     if (e.applies_to == AppliesTo::images) continue;  // markers do not show them
-    std::vector<fit::Parameter> parameters = base_;
+    std::vector<model::Parameter> parameters = base_;
     parameters.insert(parameters.end(), e.parameters.begin(), e.parameters.end());
     const auto n = static_cast<Eigen::Index>(parameters.size());
     Eigen::MatrixXd sets(n, 2);
     sets.col(0).head(start_.size()) = start_;
     for (Eigen::Index k = start_.size(); k < n; ++k)
-      sets(k, 0) = fit::to_coordinate(parameters[static_cast<size_t>(k)], parameters[static_cast<size_t>(k)].start);
+      sets(k, 0) = model::to_coordinate(parameters[static_cast<size_t>(k)], parameters[static_cast<size_t>(k)].start);
     sets.col(1) = sets.col(0);
     sets.col(1).tail(n - start_.size()).array() += 1;
-    const std::vector<fit::Residuals> r = objective_->evaluate(parameters, sets);
+    const std::vector<model::Residuals> r = simulation_->evaluate(state_, parameters, sets);
     ASSERT_TRUE(r[1].finite) << e.name;
     // Lanes that bend otherwise run apart and agree to rounding; the motion multiplies that.
     if (e.name != "nonlinear_drag") { EXPECT_LT((r[0].mm[0] - plain).cwiseAbs().maxCoeff(), 1e-6) << e.name; }
@@ -94,20 +96,21 @@ TEST_F(EffectOnTrial, NeutralChangesNothingAndScaleChangesSomething) {
 
 TEST(Effects, MassIsAbsorbedByScalingEverything) {
   const trial::Campaign campaign = simulated_campaign(usual_fabric());
-  fit::ObjectiveOptions options;
+  model::SimulationOptions options;
   options.columns = 7;
-  std::vector<fit::Parameter> parameters = fit::base_parameters();
+  std::vector<model::Parameter> parameters = model::base_parameters();
   Eigen::VectorXd x(static_cast<Eigen::Index>(parameters.size()));
   for (size_t k = 0; k < parameters.size(); ++k)
-    x(static_cast<Eigen::Index>(k)) = fit::to_coordinate(parameters[k], parameters[k].start);
-  const fit::Objective objective({fit::observe_trial(campaign.trials[1])}, options, parameters, x);
+    x(static_cast<Eigen::Index>(k)) = model::to_coordinate(parameters[k], parameters[k].start);
+  const model::Simulation simulation({model::observe_trial(campaign.trials[1])}, options);
+  const model::State state = simulation.state_at(parameters, x);
   for (const Effect& e : effect_library())
     if (e.name == "mass_error") parameters.push_back(e.parameters[0]);
   Eigen::MatrixXd sets(x.size() + 1, 2);
   sets << x, x, 0, 0.2 / parameters.back().scale;
   for (Eigen::Index k = 0; k < x.size(); ++k)
     if (parameters[static_cast<size_t>(k)].name != "drag_fade") sets(k, 1) += std::log(1.2);
-  const std::vector<fit::Residuals> r = objective.evaluate(parameters, sets);
+  const std::vector<model::Residuals> r = simulation.evaluate(state, parameters, sets);
   EXPECT_LT((r[0].mm[0] - r[1].mm[0]).cwiseAbs().maxCoeff(), 0.05);
 }
 

@@ -20,11 +20,11 @@ TEST(Study, AFineMeshThatFellIntoTheOtherFoldComesBackToTheRecordedOne) {
   const Eigen::VectorXd before = study.mesh_change[0];  // of what hangs still
   ASSERT_GT(before.norm(), 0);
   std::vector<Eigen::Matrix3Xd> mirrored;
-  for (const fit::Scene& scene : study.fine->scenes()) {
-    mirrored.push_back(scene.start_shape);
-    mirrored.back().row(1) = 2 * scene.start_shape(1, 0) - mirrored.back().row(1).array();
+  for (const Eigen::Matrix3Xd& shape : study.fine_state.branch) {
+    mirrored.push_back(shape);
+    mirrored.back().row(1) = 2 * shape(1, 0) - mirrored.back().row(1).array();
   }
-  study.fine->set_start(mirrored);
+  study.fine_state.branch = mirrored;
   correct_mesh(study);
   EXPECT_LT((study.mesh_change[0] - before).norm(), 0.1 * before.norm());
 }

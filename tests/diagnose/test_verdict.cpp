@@ -22,7 +22,7 @@ class Verdict : public testing::Test {
     options.columns = 9;
     options.fine_columns = 13;
     options.rate_hz = 20;
-    options.base_fit = BaseFit{fit::usual_coordinates(fit::base_parameters()), {10, 10, 10}};
+    options.base_fit = BaseFit{model::usual_coordinates(model::base_parameters()), {10, 10, 10}};
     study_ = new Study(make_study(simulated_campaign(usual_fabric()), two, options));
   }
   static void TearDownTestSuite() { delete study_; }

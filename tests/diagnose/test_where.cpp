@@ -18,8 +18,8 @@ TEST(Where, ImagesAreCarriedBackOntoTheFabric) {
   StudyOptions options;
   options.columns = 9;
   options.fine_columns = 13;
-  const auto base = fit::base_parameters();
-  options.base_fit = BaseFit{fit::usual_coordinates(base), {0}};
+  const auto base = model::base_parameters();
+  options.base_fit = BaseFit{model::usual_coordinates(base), {0}};
   const Study study = make_study(campaign, {}, options);
   const Where where = split_residual(study, study.residual, Eigen::VectorXd::Constant(1, 0.3));
   double share = 0;

@@ -155,7 +155,7 @@ TEST_F(FitCampaign, LeastSquaresContinueFromTheirJournal) {
 
   // Another fit begins anew.
   FitOptions other = options;
-  other.drag = Drag::none;
+  other.drag = model::Drag::none;
   EXPECT_EQ(fit_campaign(campaign, other).parameters.size(), 6u);
   EXPECT_EQ(files::read_whole(options.journal).find(kept.substr(0, kept.find('\n'))), std::string::npos);
 }
@@ -174,14 +174,14 @@ TEST_F(FitCampaign, SearchRefusesWhatItDoesNotKnow) {
 TEST(ObserveTrial, RefusesATrialWithNothingToCompare) {
   trial::Trial t = simulated_trial("bare", 0, 0.1, 1);
   t.markers.reset();
-  EXPECT_THROW(observe_trial(t), BadInput);
+  EXPECT_THROW(model::observe_trial(t), BadInput);
 }
 
 TEST(ObserveTrial, AveragesAStillFabricAndThinsAMovingOne) {
-  const ObservedTrial still = observe_trial(simulated_trial("still", 0, 0.2, 1));
+  const model::ObservedTrial still = model::observe_trial(simulated_trial("still", 0, 0.2, 1));
   EXPECT_TRUE(still.still);
   EXPECT_EQ(still.markers->time_s.size(), 1u);
-  const ObservedTrial moving = observe_trial(simulated_trial("moving", 0.1, 0.5, 1));
+  const model::ObservedTrial moving = model::observe_trial(simulated_trial("moving", 0.1, 0.5, 1));
   EXPECT_FALSE(moving.still);
   EXPECT_NEAR(static_cast<double>(moving.markers->time_s.size()), 16, 1);
 }

@@ -13,10 +13,10 @@ namespace {
 constexpr double kDegree = std::numbers::pi / 180;
 
 // Stripes of which the direction across is `angle_deg` counter-clockwise from the right, as seen.
-Image stripes(double angle_deg, double period_px, double noise, unsigned seed, bool square = true) {
+render::Image stripes(double angle_deg, double period_px, double noise, unsigned seed, bool square = true) {
   std::mt19937 random(seed);
   std::normal_distribution<double> normal(0, 1);
-  Image image(200, 200);
+  render::Image image(200, 200);
   for (int y = 0; y < 200; ++y)
     for (int x = 0; x < 200; ++x) {
       const double across = x * std::cos(angle_deg * kDegree) - y * std::sin(angle_deg * kDegree);
@@ -44,7 +44,7 @@ TEST(FoldMetric, RecoversAKnownOrientationWithinHalfADegree) {
 
 // The definition written out: the seven basis filters as 13 × 13 kernels through cv::filter2D.
 TEST(FoldMetric, FastPathEqualsThePlainFilterBank) {
-  Image image = stripes(63, 13, 8, 7);
+  render::Image image = stripes(63, 13, 8, 7);
   image.block(60, 90, 50, 40) = stripes(10, 9, 8, 8).block(0, 0, 50, 40);
   const FoldMetricOptions options;
   FoldMetric metric(options);
@@ -88,7 +88,7 @@ TEST(FoldMetric, FastPathEqualsThePlainFilterBank) {
 }
 
 TEST(FoldMetric, SilhouetteBoxDoesNotChangeTheAngles) {
-  const Image image = stripes(30, 14, 1, 5);
+  const render::Image image = stripes(30, 14, 1, 5);
   std::vector<unsigned char> inside(200 * 200, 0);
   for (int y = 55; y < 140; ++y)
     for (int x = 40; x < 150; ++x) inside[y * 200 + x] = 1;
@@ -118,7 +118,7 @@ TEST(FoldMetric, ErrorIsTheMaskedWrappedDifferencePlusATenthOfTheSilhouettes) {
 }
 
 TEST(FoldMetric, GradientShowsWhereStripesTurn) {
-  Image image(200, 200);
+  render::Image image(200, 200);
   image.leftCols(100) = stripes(80, 14, 0, 1).leftCols(100);
   image.rightCols(100) = stripes(100, 14, 0, 1).rightCols(100);
   FoldMetric metric;

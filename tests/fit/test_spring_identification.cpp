@@ -41,14 +41,16 @@ TEST(SpringIdentification, OursRecoversTheSheetFromItsLastFrame) {
   const SpringRecording recording = record_springs(heavy_scene(), {}, 1, 200);
   const Eigen::VectorXd truth = to_coordinates({}, SpringCoordinates::lengths);
   for (unsigned seed = 1; seed <= 2; ++seed) {
-    const SearchProblem problem = spring_problem(recording, SpringCost::last_frame, SpringCoordinates::longest);
-    EvolutionOptions options = spring_evolution(recording, SpringCost::last_frame, SpringCoordinates::longest);
-    options.variant = EvolutionOptions::Variant::ours;
-    SearchLimits limits;
+    const estimate::SearchProblem problem =
+        spring_problem(recording, SpringCost::last_frame, SpringCoordinates::longest);
+    estimate::EvolutionOptions options =
+        spring_evolution(recording, SpringCost::last_frame, SpringCoordinates::longest);
+    options.variant = estimate::EvolutionOptions::Variant::ours;
+    estimate::SearchLimits limits;
     limits.seed = seed;
     limits.evaluations = 30000;
     limits.stop_cost = 1e-9;
-    const SearchResult found = evolve(problem, limits, options);
+    const estimate::SearchResult found = evolve(problem, limits, options);
     const Eigen::VectorXd x =
         to_coordinates(to_fabric(found.point, SpringCoordinates::longest), SpringCoordinates::lengths);
     EXPECT_LT(((x - truth).cwiseQuotient(truth)).cwiseAbs().maxCoeff(), 0.01) << x.transpose();

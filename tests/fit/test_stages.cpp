@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "fit/stages.h"
+#include "model/trial_error.h"
 #include "tests/fit/simulated_trial.h"
 
 namespace selvedge::fit {
@@ -12,7 +13,7 @@ namespace {
 
 using Eigen::VectorXd;
 
-VectorXd true_coordinates(const std::vector<Parameter>& parameters) {
+VectorXd true_coordinates(const std::vector<model::Parameter>& parameters) {
   VectorXd x = usual_coordinates(parameters);
   const cloth::Material m = true_material();
   for (size_t k = 0; k < parameters.size(); ++k)
@@ -23,11 +24,11 @@ VectorXd true_coordinates(const std::vector<Parameter>& parameters) {
 }
 
 // The other equilibrium: what hangs from the opposite bulge.
-Eigen::Matrix3Xd other_rest(const Objective& objective, size_t trial, const std::vector<Parameter>& parameters,
-                            const VectorXd& x) {
-  cloth::Experiment e = objective.predictions(parameters, x, trial, 0, 1).front().experiment;
-  e.start_shape = cloth::hung_shape(objective.sheet(), e, -1);
-  return cloth::relax(objective.sheet(), {e}).front().position;
+Eigen::Matrix3Xd other_rest(const model::Simulation& simulation, const model::State& state, size_t trial,
+                            const std::vector<model::Parameter>& parameters, const VectorXd& x) {
+  cloth::Experiment e = simulation.predictions(state, parameters, x, trial, 0, 1).front().experiment;
+  e.start_shape = cloth::hung_shape(simulation.sheet(), e, -1);
+  return cloth::relax(simulation.sheet(), {e}).front().position;
 }
 
 double apart_m(const Eigen::Matrix3Xd& a, const Eigen::Matrix3Xd& b) {
@@ -37,17 +38,19 @@ double apart_m(const Eigen::Matrix3Xd& a, const Eigen::Matrix3Xd& b) {
 class Rematch : public testing::Test {
  protected:
   Rematch() {
-    ObjectiveOptions options;
+    model::SimulationOptions options;
     options.columns = 7;
-    objective_.emplace(
-        std::vector{observe_trial(simulated_trial("one", 0, 0.1, 1)), observe_trial(simulated_trial("two", 0, 0.1, 2))},
-        options, parameters_, truth_);
-    for (size_t i = 0; i < 2; ++i) recorded_.push_back(objective_->scenes()[i].start_shape);
-    wrong_ = other_rest(*objective_, 0, parameters_, truth_);
+    simulation_.emplace(std::vector{model::observe_trial(simulated_trial("one", 0, 0.1, 1)),
+                                    model::observe_trial(simulated_trial("two", 0, 0.1, 2))},
+                        options);
+    state_ = simulation_->state_at(parameters_, truth_);
+    recorded_ = state_.branch;
+    wrong_ = other_rest(*simulation_, state_, 0, parameters_, truth_);
   }
-  const std::vector<Parameter> parameters_ = base_parameters();
+  const std::vector<model::Parameter> parameters_ = model::base_parameters();
   const VectorXd truth_ = true_coordinates(parameters_);
-  std::optional<Objective> objective_;
+  std::optional<model::Simulation> simulation_;
+  model::State state_;
   std::vector<Eigen::Matrix3Xd> recorded_;
   Eigen::Matrix3Xd wrong_;
 };
@@ -55,23 +58,23 @@ class Rematch : public testing::Test {
 TEST_F(Rematch, LeavesAWrongBranchForTheRecordedOneAndStaysThere) {
   ASSERT_GT(apart_m(wrong_, recorded_[0]), 0.01);
   const auto error = [&] {
-    return rms_mm(objective_->scenes()[0].trial, objective_->evaluate(parameters_, truth_).front().mm[0],
-                  objective_->time_s(0));
+    return model::rms_mm(simulation_->trials()[0], simulation_->evaluate(state_, parameters_, truth_).front().mm[0],
+                         simulation_->time_s(0));
   };
   const double right = error();
-  objective_->set_start({wrong_, wrong_});
+  simulation_->take_branches(state_, {wrong_, wrong_});
   ASSERT_GT(error(), 5 * right);
-  EXPECT_TRUE(objective_->rematch(parameters_, truth_));
-  for (size_t i = 0; i < 2; ++i) EXPECT_LT(apart_m(objective_->scenes()[i].start_shape, recorded_[i]), 1e-3) << i;
+  EXPECT_TRUE(simulation_->rematch(state_, parameters_, truth_));
+  for (size_t i = 0; i < 2; ++i) EXPECT_LT(apart_m(state_.branch[i], recorded_[i]), 1e-3) << i;
   EXPECT_NEAR(error(), right, 0.1 * right);
-  EXPECT_FALSE(objective_->rematch(parameters_, truth_));
+  EXPECT_FALSE(simulation_->rematch(state_, parameters_, truth_));
 }
 
 TEST_F(Rematch, LooksAtTheWantedTrialsAlone) {
-  objective_->set_start({wrong_, wrong_});
-  EXPECT_TRUE(objective_->rematch(parameters_, truth_, {1}));
-  EXPECT_LT(apart_m(objective_->scenes()[0].start_shape, wrong_), 1e-9);
-  EXPECT_LT(apart_m(objective_->scenes()[1].start_shape, recorded_[1]), 1e-3);
+  simulation_->take_branches(state_, {wrong_, wrong_});
+  EXPECT_TRUE(simulation_->rematch(state_, parameters_, truth_, {1}));
+  EXPECT_LT(apart_m(state_.branch[0], wrong_), 1e-9);
+  EXPECT_LT(apart_m(state_.branch[1], recorded_[1]), 1e-3);
 }
 
 // Through this recording's first samples, centimetres off, a soft sheet is bent too far to come to rest from there.
@@ -81,25 +84,25 @@ TEST(Branch, ASheetCrumpledThroughWrongPointsStartsHungInstead) {
   trial::Campaign campaign = trial::read_campaign(folder);
   std::erase_if(campaign.trials, [](const trial::Trial& t) { return t.name != "range60_rep1"; });
   ASSERT_EQ(campaign.trials.size(), 1u);
-  const std::vector<Parameter> parameters = base_parameters(Drag::linear);
+  const std::vector<model::Parameter> parameters = model::base_parameters(model::Drag::linear);
   VectorXd soft = usual_coordinates(parameters);
   soft << 6.058, 1.0986, -13.291, -6.9078, -6.1624, -15.241, -0.6221, -5.3413;
-  ObjectiveOptions options;
+  model::SimulationOptions options;
   options.columns = 13;
-  const Objective objective({observe_trial(campaign.trials[0])}, options, parameters, soft);
-  EXPECT_TRUE(objective.scenes()[0].start_shape.allFinite());
+  const model::Simulation simulation({model::observe_trial(campaign.trials[0])}, options);
+  EXPECT_TRUE(simulation.state_at(parameters, soft).branch[0].allFinite());
 }
 
 class FindStart : public testing::Test {
  protected:
   static constexpr double kSeconds = 1.6;  // the first 1.2 s are looked at
-  Start start_of(const std::vector<ObservedTrial>& trials) const {
-    ObjectiveOptions options;
+  Start start_of(const std::vector<model::ObservedTrial>& trials) const {
+    model::SimulationOptions options;
     options.columns = 5;
     return find_start(trials, options, parameters_, {});
   }
-  const std::vector<Parameter> parameters_ = base_parameters();
-  const ObservedTrial seen_ = observe_trial(simulated_trial("waved", 0.1, kSeconds, 3));
+  const std::vector<model::Parameter> parameters_ = model::base_parameters();
+  const model::ObservedTrial seen_ = model::observe_trial(simulated_trial("waved", 0.1, kSeconds, 3));
 };
 
 TEST_F(FindStart, ComesNearWhatMovesTheSheet) {
@@ -114,8 +117,8 @@ TEST_F(FindStart, ComesNearWhatMovesTheSheet) {
 }
 
 TEST_F(FindStart, DoesNotLookAtTheEndOfATrial) {
-  ObservedTrial spoiled = seen_;
-  MarkerTrack& m = *spoiled.markers;
+  model::ObservedTrial spoiled = seen_;
+  observe::MarkerTrack& m = *spoiled.markers;
   for (Eigen::Index c = 0; c < m.position.cols(); ++c)
     if (m.time_s[static_cast<size_t>(c) % m.time_s.size()] > 1.25) m.position.col(c) += Eigen::Vector3d(0.2, 0.1, -0.3);
   EXPECT_EQ(start_of({spoiled}).coordinates, start_of({seen_}).coordinates);
@@ -128,31 +131,33 @@ class Search : public testing::Test {
     start_(2) += 0.7;
     start_(6) -= 0.5;
   }
-  Objective objective(bool shared_rests) const {
-    ObjectiveOptions options;
+  model::Simulation simulation(bool shared_rests) const {
+    model::SimulationOptions options;
     options.columns = 7;
     options.shared_rests = shared_rests;
-    return {{observe_trial(simulated_trial("still", 0, 0.1, 1)), observe_trial(simulated_trial("waved", 0.08, 0.7, 2))},
-            options,
-            parameters_,
-            start_};
+    return {{model::observe_trial(simulated_trial("still", 0, 0.1, 1)),
+             model::observe_trial(simulated_trial("waved", 0.08, 0.7, 2))},
+            options};
   }
-  const std::vector<Parameter> parameters_ = base_parameters();
+  const std::vector<model::Parameter> parameters_ = model::base_parameters();
   VectorXd start_;
 };
 
 TEST_F(Search, StepsBetweenDerivativesCostLessAndEndAsLow) {
-  LeastSquaresOptions options;
+  estimate::LeastSquaresOptions options;
   options.max_iterations = 4;
-  Objective plain = objective(false), between = plain;
-  const LeastSquaresResult wanted = minimise(plain, parameters_, start_, options);
+  const model::Simulation plain = simulation(false);
+  const model::State begin = plain.state_at(parameters_, start_);
+  model::State state = begin;
+  const estimate::LeastSquaresResult wanted = minimise(plain, state, parameters_, start_, options);
   options.max_iterations = 2;
   options.steps_between = 2;
   options.only_coordinates = true;
-  const LeastSquaresResult found = minimise(between, parameters_, start_, options);
+  state = begin;
+  const estimate::LeastSquaresResult found = minimise(plain, state, parameters_, start_, options);
   EXPECT_LT(found.evaluations, 0.8 * wanted.evaluations);
   const auto cost = [&](const VectorXd& x) {
-    return cost_of(plain, plain.evaluate(parameters_, x).front(), options, 1);
+    return cost_of(plain, plain.evaluate(begin, parameters_, x).front(), options, 1);
   };
   EXPECT_LT(cost(found.coordinates), 1.1 * cost(wanted.coordinates));
   EXPECT_LT(cost(found.coordinates), 0.6 * cost(start_));
@@ -162,7 +167,7 @@ TEST_F(Search, StepsBetweenDerivativesCostLessAndEndAsLow) {
 TEST_F(Search, APriorInEarnestHoldsWhatDoesNotShowAndLeavesTheRest) {
   const Eigen::Index fade = 8, bend = 2;
   ASSERT_EQ(parameters_[8].name, "drag_fade");
-  LeastSquaresOptions options;
+  estimate::LeastSquaresOptions options;
   options.max_iterations = 5;
   options.prior_sd = 0.5;
   options.prior_centre = true_coordinates(parameters_);
@@ -171,10 +176,11 @@ TEST_F(Search, APriorInEarnestHoldsWhatDoesNotShowAndLeavesTheRest) {
   start(fade) += 1.5;
   const auto fit = [&](bool in_earnest) {
     options.prior_in_earnest = in_earnest;
-    Objective own = objective(false);
-    return minimise(own, parameters_, start, options);
+    const model::Simulation own = simulation(false);
+    model::State state = own.state_at(parameters_, start_);
+    return minimise(own, state, parameters_, start, options);
   };
-  const LeastSquaresResult weak = fit(false), earnest = fit(true);
+  const estimate::LeastSquaresResult weak = fit(false), earnest = fit(true);
   const double usual = (*options.prior_centre)(fade);
   EXPECT_LT(std::abs(earnest.coordinates(fade) - usual), 0.5 * std::abs(weak.coordinates(fade) - usual));
   EXPECT_NEAR(earnest.coordinates(bend), weak.coordinates(bend), 0.1)
@@ -186,26 +192,31 @@ TEST_F(Search, APriorInEarnestHoldsWhatDoesNotShowAndLeavesTheRest) {
 
 TEST_F(Search, SharedEquilibriaAreThoseOfEachSetAndKnowADraught) {
   // A set with other damping, and one in a draught with other drag, which acts at rest there.
-  std::vector<Parameter> parameters = parameters_;
-  parameters.push_back(
-      {"air", "m/s", 0, -1, 1, false, 1, [](Prediction& p, double v) { p.experiment.air_velocity_m_s.y() = v; }});
+  std::vector<model::Parameter> parameters = parameters_;
+  parameters.push_back({"air", "m/s", 0, -1, 1, false, 1,
+                        [](model::Prediction& p, double v) { p.experiment.air_velocity_m_s.y() = v; }});
   Eigen::MatrixXd sets(start_.size() + 1, 3);
   for (Eigen::Index i = 0; i < 3; ++i) sets.col(i) << start_, i == 2 ? 0.3 : 0.0;
   sets(3, 1) += 0.5;
   sets(6, 2) += 1;
-  const auto shared = objective(true).evaluate(parameters, sets), own = objective(false).evaluate(parameters, sets);
+  const auto evaluated = [&](bool shared_rests) {
+    const model::Simulation s = simulation(shared_rests);
+    return s.evaluate(s.state_at(parameters_, start_), parameters, sets);
+  };
+  const auto shared = evaluated(true), own = evaluated(false);
   for (size_t i = 0; i < 3; ++i) EXPECT_LT(apart_m(shared[i].start[1], own[i].start[1]), 2e-5) << i;
   EXPECT_GT(apart_m(own[2].start[1], own[0].start[1]), 1e-3) << "else the draught tells nothing";
 }
 
 TEST_F(Search, EachTrialIsPulledAsHardAsItIsToBe) {
-  Objective pulled = objective(false);
+  const model::Simulation pulled = simulation(false);
+  model::State state = pulled.state_at(parameters_, start_);
   const auto error = [&](size_t trial) {
-    return rms_mm(pulled.scenes()[trial].trial, pulled.evaluate(parameters_, start_).front().mm[trial],
-                  pulled.time_s(trial));
+    return model::rms_mm(pulled.trials()[trial], pulled.evaluate(state, parameters_, start_).front().mm[trial],
+                         pulled.time_s(trial));
   };
   const double still_mm = error(0), waved_mm = error(1);
-  pulled.set_pulls({0, 20});
+  state.pull_per_s = {0, 20};
   EXPECT_EQ(error(0), still_mm);
   EXPECT_LT(error(1), 0.5 * waved_mm);
 }

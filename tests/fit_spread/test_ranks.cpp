@@ -6,16 +6,16 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
-#include "fit/optimisers/cma.h"
+#include "estimate/optimisers/cma.h"
 #include "fit/spread/ranks.h"
 
 namespace selvedge::fit {
 namespace {
 
-const auto kAsTheyAre = [](BatchCosts costs) { return costs; };
+const auto kAsTheyAre = [](estimate::BatchCosts costs) { return costs; };
 
-SearchProblem valley(const BatchCosts& costs) {
-  SearchProblem problem;
+estimate::SearchProblem valley(const estimate::BatchCosts& costs) {
+  estimate::SearchProblem problem;
   problem.lower = Eigen::VectorXd::Constant(4, -2);
   problem.upper = Eigen::VectorXd::Constant(4, 3);
   problem.start = Eigen::VectorXd::Constant(4, 2);
@@ -36,7 +36,7 @@ std::vector<double> rosenbrock(const Eigen::MatrixXd& points) {
 
 // A search on this many ranks. lost_after: the last rank falls silent after that many shares.
 struct SpreadRun {
-  SearchResult found;
+  estimate::SearchResult found;
   int left = 0;                   // ranks, at the end
   std::atomic<int> elsewhere{0};  // points that other ranks computed
 };
@@ -44,7 +44,7 @@ struct SpreadRun {
 void run_search(int count, int lost_after, SpreadRun& run) {
   std::vector<int> firsts;
   std::vector<std::thread> others;
-  SearchLimits limits;
+  estimate::SearchLimits limits;
   limits.evaluations = 300;
   for (int k = 1; k < count; ++k) {
     int pair[2];
@@ -53,7 +53,7 @@ void run_search(int count, int lost_after, SpreadRun& run) {
     others.emplace_back([&run, limits, end = pair[1], lost_after, last = k + 1 == count] {
       const auto ranks = std::make_shared<Ranks>(false, std::vector<int>{end});
       int shares = 0;
-      const BatchCosts costs = [&](const Eigen::MatrixXd& points) {
+      const estimate::BatchCosts costs = [&](const Eigen::MatrixXd& points) {
         if (last && shares++ == lost_after) ::shutdown(end, SHUT_RDWR);
         run.elsewhere += static_cast<int>(points.cols());
         return rosenbrock(points);
@@ -72,8 +72,8 @@ void run_search(int count, int lost_after, SpreadRun& run) {
 }
 
 TEST(Ranks, TheirNumberDoesNotChangeTheResult) {
-  const SearchResult alone = search_cma(valley(rosenbrock), [] {
-    SearchLimits limits;
+  const estimate::SearchResult alone = search_cma(valley(rosenbrock), [] {
+    estimate::SearchLimits limits;
     limits.evaluations = 300;
     return limits;
   }());
@@ -105,7 +105,9 @@ TEST(Ranks, WhatIsRememberedIsNotAskedAgain) {
     other = spread(std::make_shared<Ranks>(false, std::vector<int>{pair[1]}), rosenbrock,
                    kAsTheyAre)(Eigen::MatrixXd::Zero(4, 2));
   });
-  const auto known = [](BatchCosts) { return [](const Eigen::MatrixXd&) { return std::vector<double>{7, 8}; }; };
+  const auto known = [](estimate::BatchCosts) {
+    return [](const Eigen::MatrixXd&) { return std::vector<double>{7, 8}; };
+  };
   EXPECT_EQ(
       spread(std::make_shared<Ranks>(true, std::vector<int>{pair[0]}), rosenbrock, known)(Eigen::MatrixXd::Zero(4, 2)),
       (std::vector<double>{7, 8}));

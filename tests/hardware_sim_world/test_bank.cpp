@@ -39,7 +39,7 @@ TEST(BankKey, TellsTheTrueParameterAsTheLibraryNamesIt) {
     compared.insert(key.cause);
     bool found = false;
     for (const diagnose::Effect& e : diagnose::effect_library())
-      for (const fit::Parameter& p : e.parameters)
+      for (const model::Parameter& p : e.parameters)
         if (e.name == key.cause && p.name == parameter->first) {
           found = true;
           EXPECT_GT(parameter->second, p.lower) << key.cause;

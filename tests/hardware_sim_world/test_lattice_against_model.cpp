@@ -14,7 +14,7 @@ namespace {
 
 constexpr int kCells = 20;
 
-double rms_mm(const Eigen::Matrix3Xd& a, const Eigen::Matrix3Xd& b) {
+double model::rms_mm(const Eigen::Matrix3Xd& a, const Eigen::Matrix3Xd& b) {
   return 1e3 * std::sqrt((a - b).colwise().squaredNorm().mean());
 }
 
@@ -79,12 +79,12 @@ TEST(LatticeSheet, HangsAndWavesAsTheFabricModelDoes) {
     if (experiment.start_shape.row(1).mean() > 0) break;  // the lattice's branch
   }
   const cloth::Trajectory model = cloth::simulate(sheet, {experiment}).front();
-  EXPECT_LT(rms_mm(lattice.position(), model.start), 0.4);
+  EXPECT_LT(model::rms_mm(lattice.position(), model.start), 0.4);
 
   double square = 0, t = 0;
   for (size_t i = 0; i < model.samples.size(); ++i) {
     for (; t < experiment.sample_s[i] - 1e-9; t += 1.0 / 480) lattice.advance(1.0 / 480, left, hand.at(t + 1.0 / 480));
-    square += std::pow(rms_mm(lattice.position(), model.samples[i]), 2);
+    square += std::pow(model::rms_mm(lattice.position(), model.samples[i]), 2);
   }
   EXPECT_LT(std::sqrt(square / double(model.samples.size())), 1.0);
 }

@@ -1,0 +1,32 @@
+// A recorded trial made ready for fitting: the experiment to simulate, and what was seen.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "capture/trial/trial.h"
+#include "cloth/simulate.h"
+#include "observe/marker_track.h"
+#include "observe/stripe_residual.h"
+
+namespace selvedge::model {
+
+struct ObservedTrial {
+  std::string name;
+  trial::Experiment kind = trial::Experiment::static_hang;
+  bool still = false;            // held corners do not move: equilibrium alone is simulated
+  cloth::Experiment experiment;  // material's density from the mass; sample_s set; start_shape empty
+  double width_m = 0, height_m = 0;
+  std::optional<observe::MarkerTrack> markers;
+  std::shared_ptr<const observe::StripeTrack> stripes;
+};
+
+// Simulated positions are kept at this rate and interpolated.
+inline constexpr double kSampleRate_hz = 120;
+
+// Throws BadInput where the trial has neither markers nor images, or too little of them.
+ObservedTrial observe_trial(const trial::Trial& trial, const observe::ObserveOptions& options = {});
+
+}  // namespace selvedge::model

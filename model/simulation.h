@@ -1,0 +1,141 @@
+// Recorded trials, simulated: residuals as a const function of parameters and an explicit state.
+//
+// A Simulation holds what does not change: the trials and the grid. A State holds, for each trial, the branch of
+// equilibrium that it hangs on, how it is held near its recording, and what a finer grid adds. Who searches owns a
+// State and changes it; the same parameters and state always give the same residuals.
+// Residuals are in mm: three a marker and time, one a stripe or outline point. Each has a standard deviation
+// sd_mm, from the sensor's noise and what the mesh leaves undetermined. Parameter sets of one call go through
+// the simulation together in SIMD lanes, and trials over the cores; results do not depend on either.
+#pragma once
+
+#include <map>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "cloth/surface_point.h"
+#include "model/observed_trial.h"
+#include "model/parameter.h"
+
+namespace selvedge::fit {
+class Ranks;
+}
+
+namespace selvedge::model {
+
+// One entry a trial.
+struct State {
+  std::vector<Eigen::Matrix3Xd> branch;  // the shape from which its equilibrium is sought, 3 × vertices of the grid, m
+  std::vector<double> pull_per_s;  // the hold, towards the markers that were seen (cloth/guide.h); 0: it runs free
+  cloth::LetGo let_go;             // when the hold lets go of moving trials
+  // What a finer grid adds to the residuals, mm; empty: nothing. It is added to all residuals, so that a coarse grid
+  // serves for derivatives and a fine one for what they are derivatives of.
+  std::vector<Eigen::VectorXd> grid_correction_mm;
+};
+
+struct Residuals {
+  std::vector<Eigen::VectorXd> mm;      // one a trial; NaN where the marker was not seen, empty where a trial was not
+                                        // wanted or is left out as a whole
+  std::vector<Eigen::Matrix3Xd> start;  // equilibrium of each trial
+  bool finite = true;                   // false: a simulation diverged
+};
+
+struct SimulationOptions {
+  int columns = 17;          // of the mesh along the width
+  double model_sd_mm = 0.5;  // what the mesh alone may be off by, added to sensor noise
+  cloth::Options cloth;
+  std::shared_ptr<fit::Ranks> ranks;  // that share out evaluate() (fit/spread/ranks.h); empty: this process alone
+  bool shared_rests = false;  // sets that differ in parameters of motion alone start from one equilibrium, sought once
+  // From each trial's start: residuals are NaN there. Where it is not 0, still trials are left out as a whole.
+  double skipped_s = 0;
+};
+
+class Simulation {
+ public:
+  Simulation(std::vector<ObservedTrial> trials, const SimulationOptions& options);
+
+  const cloth::Sheet& sheet() const { return sheet_; }
+  const std::vector<ObservedTrial>& trials() const { return trials_; }
+  const SimulationOptions& options() const { return options_; }
+
+  // The state in which each trial hangs on its recorded branch: of the shapes tried, the equilibrium nearest to the
+  // first observation, at these coordinates. pull_per_s: of all trials.
+  State state_at(const std::vector<Parameter>& parameters, const Eigen::VectorXd& coordinates,
+                 double pull_per_s = 0) const;
+  // The branches of `other` in the state `there`, over the same trials on another grid; pulled as there, uncorrected.
+  State state_of(const Simulation& other, const State& there) const;
+
+  // Goes on from the branches of another grid for some trials (empty: all).
+  void take_branches(State& state, const Simulation& other, const State& there,
+                     const std::vector<size_t>& trials = {}) const;
+  // Goes on from these equilibria; trials whose shape is not finite, or of another grid, keep theirs.
+  void take_branches(State& state, const std::vector<Eigen::Matrix3Xd>& shapes) const;
+
+  // Seeks each trial's branch of equilibrium again, at these coordinates: among shapes bent through what was seen and
+  // the one in use. True where a trial (of those wanted, empty: all) left its branch for one that lies nearer to the
+  // first observation. An optimiser stays on a branch that once was near, also when the parameters have moved away.
+  bool rematch(State& state, const std::vector<Parameter>& parameters, const Eigen::VectorXd& coordinates,
+               const std::vector<size_t>& trials = {}) const;
+
+  // coordinates: parameters × sets. trials: which to evaluate (empty: all). One Residuals a set.
+  std::vector<Residuals> evaluate(const State& state, const std::vector<Parameter>& parameters,
+                                  const Eigen::MatrixXd& coordinates, const std::vector<size_t>& trials = {}) const;
+
+  // Standard deviations beside Residuals::mm of a trial.
+  Eigen::VectorXd sd_mm(size_t trial) const;
+  // Time of each residual, s, in the trial's own clock.
+  Eigen::VectorXd time_s(size_t trial) const;
+  // Whether residuals of then are left out (SimulationOptions::skipped_s).
+  bool is_skipped(size_t trial, double time_s) const;
+
+  // Simulated positions of a trial's samples for one set, for pictures and maps.
+  cloth::Trajectory trajectory(const State& state, const std::vector<Parameter>& parameters,
+                               const Eigen::VectorXd& coordinates, size_t trial) const;
+
+  // What is to be simulated for a trial: one prediction for each of `count` sets from `first`.
+  std::vector<Prediction> predictions(const State& state, const std::vector<Parameter>& parameters,
+                                      const Eigen::MatrixXd& coordinates, size_t trial, Eigen::Index first,
+                                      Eigen::Index count) const;
+
+ private:
+  // Some sets of one trial, side by side in SIMD lanes.
+  struct Group {
+    size_t trial = 0;
+    Eigen::Index first = 0, count = 0;
+  };
+  // One call of evaluate().
+  struct Call {
+    const State& state;
+    const std::vector<Parameter>& parameters;
+    const Eigen::MatrixXd& coordinates;
+    const std::vector<Group>& groups;
+  };
+  // The trials wanted (empty: all) but those that are left out as a whole.
+  std::vector<size_t> simulated_of(const std::vector<size_t>& wanted) const;
+  std::vector<Group> groups_of(const std::vector<size_t>& trials, Eigen::Index sets) const;
+  // Fills in the residuals of the groups' sets; an empty start shape of a set: its simulation diverged.
+  void evaluate_groups(const Call& call, const std::vector<Group>& groups, std::vector<Residuals>& out) const;
+  void evaluate_on_ranks(const Call& call, std::vector<Residuals>& out) const;
+  // Equilibria of the groups' sets, by trial and set; sets alike but for parameters of motion share one.
+  std::map<std::pair<size_t, Eigen::Index>, Eigen::Matrix3Xd> shared_rests(const Call& call,
+                                                                           const std::vector<Group>& groups) const;
+  // A trial's branch: the present one of the state where there is one and none lies clearly nearer.
+  Eigen::Matrix3Xd branch_of(const State& state, size_t trial, const std::vector<Parameter>& parameters,
+                             const Eigen::VectorXd& coordinates) const;
+  double distance_at_first_sight_mm(size_t trial, Prediction prediction, const Eigen::Matrix3Xd& rest) const;
+  // seen: the trial's, or some times of it.
+  Eigen::VectorXd residual_of(size_t trial, const ObservedTrial& seen, const Prediction& prediction,
+                              const cloth::Trajectory& trajectory) const;
+
+  cloth::Sheet sheet_;
+  SimulationOptions options_;
+  std::vector<ObservedTrial> trials_;
+  std::vector<std::vector<cloth::SurfacePoint>> marker_points_;         // a trial, a marker
+  std::vector<std::shared_ptr<const cloth::GuideTrack>> guide_tracks_;  // a trial; null without markers
+};
+
+// Positions of all vertices between the samples of a trajectory (cubic in time).
+Eigen::Matrix3Xd position_at(const cloth::Experiment& experiment, const cloth::Trajectory& trajectory, double t_s);
+
+}  // namespace selvedge::model

@@ -1,0 +1,55 @@
+#include "model/trial_error.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+
+#include <boost/math/distributions/students_t.hpp>
+
+namespace selvedge::model {
+
+using Eigen::Index;
+
+double rms_mm(const ObservedTrial& trial, const Eigen::VectorXd& residual, const Eigen::VectorXd& time_s, double from_s,
+              double to_s) {
+  double sum = 0;
+  Index count = 0;
+  for (Index i = 0; i < residual.size(); ++i)
+    if (std::isfinite(residual(i)) && time_s(i) >= from_s && time_s(i) <= to_s) {
+      sum += residual(i) * residual(i);
+      ++count;
+    }
+  if (count == 0) return std::numeric_limits<double>::quiet_NaN();
+  return std::sqrt((trial.markers ? 3.0 : 1.0) * sum / static_cast<double>(count));
+}
+
+std::optional<Interval> rms_interval_mm(const ObservedTrial& trial, const Eigen::VectorXd& residual,
+                                        const Eigen::VectorXd& time_s, double from_s, double to_s) {
+  constexpr double kBlock_s = 1;
+  constexpr size_t kLeastBlocks = 4;
+  struct Block {
+    double sum = 0, count = 0;
+  };
+  std::map<int, Block> blocks;
+  double sum = 0, count = 0;
+  for (Index i = 0; i < residual.size(); ++i)
+    if (std::isfinite(residual(i)) && time_s(i) >= from_s && time_s(i) <= to_s) {
+      Block& b = blocks[static_cast<int>(std::floor(time_s(i) / kBlock_s))];
+      b.sum += residual(i) * residual(i);
+      b.count += 1;
+      sum += residual(i) * residual(i);
+      count += 1;
+    }
+  if (blocks.size() < kLeastBlocks) return std::nullopt;
+  // A ratio of sums, its variance from how the blocks depart from it.
+  const double mean = sum / count, n = static_cast<double>(blocks.size());
+  double departed = 0;
+  for (const auto& [at, b] : blocks) departed += std::pow(b.sum - mean * b.count, 2);
+  const double half =
+      boost::math::quantile(boost::math::students_t(n - 1), 0.95) * std::sqrt(n / (n - 1) * departed) / count;
+  const double rows = trial.markers ? 3 : 1;
+  return Interval{std::sqrt(rows * std::max(0.0, mean - half)), std::sqrt(rows * (mean + half))};
+}
+
+}  // namespace selvedge::model

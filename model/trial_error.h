@@ -1,0 +1,21 @@
+// The error of a simulated trial in one number, and how far to trust it.
+#pragma once
+
+#include <optional>
+#include <utility>
+
+#include "model/observed_trial.h"
+
+namespace selvedge::model {
+
+// Root mean square of the finite residuals of a trial between two times, mm: distance of markers in space
+// (three residuals a marker count as one), or of stripe and outline points.
+double rms_mm(const ObservedTrial& trial, const Eigen::VectorXd& residual, const Eigen::VectorXd& time_s,
+              double from_s = -1e300, double to_s = 1e300);
+
+// 90 % interval of that, with blocks of 1 s as independent draws; nothing where fewer than four blocks were seen.
+using Interval = std::pair<double, double>;
+std::optional<Interval> rms_interval_mm(const ObservedTrial& trial, const Eigen::VectorXd& residual,
+                                        const Eigen::VectorXd& time_s, double from_s = -1e300, double to_s = 1e300);
+
+}  // namespace selvedge::model

@@ -1,0 +1,34 @@
+// Tracked dots on the fabric, thinned to the times that are compared.
+#pragma once
+
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "capture/trial/trial.h"
+
+namespace selvedge::observe {
+
+struct ObserveOptions {
+  double rate_hz = 30;            // observations are thinned to about this rate
+  double from_s = 0, to_s = 1e9;  // of the trial's own time
+};
+
+// Position (marker, time) in column marker·times + time; NaN where the marker was not seen.
+struct MarkerTrack {
+  std::vector<double> time_s;
+  std::vector<Eigen::Vector2d> uv;  // one a marker, m
+  Eigen::Matrix3Xd position;        // m
+  double noise_m = 3e-4;            // standard deviation of a position and axis
+};
+
+// Standard deviation of a tracked position and axis, m: as the trial states it, or what trackers usually have.
+double stated_noise_m(const trial::Trial& trial);
+
+// Of still fabric one time, the mean of all samples. Throws BadInput where no sample lies in the window.
+MarkerTrack track_markers(const trial::Trial& trial, const ObserveOptions& options, bool still);
+
+// The first `until_s` of it.
+MarkerTrack beginning_of(const MarkerTrack& track, double until_s);
+
+}  // namespace selvedge::observe

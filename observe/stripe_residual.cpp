@@ -1,0 +1,193 @@
+#include "observe/stripe_residual.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "files/bad_input.h"
+#include "observe/stripe_observation.h"
+#include "render/row_map.h"
+
+namespace selvedge::observe {
+
+namespace {
+
+constexpr size_t kDepthPointsAFrame = 700;
+constexpr size_t kOutlinePointsAFrame = 160;
+
+// A grid coarse enough for the time at hand: every n-th of a list.
+template <class T>
+std::vector<T> every_nth(const std::vector<T>& all, size_t at_most) {
+  const size_t n = std::max<size_t>(1, (all.size() + at_most - 1) / at_most);
+  std::vector<T> few;
+  for (size_t i = n / 2; i < all.size(); i += n) few.push_back(all[i]);
+  return few;
+}
+
+struct Optics {
+  geometry::Projection camera, projector;
+  render::StripePattern pattern;
+  double focal_px = 1;
+};
+
+render::StripePattern pattern_of(const trial::StripePattern& recorded) {
+  render::StripePattern pattern;
+  pattern.horizontal = recorded.orientation == "horizontal";
+  pattern.period_px = recorded.period_px;
+  pattern.duty = recorded.duty;
+  pattern.first_bright_px = recorded.first_bright_row_px;
+  return pattern;
+}
+
+std::vector<DepthPoint> depth_points(const StripeObservation& seen, const Optics& o) {
+  std::vector<DepthPoint> points;
+  for (const StripeEdge& edge : seen.edges) {
+    if (!edge.labelled) continue;
+    const auto at = triangulate(o.camera, o.projector, o.pattern, edge.pixel, edge.projector_px);
+    // What a shift by the edge's deviation does to the triangulated point is its deviation.
+    const auto shifted =
+        triangulate(o.camera, o.projector, o.pattern, edge.pixel + Eigen::Vector2d(0, 0.1), edge.projector_px);
+    if (!at || !shifted) continue;
+    DepthPoint p;
+    p.pixel = edge.pixel;
+    p.projector_px = edge.projector_px;
+    p.depth_m = geometry::depth(o.camera, *at);
+    const Eigen::Vector3d centre = geometry::centre(o.camera);
+    p.ray_m_per_depth_m = (*at - centre).norm() / p.depth_m;
+    p.sd_mm = std::max(
+        1e3 * std::abs(geometry::depth(o.camera, *shifted) - p.depth_m) * p.ray_m_per_depth_m * edge.sd_px / 0.1, 0.05);
+    points.push_back(p);
+  }
+  return points;
+}
+
+double median_depth(const std::vector<DepthPoint>& points) {
+  std::vector<double> depth;
+  for (const DepthPoint& p : points) depth.push_back(p.depth_m);
+  if (depth.empty()) return 1;
+  std::nth_element(depth.begin(), depth.begin() + static_cast<std::ptrdiff_t>(depth.size() / 2), depth.end());
+  return depth[depth.size() / 2];
+}
+
+StripeFrame track_frame(const trial::Trial& trial, size_t index, const Optics& o) {
+  const trial::Frames& frames = *trial.frames;
+  StripeFrame out;
+  out.index = index;
+  out.time_s = frames.time_s[index];
+  out.number = frames.number[index];
+  StripeObservation seen = observe_stripes(trial::read_frame(trial, index), o.camera, o.projector, o.pattern);
+  const auto corner = std::lower_bound(trial.corners.time_s.begin(), trial.corners.time_s.end(), out.time_s - 1e-6);
+  auto k = std::min<Eigen::Index>(corner - trial.corners.time_s.begin(), trial.corners.left.cols() - 1);
+  while (k > 0 && !(trial.corners.left.col(k).allFinite() && trial.corners.right.col(k).allFinite())) --k;
+  label_edges(seen, o.camera, o.projector, o.pattern, trial.corners.left.col(k), trial.corners.right.col(k));
+  out.depth = every_nth(depth_points(seen, o), kDepthPointsAFrame);
+  const double mm_per_px = 1e3 * median_depth(out.depth) / o.focal_px;
+  std::vector<OutlinePoint> outline;
+  for (const SilhouettePoint& p : seen.silhouette)
+    outline.push_back({p.pixel, p.normal, mm_per_px, std::max(p.sd_px, 0.3) * mm_per_px});
+  out.outline = every_nth(outline, kOutlinePointsAFrame);
+  return out;
+}
+
+// Vertices on the rim of the mesh, in order around it.
+std::vector<int> rim_of(const geometry::TriangleMesh& mesh) {
+  std::map<std::pair<int, int>, int> sides;
+  for (const auto& t : mesh.triangles)
+    for (int k = 0; k < 3; ++k) {
+      const int a = t[static_cast<size_t>(k)], b = t[static_cast<size_t>((k + 1) % 3)];
+      ++sides[{std::min(a, b), std::max(a, b)}];
+    }
+  std::map<int, std::vector<int>> next;
+  for (const auto& [side, count] : sides)
+    if (count == 1) {
+      next[side.first].push_back(side.second);
+      next[side.second].push_back(side.first);
+    }
+  std::vector<int> rim = {next.begin()->first};
+  int before = -1;
+  while (rim.size() <= next.size()) {
+    const auto& two = next[rim.back()];
+    const int to = two[0] == before ? two[1] : two[0];
+    before = rim.back();
+    rim.push_back(to);
+    if (to == rim.front()) break;
+  }
+  return rim;
+}
+
+Eigen::Vector2d nearest_on(const std::vector<Eigen::Vector2d>& line, const Eigen::Vector2d& p) {
+  Eigen::Vector2d best = line.front();
+  double least = std::numeric_limits<double>::infinity();
+  for (size_t i = 0; i + 1 < line.size(); ++i) {
+    const Eigen::Vector2d side = line[i + 1] - line[i];
+    const double share = std::clamp((p - line[i]).dot(side) / std::max(side.squaredNorm(), 1e-12), 0.0, 1.0);
+    const Eigen::Vector2d at = line[i] + share * side;
+    if ((at - p).squaredNorm() < least) {
+      least = (at - p).squaredNorm();
+      best = at;
+    }
+  }
+  return best;
+}
+
+}  // namespace
+
+std::shared_ptr<const StripeTrack> track_stripes(const trial::Trial& trial, const ObserveOptions& options, bool still) {
+  const std::string where = (trial.folder / "trial.json").string();
+  if (!trial.camera || !trial.projector || !trial.pattern)
+    refuse(where, "the trial has frames, but no {}; expected camera, projector and projector.pattern",
+           !trial.camera      ? "camera"
+           : !trial.projector ? "projector"
+                              : "projector.pattern");
+  auto track = std::make_shared<StripeTrack>();
+  track->camera = *trial.camera;
+  track->projector = *trial.projector;
+  track->pattern = *trial.pattern;
+  Optics o{*trial.camera, *trial.projector, pattern_of(*trial.pattern),
+           geometry::decompose(*trial.camera).intrinsics(0, 0)};
+  double next = -1e300;
+  size_t labelled = 0;
+  for (size_t i = 0; i < trial.frames->time_s.size(); ++i) {
+    const double t = trial.frames->time_s[i];
+    if (t < options.from_s - 1e-9 || t > options.to_s + 1e-9 || t < next - 1e-6) continue;
+    next = t + 1 / options.rate_hz - 1e-3;
+    track->frames.push_back(track_frame(trial, i, o));
+    labelled += track->frames.back().depth.size();
+    if (still && track->frames.size() >= 3) break;
+  }
+  if (labelled == 0)
+    refuse((trial.folder / "frames").string(),
+           "no projected stripe could be followed from the held corners in any frame; expected stripes as trial.json "
+           "describes them");
+  return track;
+}
+
+double last_time_s(const StripeTrack& track) { return track.frames.empty() ? 0 : track.frames.back().time_s; }
+
+void stripe_residuals(const StripeTrack& track, const StripeFrame& frame, const geometry::TriangleMesh& mesh,
+                      const Eigen::Matrix3Xd& position, const SensorModel& sensor, double* residual_mm) {
+  geometry::Projection camera = track.camera;
+  camera.distortion[0] += sensor.radial_distortion;
+  render::RowMap map(camera, track.projector);
+  map.rasterise(position, mesh.triangles);
+  // A moved projector or another lens puts the seen point elsewhere on its ray.
+  const bool moved = sensor.radial_distortion != 0 || !sensor.projector_shift_m.isZero(0);
+  geometry::Projection projector = track.projector;
+  projector.matrix.col(3) -= projector.matrix.leftCols<3>() * sensor.projector_shift_m;
+  const render::StripePattern pattern = pattern_of(track.pattern);
+  for (const DepthPoint& p : frame.depth) {
+    const auto sample = map.at(p.pixel);
+    double depth_m = p.depth_m;
+    if (moved)
+      if (const auto at = triangulate(camera, projector, pattern, p.pixel, p.projector_px))
+        depth_m = geometry::depth(camera, *at);
+    *residual_mm++ =
+        sample ? std::clamp(1e3 * (sample->depth_m - depth_m) * p.ray_m_per_depth_m, -50.0, 50.0) : kUncoveredMm;
+  }
+  std::vector<Eigen::Vector2d> rim;
+  for (const int v : rim_of(mesh)) rim.push_back(geometry::project(camera, position.col(v)));
+  for (const OutlinePoint& p : frame.outline)
+    *residual_mm++ = std::clamp((nearest_on(rim, p.pixel) - p.pixel).dot(p.normal) * p.mm_per_px, -50.0, 50.0);
+}
+
+}  // namespace selvedge::observe

@@ -1,0 +1,58 @@
+// How far a simulated fabric lies from the stripes and the outline that the camera recorded, in mm.
+//
+// Each labelled stripe edge is a point in space (camera ray meets projector plane). Its residual is the
+// simulated surface's depth along that ray less the point's; each outline point's residual is its distance to
+// the simulated rim across the outline. Both in mm; sd_mm gives each its standard deviation.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "capture/trial/trial.h"
+#include "geometry/triangle_mesh.h"
+#include "observe/marker_track.h"
+#include "observe/sensor_model.h"
+
+namespace selvedge::observe {
+
+struct DepthPoint {
+  Eigen::Vector2d pixel;
+  double projector_px = 0;       // row of the stripe's border
+  double depth_m = 0;            // along the optical axis
+  double ray_m_per_depth_m = 1;  // length along the ray for a metre of depth
+  double sd_mm = 0;              // along the ray
+};
+
+struct OutlinePoint {
+  Eigen::Vector2d pixel, normal;
+  double mm_per_px = 0;
+  double sd_mm = 0;
+};
+
+struct StripeFrame {
+  double time_s = 0;
+  int number = 0;
+  size_t index = 0;  // into trial.frames
+  std::vector<DepthPoint> depth;
+  std::vector<OutlinePoint> outline;
+};
+
+struct StripeTrack {
+  geometry::Projection camera, projector;
+  trial::StripePattern pattern;
+  std::vector<StripeFrame> frames;
+};
+
+// Reads the frames in the window, thinned to options.rate_hz. Throws BadInput where a trial with frames lacks
+// camera, projector or pattern, or where no stripe could be labelled in any frame.
+std::shared_ptr<const StripeTrack> track_stripes(const trial::Trial& trial, const ObserveOptions& options, bool still);
+
+double last_time_s(const StripeTrack& track);
+
+// Residuals of one frame: depth points, then outline points. A point that the simulated fabric does not
+// cover counts kUncoveredMm.
+inline constexpr double kUncoveredMm = 15;
+void stripe_residuals(const StripeTrack& track, const StripeFrame& frame, const geometry::TriangleMesh& mesh,
+                      const Eigen::Matrix3Xd& position, const SensorModel& sensor, double* residual_mm);
+
+}  // namespace selvedge::observe

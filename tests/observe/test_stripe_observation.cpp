@@ -1,0 +1,178 @@
+#include "observe/stripe_observation.h"
+
+#include <filesystem>
+#include <random>
+
+#include <Eigen/Dense>
+
+#include <gtest/gtest.h>
+
+#include "capture/trial/trial.h"
+#include "render/row_map.h"
+#include "render/stripe_renderer.h"
+#include "tests/render/scene.h"
+
+namespace selvedge::observe {
+namespace {
+
+using render::Sheet;
+
+double wave(double x, double z) { return 0.012 * std::sin(30 * x) + 0.008 * std::sin(25 * z) + 0.05 * z; }
+
+render::Image picture(const geometry::Projection& camera, const geometry::Projection& projector,
+                      const StripePattern& pattern, const Sheet& sheet, double noise_grey, double camera_blur_px) {
+  render::RenderOptions options;
+  options.camera_blur_px = camera_blur_px;
+  render::StripeRenderer renderer(camera, projector, options);
+  renderer.set_pattern(pattern);
+  render::Image image = renderer.render(sheet.position, sheet.triangles);
+  std::mt19937 random(4);
+  std::normal_distribution<double> normal(0, noise_grey);
+  for (Eigen::Index i = 0; i < image.size(); ++i)
+    image.data()[i] = static_cast<unsigned char>(std::clamp(image.data()[i] + std::lround(normal(random)), 0L, 255L));
+  return image;
+}
+
+struct Misses {
+  int edges = 0, labelled = 0, wrong_label = 0;
+  double square = 0;
+};
+
+// Labelled edges against the row that the true surface has at their pixel; those in shadow or beside an
+// outline excepted.
+Misses misses(const observe::StripeObservation& seen, const render::RowMap& truth, const StripePattern& pattern) {
+  Misses m;
+  for (const observe::StripeEdge& edge : seen.edges) {
+    ++m.edges;
+    if (!edge.labelled) continue;
+    ++m.labelled;
+    const auto sample = truth.at(edge.pixel);
+    if (!sample) continue;
+    const double miss = edge.projector_px - (pattern.horizontal ? sample->row_px : sample->column_px);
+    if (std::abs(miss) > 0.25 * pattern.period_px) ++m.wrong_label;
+    else m.square += miss * miss;
+  }
+  return m;
+}
+
+TEST(StripeObservation, EdgesOfARenderedSheetLieOnTheirRows) {
+  auto camera = render::bench_camera();
+  const auto projector = render::bench_projector();
+  camera.distortion = {-0.05, 0.01, 0, 0, 0};
+  const Sheet sheet = render::make_sheet(33, wave);
+  const StripePattern pattern{.horizontal = true, .period_px = 16, .duty = 0.5, .first_bright_px = 5};
+  observe::StripeObservation seen =
+      observe::observe_stripes(picture(camera, projector, pattern, sheet, 1, 0.5), camera, projector, pattern);
+  EXPECT_NEAR(seen.noise_grey, 1, 0.15);
+  EXPECT_TRUE(seen.scans_columns);
+  label_edges(seen, camera, projector, pattern, sheet.position.col(0), sheet.position.col(32));
+  render::RowMap truth(camera, projector);
+  truth.rasterise(sheet.position, sheet.triangles);
+  const Misses m = misses(seen, truth, pattern);
+  EXPECT_GT(m.edges, 8000);
+  EXPECT_GT(m.labelled, 0.98 * m.edges);
+  EXPECT_EQ(m.wrong_label, 0);
+  EXPECT_LT(std::sqrt(m.square / m.labelled), 0.12);  // projector rows; 0.2 mm of depth
+
+  // Triangulated points lie on the sheet.
+  double square = 0;
+  int count = 0;
+  for (size_t i = 0; i < seen.edges.size(); i += 7) {
+    const observe::StripeEdge& edge = seen.edges[i];
+    if (!edge.labelled) continue;
+    const auto point = triangulate(camera, projector, pattern, edge.pixel, edge.projector_px);
+    ASSERT_TRUE(point);
+    const double miss = point->y() - wave(point->x(), point->z());
+    square += miss * miss;
+    ++count;
+  }
+  EXPECT_LT(std::sqrt(square / count), 3e-4);
+}
+
+TEST(StripeObservation, VerticalStripesAreReadAlongRows) {
+  const auto camera = geometry::looking_at({-0.3, -1.0, -0.15}, {0, 0, -0.15}, 1000, 640, 480);
+  const auto projector = geometry::looking_at({0.3, -0.9, -0.1}, {0, 0, -0.15}, 1450, 1024, 768);
+  const Sheet sheet = render::make_sheet(33, wave);
+  const StripePattern pattern{.horizontal = false, .period_px = 20, .duty = 0.4, .first_bright_px = 3};
+  observe::StripeObservation seen =
+      observe::observe_stripes(picture(camera, projector, pattern, sheet, 1, 0), camera, projector, pattern);
+  EXPECT_FALSE(seen.scans_columns);
+  label_edges(seen, camera, projector, pattern, sheet.position.col(0), sheet.position.col(32));
+  render::RowMap truth(camera, projector);
+  truth.rasterise(sheet.position, sheet.triangles);
+  const Misses m = misses(seen, truth, pattern);
+  EXPECT_GT(m.labelled, 0.9 * m.edges);
+  EXPECT_GT(m.labelled, 4000);
+  EXPECT_EQ(m.wrong_label, 0);
+  EXPECT_LT(std::sqrt(m.square / m.labelled), 0.2);
+}
+
+TEST(StripeObservation, OutlineIsFoundToAFewTenthsOfAPixel) {
+  const auto camera = render::bench_camera(), projector = render::bench_projector();
+  const Sheet sheet = render::make_sheet(33, wave);
+  const StripePattern pattern;
+  const observe::StripeObservation seen =
+      observe::observe_stripes(picture(camera, projector, pattern, sheet, 1, 0.7), camera, projector, pattern);
+  render::RowMap truth(camera, projector);
+  truth.rasterise(sheet.position, sheet.triangles);
+  std::vector<unsigned char> inside;
+  truth.fill_silhouette(inside);
+  int wrong = 0, area = 0;
+  for (size_t i = 0; i < inside.size(); ++i) wrong += inside[i] != seen.inside[i], area += inside[i];
+  EXPECT_LT(wrong, 0.006 * area);
+
+  // The sheet's border, vertex by vertex, is the outline here.
+  std::vector<Eigen::Vector2d> border;
+  const auto add = [&](int vertex) { border.push_back(geometry::project(camera, sheet.position.col(vertex))); };
+  for (int i = 0; i < 33; ++i) add(i);
+  for (int i = 1; i < 33; ++i) add(33 * i + 32);
+  for (int i = 1; i < 33; ++i) add(33 * 32 + 32 - i);
+  for (int i = 1; i < 33; ++i) add(33 * (32 - i));
+  double square = 0;
+  for (const observe::SilhouettePoint& point : seen.silhouette) {
+    double nearest = 1e9;
+    for (size_t i = 0; i + 1 < border.size(); ++i) {
+      const Eigen::Vector2d side = border[i + 1] - border[i];
+      const double t = std::clamp((point.pixel - border[i]).dot(side) / side.squaredNorm(), 0.0, 1.0);
+      nearest = std::min(nearest, (border[i] + t * side - point.pixel).norm());
+    }
+    square += nearest * nearest;
+  }
+  ASSERT_GT(seen.silhouette.size(), 200u);
+  EXPECT_LT(std::sqrt(square / double(seen.silhouette.size())), 0.35);
+}
+
+TEST(StripeObservation, RecordedStripesPassThroughTheHeldCorners) {
+  const std::filesystem::path folder = SELVEDGE_SOURCE_DIR "/../shared/campaigns/striped-none/static-1";
+  if (!std::filesystem::exists(folder)) GTEST_SKIP() << "SKIPPED: no recorded campaign at " << folder;
+  const trial::Trial trial = trial::read_trial(folder);
+  const StripePattern pattern{trial.pattern->orientation == "horizontal", trial.pattern->period_px, trial.pattern->duty,
+                              trial.pattern->first_bright_row_px};
+  observe::StripeObservation seen =
+      observe::observe_stripes(trial::read_frame(trial, 0), *trial.camera, *trial.projector, pattern);
+  const Eigen::Vector3d left = trial.corners.left.rowwise().mean(), right = trial.corners.right.rowwise().mean();
+  const int labelled = label_edges(seen, *trial.camera, *trial.projector, pattern, left, right);
+  EXPECT_GT(labelled, 12000);
+  EXPECT_GT(labelled, 0.98 * double(seen.edges.size()));
+
+  // A quadratic through the points within 40 mm of each corner meets it.
+  for (const Eigen::Vector3d& corner : {left, right}) {
+    std::vector<Eigen::Vector3d> near;
+    for (const observe::StripeEdge& edge : seen.edges)
+      if (edge.labelled)
+        if (const auto p = triangulate(*trial.camera, *trial.projector, pattern, edge.pixel, edge.projector_px))
+          if ((*p - corner).norm() < 0.04) near.push_back(*p - corner);
+    ASSERT_GT(near.size(), 50u);
+    Eigen::MatrixXd a(near.size(), 6);
+    Eigen::VectorXd b(near.size());
+    for (size_t i = 0; i < near.size(); ++i) {
+      const double x = near[i].x(), z = near[i].z();
+      a.row(Eigen::Index(i)) << 1, x, z, x * x, x * z, z * z;
+      b(Eigen::Index(i)) = near[i].y();
+    }
+    EXPECT_NEAR(1e3 * a.colPivHouseholderQr().solve(b)(0), 0, 0.5);  // mm
+  }
+}
+
+}  // namespace
+}  // namespace selvedge::observe
