@@ -150,7 +150,12 @@ struct BusRigLink::Impl {
     const std::lock_guard lock(mutex);
     return configuration;
   }
-  bool has_arm() const { return current().has("arm"); }
+  // Where no rig is heard, the file may still name an arm whose daemon listens. Throws where there is none to read:
+  // nothing was stopped then, and nobody shall be told so.
+  void stop_arm(const std::string& why) const {
+    const rig::Configuration known = heard_now() ? current() : rig::Configuration::load(options.configuration);
+    if (known.has("arm")) arm::stop_arm(known, why);
+  }
   std::shared_ptr<Heard> need_rig() const {
     auto now = heard_now();
     if (!now) refuse(options.configuration.string(), "no rig yet: start one with ./selvedge rig up, or a session");
@@ -256,7 +261,7 @@ void BusRigLink::stop(const std::string& why) {
   std::exception_ptr failed;
   impl_->cancel = true;
   try {
-    if (impl_->has_arm()) arm::stop_arm(impl_->current(), why);
+    impl_->stop_arm(why);
   } catch (...) { failed = std::current_exception(); }
   disarm();
   if (failed) std::rethrow_exception(failed);
