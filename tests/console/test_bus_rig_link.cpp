@@ -37,11 +37,12 @@ TEST(BusRigLink, AStopWaitsForNoArmingAndNoArmingOutlivesAStop) {
   std::filesystem::create_directories(folder);
   const auto socket = folder / "arm.socket";
   std::ofstream(folder / "rig.toml") << fmt::format(
-      "[bus]\nport = {}\n[camera]\n[tracker]\n[projector]\n[arm]\nmodel = \"none\"\ncontrol_socket = \"{}\"\n",
-      20000 + ::getpid() % 20000, socket.string());
+      "[bus]\nport = {}\n[camera]\n[tracker]\n[projector]\n[arm]\nmodel = \"{}\"\ncontrol_socket = \"{}\"\n",
+      20000 + ::getpid() % 20000, SELVEDGE_SOURCE_DIR "/data/arms/ur5e.toml", socket.string());
   BusRigLink link({folder / "rig.toml", folder / "calibration.json", folder});
   for (int i = 0; i < 400 && link.state()["rig"] != "listening"; ++i)
     std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  ASSERT_EQ(link.state()["rig"], "listening");
   auto arming = std::async(std::launch::async, [&] { link.arm("test"); });
   std::this_thread::sleep_for(std::chrono::milliseconds(500));
   const auto asked = std::chrono::steady_clock::now();
