@@ -108,6 +108,10 @@ struct BusRigLink::Impl {
     const std::shared_ptr<Heard> now = heard_now();
     if (!now || !now->disarmed_since(armed_since_us)) return;
     const std::lock_guard lock(arm_mutex);
+    let_go();
+  }
+  // With arm_mutex held.
+  void let_go() {
     lease.reset();
     arm_client.reset();
     armed = false;
@@ -150,7 +154,12 @@ struct BusRigLink::Impl {
     const std::lock_guard lock(mutex);
     return configuration;
   }
-  bool has_arm() const { return current().has("arm"); }
+  // Where no rig is heard, the file may still name an arm whose daemon listens. Throws where there is none to read:
+  // nothing was stopped then, and nobody shall be told so.
+  void stop_arm(const std::string& why) const {
+    const rig::Configuration known = heard_now() ? current() : rig::Configuration::load(options.configuration);
+    if (known.has("arm")) arm::stop_arm(known, why);
+  }
   std::shared_ptr<Heard> need_rig() const {
     auto now = heard_now();
     if (!now) refuse(options.configuration.string(), "no rig yet: start one with ./selvedge rig up, or a session");
@@ -200,6 +209,7 @@ struct BusRigLink::Impl {
   std::unique_ptr<session::RigClient> arm_client;
   std::unique_ptr<session::ArmLease> lease;
   std::atomic<bool> armed{false};
+  std::atomic<int> stops{0};  // asked for here
   std::atomic<int64_t> armed_since_us{0};
   std::thread recorder;
   std::thread looker;
@@ -237,28 +247,33 @@ void BusRigLink::arm(const std::string& who) {
   if (!impl_->current().has("arm")) refuse("arm", "this rig has none");
   if (impl_->records) refuse("arm", "a trial is being recorded");
   impl_->lease.reset();
+  const int stops_before = impl_->stops;
   impl_->arm_client = std::make_unique<session::RigClient>(impl_->current());
   impl_->lease = std::make_unique<session::ArmLease>(*impl_->arm_client, who);
+  if (impl_->stops != stops_before) {  // that stop may not have reached the daemon, which was away perhaps
+    impl_->let_go();
+    throw std::runtime_error("arm: stopped at the console while it was being armed");
+  }
   impl_->armed_since_us = rig::host_now_us();
   impl_->armed = true;
 }
 
 void BusRigLink::disarm() {
   const std::lock_guard lock(impl_->arm_mutex);
-  impl_->lease.reset();
-  impl_->arm_client.reset();
-  impl_->armed = false;
+  impl_->let_go();
 }
 
-// The stop itself first: it must not wait for anything else. Where the daemon cannot be reached the page says that
-// the stop is not confirmed; whatever is armed or recorded from here ends all the same.
+// The stop itself first: it must not wait for anything else, nor its answer for an arming that still asks. Where the
+// daemon cannot be reached the page says that the stop is not confirmed; whatever is armed or recorded from here ends
+// all the same.
 void BusRigLink::stop(const std::string& why) {
   std::exception_ptr failed;
   impl_->cancel = true;
+  ++impl_->stops;
   try {
-    if (impl_->has_arm()) arm::stop_arm(impl_->current(), why);
+    impl_->stop_arm(why);
   } catch (...) { failed = std::current_exception(); }
-  disarm();
+  if (const std::unique_lock lock(impl_->arm_mutex, std::try_to_lock); lock) impl_->let_go();
   if (failed) std::rethrow_exception(failed);
 }
 

@@ -10,6 +10,7 @@
 #include <unistd.h>
 
 #include "files/bad_input.h"
+#include "files/durable.h"
 
 namespace selvedge::rig {
 
@@ -41,7 +42,27 @@ fs::path chosen_folder() {
   return fmt::format("/tmp/selvedge-{}", user_outside_namespace());
 }
 
+fs::path chosen_state_folder() {
+  if (const std::string of_unit = environment("STATE_DIRECTORY"); !of_unit.empty())
+    return of_unit.substr(0, of_unit.find(':'));
+  if (const std::string of_user = environment("XDG_STATE_HOME"); !of_user.empty())
+    return fs::path(of_user) / "selvedge";
+  if (const std::string home = environment("HOME"); !home.empty())
+    return fs::path(home) / ".local" / "state" / "selvedge";
+  refuse("state folder",
+         "found none of $STATE_DIRECTORY, $XDG_STATE_HOME and $HOME, expected one: a stop is kept there");
+}
+
 }  // namespace
+
+fs::path state_folder() {
+  const fs::path folder = chosen_state_folder();
+  if (!folder.is_absolute()) refuse(folder, "the state folder's path is relative, expected one from /");
+  try {
+    files::make_folders(folder);
+  } catch (const std::exception& error) { refuse(folder, "the state folder cannot be made: {}", error.what()); }
+  return folder;
+}
 
 fs::path runtime_folder() {
   const fs::path folder = chosen_folder();

@@ -16,4 +16,11 @@ namespace selvedge::rig {
 // made, is a link or no folder, belongs to another user, or may be written by others.
 std::filesystem::path runtime_folder();
 
+// The folder for what must outlive the user's login and a loss of power. The first of these that the environment names:
+//   $STATE_DIRECTORY            systemd's, for a unit with StateDirectory= (of several, the first)
+//   $XDG_STATE_HOME/selvedge
+//   $HOME/.local/state/selvedge
+// Made where it is missing, and durable then. Throws BadInput where the environment names none, or it cannot be made.
+std::filesystem::path state_folder();
+
 }  // namespace selvedge::rig

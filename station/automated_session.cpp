@@ -4,6 +4,7 @@
 
 #include "calib/calibration_file.h"
 #include "capture/trial/trial_writer.h"
+#include "files/whole_file.h"
 #include "station/calibrating.h"
 #include "station/projector_check.h"
 
@@ -57,8 +58,8 @@ calib::Calibration calibrate_session(RigClient& rig, const session::SessionPlan&
   calib::Calibration calibration = calibrate_rig(rig, plan, folder / "calibration", progress);
   if (calibration.verdict == calib::Verdict::refused || !calibration.projector)
     throw session::DeviceFailed("calibration refused: " + calibration.advice);
-  std::filesystem::copy_file(folder / "calibration" / "calibration.json", folder / "calibration.json",
-                             std::filesystem::copy_options::overwrite_existing);
+  // Durable: the session's journal calls the calibration done once this returns.
+  files::write_whole(folder / "calibration.json", files::read_whole(folder / "calibration" / "calibration.json"));
   return calibration;
 }
 

@@ -65,6 +65,8 @@ void write_simulated_rig(const SimulatedRigFiles& files, const fs::path& folder)
     arm.insert_or_assign("model", model);
     arm.insert_or_assign("port", arm_port);
     arm.insert_or_assign("script_port", script_port);
+    // A run that was stopped, killed and started again is still stopped.
+    arm.insert_or_assign("stop_file", fs::absolute(folder / "arm.stopped").string());
     devices.insert_or_assign("arm_model", model);
     devices.insert_or_assign("arm_port", arm_port);
     devices.insert_or_assign("arm_script_port", script_port);

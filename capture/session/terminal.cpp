@@ -1,6 +1,7 @@
 #include "capture/session/terminal.h"
 
 #include <poll.h>
+#include <termios.h>
 #include <unistd.h>
 
 #include <fmt/format.h>
@@ -9,8 +10,11 @@ namespace selvedge::session {
 
 Terminal::Terminal() : there_(::isatty(0) != 0) {}
 
+// What was typed before the question is no answer to it.
 void Terminal::say(const std::string& text) const {
-  if (there_) fmt::print(stderr, "\n{} ", text);
+  if (!there_) return;
+  ::tcflush(0, TCIFLUSH);
+  fmt::print(stderr, "\n{} ", text);
 }
 
 std::string Terminal::line(int wait_ms) {

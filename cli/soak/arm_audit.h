@@ -1,9 +1,10 @@
 // Whether the arm moves while it may not, from the joints of the simulated controller alone.
 //
 // It may move while its daemon says that it is armed, unless an operator's stop holds: from the moment in which that
-// was sent until a person's word lifts it, whatever the daemon says. When it may move no more it brakes, whatever that
-// takes; once it has rested for kRest_s, any motion before it may move again is a motion after a stop. So is one that
-// never comes to rest. Looked at kBehind_s late, so that messages of that moment have arrived. Host times, s.
+// was sent until a person's word lifts it, whatever the daemon says. When it may move no more it brakes; once it has
+// rested for kRest_s, any motion before it may move again is a motion after a stop. So is one that does not rest within
+// kLongestBraking_s: a path that runs to its end is no stop. Looked at kBehind_s late, so that messages of that moment
+// have arrived. Host times, s.
 #pragma once
 
 #include <map>
@@ -13,7 +14,7 @@ namespace selvedge::cli {
 
 class ArmAudit {
  public:
-  static constexpr double kBehind_s = 1, kRest_s = 0.3, kLongestBraking_s = 10;
+  static constexpr double kBehind_s = 1, kRest_s = 0.3, kLongestBraking_s = 2;
   static constexpr double kResting_rad_s = 0.005, kMoving_rad_s = 0.02;
 
   // From any thread: what the daemon says, and what an operator did.

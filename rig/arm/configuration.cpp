@@ -88,6 +88,7 @@ ArmConfiguration read_configuration(rig::Section keys) {
   if (corners.corner_distance_m > 0 && result.tracker.empty())
     refuse(keys.where() + " corner_distance_m", "it needs a tracker to see the corners");
   result.control_socket = keys.text("control_socket", "");
+  result.stop_file = keys.text("stop_file", "");
   result.control_users = keys.texts("control_users", std::vector<std::string>{});
   keys.finish();
   return result;

@@ -49,6 +49,13 @@ std::filesystem::path control_socket(const rig::Configuration& configuration, co
   return rig::runtime_folder() / fmt::format("{}-{}.socket", device, configuration.bus().port);
 }
 
+std::filesystem::path stop_file(const rig::Configuration& configuration, const std::string& device) {
+  const ArmConfiguration own = read_configuration(configuration.section(device));
+  if (!own.stop_file.empty()) return own.stop_file;
+  if (!own.control_socket.empty()) return own.control_socket.string() + ".stopped";
+  return rig::state_folder() / fmt::format("{}-{}.stopped", device, configuration.bus().port);
+}
+
 ControlClient::ControlClient(const std::filesystem::path& socket) {
   try {
     socket_ = wire::connect_unix(socket);

@@ -57,6 +57,11 @@ std::optional<Message> decode_payload(const std::vector<std::uint8_t>& payload) 
 // Where the daemon of `device` listens: [arm] control_socket, or arm-PORT.socket in the user's runtime folder.
 std::filesystem::path control_socket(const rig::Configuration& configuration, const std::string& device = "arm");
 
+// Where it keeps a stop that holds: [arm] stop_file; or control_socket with ".stopped" behind it, where that is given;
+// or arm-PORT.stopped in the user's state folder, which outlives a login and a loss of power as the runtime folder does
+// not.
+std::filesystem::path stop_file(const rig::Configuration& configuration, const std::string& device = "arm");
+
 // The daemon understood and would not; the text is the daemon's.
 class ControlRefused : public std::runtime_error {
  public:

@@ -26,12 +26,21 @@ namespace {
 constexpr int kTick_ms = 20;
 constexpr int64_t kNoAnswer = -1;
 constexpr size_t kRead_bytes = 65536;  // of one connection, before the next has its turn
+constexpr int kAcceptedAtOnce = 16;    // connections, before those that are there have their turn
 
 std::string name_of(uid_t user) {
   std::array<char, 4096> buffer;
   passwd entry{}, *found = nullptr;
   ::getpwuid_r(user, &entry, buffer.data(), buffer.size(), &found);
   return found ? fmt::format("{} ({})", found->pw_name, user) : std::to_string(user);
+}
+
+// A reason may be anybody's: short, since every state of the arm tells it, and nothing that a terminal would obey.
+std::string fit_to_tell(const std::string& reason) {
+  std::string text = reason.substr(0, ControlServer::kLongestReason);
+  for (char& c : text)
+    if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) c = ' ';
+  return text;
 }
 
 ControlServer::Path to_path(arm_trajectory_t message) {
@@ -48,10 +57,17 @@ ControlServer::Path to_path(arm_trajectory_t message) {
 }  // namespace
 
 ControlServer::ControlServer(std::filesystem::path socket, std::vector<uid_t> may_move,
-                             std::function<void(const std::string&)> on_stop, std::function<void()> settle)
+                             std::function<void(const std::string&)> on_stop, std::function<std::string()> settle)
     : path_(std::move(socket)), may_move_(std::move(may_move)), on_stop_(std::move(on_stop)),
-      settle_(std::move(settle)), listener_(wire::listen_unix(path_)), wake_(::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)),
-      last_sender_(rig::host_now_us()), thread_([this] { run(); }) {}
+      settle_(std::move(settle)), lock_(path_.string() + ".lock") {
+  if (!lock_.held())
+    throw std::runtime_error(
+        fmt::format("{0}: another process listens there, or {0}.lock cannot be opened", path_.string()));
+  listener_ = wire::listen_unix(path_);
+  wake_ = wire::Socket(::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK));
+  last_sender_ = rig::host_now_us();
+  thread_ = std::thread([this] { run(); });
+}
 
 ControlServer::~ControlServer() {
   stopping_ = true;
@@ -74,21 +90,19 @@ void ControlServer::run() {
       const auto connection = connections_.find(senders[i]);
       if (!read(connection->first, connection->second)) close(connection);
     }
-    settle_();
-    send_answers();
+    send_answers(settle_());
     if (waited[0].revents != 0) accept_all();
   }
 }
 
 void ControlServer::accept_all() {
-  while (auto socket = wire::accept(listener_, 0)) {
+  for (int taken = 0; taken < kAcceptedAtOnce; ++taken) {
+    auto socket = wire::accept(listener_, 0);
+    if (!socket) return;
     ucred peer{};
     socklen_t size = sizeof peer;
     if (::getsockopt(socket->descriptor(), SOL_SOCKET, SO_PEERCRED, &peer, &size) != 0) continue;
-    // Whoever holds the arm renews the lease a hundred times a second, so it is never the quietest.
-    if (connections_.size() >= kConnections)
-      close(std::min_element(connections_.begin(), connections_.end(),
-                             [](const auto& a, const auto& b) { return a.second.last_s < b.second.last_s; }));
+    if (connections_.size() >= kConnections) make_room();
     Connection& connection = connections_[++last_sender_];
     connection.socket = std::move(*socket);
     connection.user = peer.uid;
@@ -96,6 +110,20 @@ void ControlServer::accept_all() {
     connection.may_move = std::find(may_move_.begin(), may_move_.end(), peer.uid) != may_move_.end();
     connection.last_s = rig::host_now_s();
   }
+}
+
+// Whoever holds the arm renews the lease a hundred times a second, so it is never the quietest; and no crowd of another
+// user's drives it out.
+void ControlServer::make_room() {
+  std::map<uid_t, size_t> of_user;
+  for (const auto& [sender, connection] : connections_) ++of_user[connection.user];
+  const auto goes_before = [&](const auto& a, const auto& b) {
+    const size_t many = of_user[a.second.user], more = of_user[b.second.user];
+    return many != more ? many > more : a.second.last_s < b.second.last_s;
+  };
+  const auto goes = std::min_element(connections_.begin(), connections_.end(), goes_before);
+  read(goes->first, goes->second);  // a stop that lies there unread is a stop
+  close(goes);
 }
 
 void ControlServer::close(Connections::iterator connection) {
@@ -126,9 +154,11 @@ void ControlServer::handle(int64_t sender, Connection& connection, const Frame& 
     auto control = decode_payload<arm_control_t>(frame.payload);
     if (!control) throw wire::WireError("a control message that cannot be decoded");
     if (control->action == arm_control_t::STOP) {
-      on_stop_(
-          fmt::format("{} (process {} of user {})", control->reason, connection.process, name_of(connection.user)));
-      return answer(sender, control->sequence, "");
+      on_stop_(fmt::format("{} (process {} of user {})", fit_to_tell(control->reason), connection.process,
+                           name_of(connection.user)));
+      const std::lock_guard lock(mutex_);
+      answers_.push_back({sender, control->sequence, "", true});
+      return;
     }
     control->sender = sender;
     return push(connection, {sender, *control}, control->sequence);
@@ -173,12 +203,12 @@ std::vector<ControlServer::Message> ControlServer::take() {
 void ControlServer::answer(int64_t sender, int64_t sequence, const std::string& refused) {
   {
     const std::lock_guard lock(mutex_);
-    answers_.push_back({sender, sequence, refused});
+    answers_.push_back({sender, sequence, refused, false});
   }
   ::eventfd_write(wake_.descriptor(), 1);
 }
 
-void ControlServer::send_answers() {
+void ControlServer::send_answers(const std::string& not_kept) {
   eventfd_t ignored = 0;
   ::eventfd_read(wake_.descriptor(), &ignored);
   std::vector<Answer> answers;
@@ -194,6 +224,10 @@ void ControlServer::send_answers() {
     message.sequence = given.sequence;
     message.done = given.refused.empty() ? 1 : 0;
     message.text = given.refused;
+    if (given.of_stop && !not_kept.empty()) {
+      message.done = 0;
+      message.text = "it is stopped, but that could not be put on the disk for a restart of its daemon: " + not_kept;
+    }
     const auto bytes = encode_frame(FrameKind::answer, message);
     const int descriptor = connection->second.socket.descriptor();
     if (::send(descriptor, bytes.data(), bytes.size(), MSG_NOSIGNAL | MSG_DONTWAIT) !=

@@ -77,15 +77,14 @@ const char* name_of(int8_t action) {
 
 class Daemon {
  public:
-  Daemon(const ArmConfiguration& configuration, const std::filesystem::path& socket, rig::Bus& bus, Samples& samples,
-         const std::string& device)
+  Daemon(const ArmConfiguration& configuration, const std::filesystem::path& socket,
+         const std::filesystem::path& stop_file, rig::Bus& bus, Samples& samples, const std::string& device)
       : configuration_(configuration), model_(ArmModel::read(configuration.model)), bus_(bus), samples_(samples),
         status_(bus, device), device_(device), tracker_(configuration.corners),
         guard_(model_, configuration.guard, 1 / configuration.controller.rate_hz, rig::host_now_us()), planner_(model_),
-        latch_(socket.string() + ".stopped"),
-        server_(
-            socket, users_of(configuration), [this](const std::string& why) { latch_.pull(why); },
-            [this] { latch_.settle(); }) {
+        latch_(stop_file), server_(
+                               socket, users_of(configuration), [this](const std::string& why) { latch_.pull(why); },
+                               [this] { return latch_.settle(); }) {
     configuration_.controller.joints = model_.joints();
     if (configuration_.backend == "rtde" && model_.joints() != 6)
       refuse(configuration_.model.string(), "{} joints, backend rtde drives arms of 6", model_.joints());
@@ -263,7 +262,7 @@ void run_daemon(const rig::Configuration& configuration, const std::atomic<bool>
   if (!own.tracker.empty())
     bus.subscribe<corner_sample_t>(rig::channel(own.tracker, rig::kCorners),
                                    [&](const auto& sample) { samples.push(sample); });
-  Daemon daemon(own, control_socket(configuration, device), bus, samples, device);
+  Daemon daemon(own, control_socket(configuration, device), stop_file(configuration, device), bus, samples, device);
   bus.start();
   daemon.run(stopping);
 }

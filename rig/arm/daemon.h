@@ -35,6 +35,7 @@ struct ArmConfiguration {
   std::string tracker = "tracker";         // section of the tracker; "" where there is none
   TrackerLimits corners;                   // tracker_timeout_s, corner_distance_m, held_corner, fixed_corner
   std::filesystem::path control_socket;    // "": in the user's runtime folder (control_link.h)
+  std::filesystem::path stop_file;         // "": beside control_socket, or in the user's state folder (control_link.h)
   std::vector<std::string> control_users;  // beside the daemon's own and root: who may arm and move
 };
 

@@ -196,9 +196,11 @@ void MotionGuard::disconnected(const std::string& why) {
 
 void MotionGuard::watch(const std::optional<ArmSample>& sample, double now_s) {
   const bool at_stake = armed_ || moving();
-  following_error_rad_ = sending_ ? (set_point_rad_ - measured_rad_).cwiseAbs().maxCoeff() : 0;
+  following_error_rad_ = sending_ ? (set_point_rad_ - measured_rad_).cwiseAbs().maxCoeff<Eigen::PropagateNaN>() : 0;
   if (sample && !sample->intruder.empty()) latch(arm_status_t::STOP_INTRUDER, sample->intruder, now_s);
-  if (at_stake && sample && !sample->ready) latch(arm_status_t::STOP_CONTROLLER, sample->not_ready, now_s, true);
+  if (at_stake && sample && !ready_)
+    latch(arm_status_t::STOP_CONTROLLER,
+          sample->ready ? "the controller measures a joint angle that is not finite" : sample->not_ready, now_s, true);
   if (at_stake && !(following_error_rad_ <= limits_.following_error_rad))
     latch(arm_status_t::STOP_FOLLOWING_ERROR,
           fmt::format("a joint is {:.3f} rad from its set-point, limit {} rad", following_error_rad_,
@@ -217,7 +219,7 @@ std::optional<Eigen::VectorXd> MotionGuard::step(const std::optional<ArmSample>&
   last_step_s_ = now_s;
   if (sample) {
     connected_ = true;
-    ready_ = sample->ready;
+    ready_ = sample->ready && sample->q_rad.allFinite();
     measured_rad_ = sample->q_rad;
     last_sample_s_ = now_s;
   }

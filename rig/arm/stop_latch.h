@@ -1,8 +1,9 @@
 // A stop that holds until a person resets it, over the end of the daemon that received it.
 //
 // Pulled from any thread, without waiting; the control loop takes it in its next cycle. What holds is kept in a file
-// beside the control socket: where the daemon is killed and started again, the stop still holds. `settle` brings the
-// file up to date and on the disk, and is called before a stop is answered.
+// (stop_file in control_link.h): where the daemon is killed and started again, the stop still holds. `settle` brings
+// the file up to date and on the disk, and is called before a stop is answered. Whatever lies at that file's place is a
+// stop that holds, readable or not: only its absence says that nothing was stopped.
 #pragma once
 
 #include <atomic>
@@ -31,8 +32,9 @@ class StopLatch {
   std::optional<Pulled> take();
   // The control loop: what holds now, after this cycle; none: no stop holds.
   void hold(const std::optional<std::string>& why);
-  // Not on the control loop: it waits for the disk. An error is logged, and tried again at the next call.
-  void settle();
+  // Not on the control loop: it waits for the disk. Why a stop that holds is not kept; "" where it is, or none holds.
+  // Tried again at the next call.
+  std::string settle();
 
  private:
   const std::filesystem::path file_;
@@ -40,6 +42,7 @@ class StopLatch {
   std::mutex mutex_;  // guards the rest
   std::optional<Pulled> pulled_;
   std::optional<std::string> wanted_, written_;
+  std::string logged_;  // settle's alone: the error that was logged last
 };
 
 }  // namespace selvedge::arm

@@ -1,10 +1,15 @@
 // What every arm back-end has to do, run over each of them beside its simulated controller.
 #include <gtest/gtest.h>
+#include <sys/socket.h>
 
+#include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <functional>
 #include <memory>
 #include <ostream>
+#include <thread>
+#include <vector>
 
 #include "hardware_sim/mxt_controller/mxt_controller.h"
 #include "hardware_sim/rtde_controller/rtde_controller.h"
@@ -179,6 +184,63 @@ TEST(Mxt, AControllerThatNeverGivesUpIsRefused) {
     EXPECT_NE(std::string(refused.what()).find("MXTTOUT"), std::string::npos) << refused.what();
   }
   EXPECT_LT(endless.fastest_since(0), 1e-4);  // trying it moves nothing but the rounding of a float
+}
+
+// This process plays the robot's script, which ends and comes anew between two cycles: whoever drives hears of the end
+// before the next is taken.
+TEST(Rtde, AScriptThatComesAnewIsToldAsOneThatEnded) {
+  hardware_sim::RtdeControllerOptions options;
+  options.script_port = 1;  // its own script finds nobody
+  hardware_sim::RtdeController simulated(options, read("ur5e.toml"));
+  arm::ArmOptions client;
+  client.port = simulated.port();
+  client.script_port = wire::local_port(wire::listen_tcp("127.0.0.1", 0));
+  const auto arm = arm::connect_rtde(client);
+  wire::Socket script = wire::connect_tcp("127.0.0.1", client.script_port, 1);
+  const auto next = [&] {
+    for (int i = 0; i < 100; ++i)
+      if (const auto sample = arm->cycle(std::nullopt, 0.1)) return *sample;
+    throw std::runtime_error("no sample");
+  };
+  for (int i = 0; i < 100 && !next().ready; ++i) {}
+  ASSERT_TRUE(next().ready);
+  script.close();
+  script = wire::connect_tcp("127.0.0.1", client.script_port, 1);
+  const auto told = next();
+  EXPECT_FALSE(told.ready);
+  EXPECT_NE(told.not_ready.find("script"), std::string::npos) << told.not_ready;
+  for (int i = 0; i < 100 && !next().ready; ++i) {}
+  EXPECT_TRUE(next().ready);
+}
+
+// Whatever comes at the script's port: each cycle ends, and with it the lease, the stop and every age are looked at.
+TEST(Rtde, AScriptThatTalksWithoutEndHoldsNoCycleUp) {
+  hardware_sim::RtdeControllerOptions options;
+  options.script_port = 1;  // its own script finds nobody
+  hardware_sim::RtdeController simulated(options, read("ur5e.toml"));
+  arm::ArmOptions client;
+  client.port = simulated.port();
+  client.script_port = wire::local_port(wire::listen_tcp("127.0.0.1", 0));
+  const auto arm = arm::connect_rtde(client);
+  const wire::Socket script = wire::connect_tcp("127.0.0.1", client.script_port, 1);
+  std::atomic<bool> ending = false;
+  std::vector<std::thread> talkers;
+  for (int k = 0; k < 2; ++k)
+    talkers.emplace_back([&] {
+      const std::vector<std::uint8_t> words(1 << 16, 7);
+      for (const double end_s = rig::host_now_s() + 4; !ending && rig::host_now_s() < end_s;)
+        ::send(script.descriptor(), words.data(), words.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
+    });
+  std::this_thread::sleep_for(std::chrono::milliseconds(100));
+  double longest_s = 0;
+  for (int i = 0; i < 50; ++i) {
+    const double from_s = rig::host_now_s();
+    arm->cycle(std::nullopt, 0.01);
+    longest_s = std::max(longest_s, rig::host_now_s() - from_s);
+  }
+  ending = true;
+  for (std::thread& talker : talkers) talker.join();
+  EXPECT_LT(longest_s, 1);
 }
 
 INSTANTIATE_TEST_SUITE_P(Backends, ArmContract, testing::Values(Backend{"rtde", start_rtde}, Backend{"mxt", start_mxt}),

@@ -258,6 +258,23 @@ TEST_F(Guard, RefusedPlanIsNotFollowedAndSaysWhy) {
   EXPECT_EQ(guard_->on_trajectory(kSender, 5, utime(), now_s_), "");
 }
 
+TEST_F(Guard, AMeasuredAngleThatIsNotFiniteStopsForGood) {
+  for (int joint = 0; joint < model_.joints(); ++joint) {
+    start_moving();
+    const double before_rad = sample_.q_rad[joint];
+    sample_.q_rad[joint] = std::nan("");
+    EXPECT_FALSE(cycle()) << joint;
+    EXPECT_TRUE(guard_->latched());
+    EXPECT_EQ(status().stop_reason, arm_status_t::STOP_CONTROLLER) << status().stop_text;
+    cycle();
+    EXPECT_EQ(control(arm_control_t::RESET), "");
+    cycle();
+    EXPECT_NE(control(arm_control_t::ARM), "") << "it would be held where nobody knows";
+    sample_.q_rad[joint] = before_rad;
+    cycle();
+  }
+}
+
 // Whatever the guard did when the stop came, it holds: nothing arms until that very stop is reset by a later word.
 TEST_F(Guard, AStopLatchesInEveryState) {
   const std::pair<const char*, std::function<void()>> states[] = {

@@ -4,7 +4,8 @@
 // servoj with it. Where the packets stop for longer than the time-out that each of them carries, the script
 // ends and the robot stops: a dead daemon stops the arm.
 // The script is taken from `host` alone. One connection at a time: another while the first lives is turned away and
-// told as an intruder. A script whose robot went without a word is given up after a second, so that it may come again.
+// told as an intruder. That a script has ended is told before the next is taken. A script whose robot went without a
+// word is given up after a second, so that it may come again.
 #include <array>
 #include <cmath>
 
@@ -20,6 +21,7 @@ namespace {
 constexpr int kRtdePort = 30004;
 constexpr std::int32_t kRunning = 7, kSafetyNormal = 1;
 constexpr double kPatience_s = 1;  // for a script that acknowledges nothing
+constexpr int kAtOnce = 16;        // connections, and parts of what the script says, that a cycle looks at
 
 class Rtde final : public Arm {
  public:
@@ -36,10 +38,12 @@ class Rtde final : public Arm {
     accept_script();
     send_set_point(set_point_rad);
     const double end_s = rig::host_now_s() + timeout_s;
-    // Where we are late, the newest state counts.
+    // Where we are late, the newest state counts; but a controller that never pauses does not hold the cycle up.
     std::optional<rtde::State> newest;
-    while (const auto package = next_package(newest ? 0 : end_s - rig::host_now_s()))
+    while (const auto package = next_package(newest ? 0 : end_s - rig::host_now_s())) {
       if (package->type == rtde::data) newest = rtde::decode_state(package->payload, recipe_);
+      if (rig::host_now_s() > end_s) break;
+    }
     if (!newest) return std::nullopt;
     return to_sample(*newest);
   }
@@ -94,9 +98,12 @@ class Rtde final : public Arm {
     // First what the script we have says: where it has ended, another may follow it.
     try {
       std::array<std::uint8_t, 256> ignored;
-      while (script_.is_open() && script_.readable(0)) script_.receive(ignored);
-    } catch (const wire::Disconnected&) { script_.close(); }
-    while (auto next = wire::accept(listener_, 0)) {
+      for (int i = 0; i < kAtOnce && script_.is_open() && script_.readable(0); ++i) script_.receive(ignored);
+    } catch (const wire::Disconnected&) { end_script(); }
+    if (script_ended_) return;
+    for (int i = 0; i < kAtOnce; ++i) {
+      auto next = wire::accept(listener_, 0);
+      if (!next) return;
       const std::string from = wire::peer_address(*next);
       if (from != robot_address_) {
         intruder_ = fmt::format("{} connected to the script port, which is for {} alone", from, robot_address_);
@@ -115,7 +122,13 @@ class Rtde final : public Arm {
       script_.send(rtde::encode_set_point(set_point_rad ? set_point_rad->data() : nullptr, set_point_rad.has_value(),
                                           options_.controller_timeout_s),
                    0.02);
-    } catch (const wire::Disconnected&) { script_.close(); }
+    } catch (const wire::Disconnected&) { end_script(); }
+  }
+
+  // Another may follow it once that has been told: what it was sent to do, the next must not go on with.
+  void end_script() {
+    script_.close();
+    script_ended_ = true;
   }
 
   ArmSample to_sample(const rtde::State& state) {
@@ -132,6 +145,7 @@ class Rtde final : public Arm {
     else if (!script_.is_open()) sample.not_ready = "the robot's external control script is not connected";
     sample.ready = sample.not_ready.empty();
     sample.intruder = std::exchange(intruder_, "");
+    script_ended_ = false;
     return sample;
   }
 
@@ -139,6 +153,7 @@ class Rtde final : public Arm {
   const std::string robot_address_;
   wire::Socket listener_, state_, script_;
   std::string intruder_;
+  bool script_ended_ = false;  // and no sample has told of it yet
   std::vector<std::uint8_t> received_;
   std::int64_t arrival_us_ = 0;
   std::uint8_t recipe_ = 0;
