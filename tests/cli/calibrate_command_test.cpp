@@ -6,7 +6,7 @@
 
 #include "calib/image_folder.h"
 #include "calib/synthetic_recording.h"
-#include "cli/proofs/damaged_trials.h"
+#include "cli/verify/proofs/damaged_trials.h"
 #include "run_binary.h"
 
 namespace selvedge::cli {

@@ -9,7 +9,7 @@
 
 #include "cli/command.h"
 #include "cli/command_line_pages.h"
-#include "cli/proofs/damaged_trials.h"
+#include "cli/verify/proofs/damaged_trials.h"
 #include "run_binary.h"
 
 namespace selvedge::cli {
@@ -54,7 +54,8 @@ class CommandLinePages : public testing::Test {
 std::unique_ptr<const CLI::App> whole_app() {
   static int status = 0;
   auto app = std::make_unique<CLI::App>("all", "selvedge");
-  for (const AddCommand add : commands()) add(*app, status);
+  for (const auto* of_program : {&lab_commands(), &simulation_commands(), &verify_commands()})
+    for (const AddCommand add : *of_program) add(*app, status);
   return app;
 }
 
