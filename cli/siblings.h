@@ -28,8 +28,8 @@ std::optional<Sibling> sibling_for(const std::string& command);
 // Becomes the installed program that has the command argv[1]. Returns where none has it.
 void become_sibling_for(char** argv);
 
-// The commands of `selvedge` and of the installed siblings behind them, as completion and manual page list them; programs:
-// of these alone; empty: of all.
+// The commands of `selvedge` and of the installed siblings behind them, as completion and manual page list them;
+// programs: of these alone; empty: of all. Throws BadInput for one that is not installed.
 CommandTree with_siblings(CommandTree own, const std::vector<std::string>& programs);
 
 }  // namespace selvedge::cli

@@ -18,7 +18,8 @@ void add_shell(CLI::App& app, int&) {
   completion->callback([&app] { fmt::print("{}", bash_completion(with_siblings(command_tree(app), {}))); });
   auto* man = app.add_subcommand("man", "print the manual page; to read it: selvedge man | man -l -");
   auto programs = std::make_shared<std::vector<std::string>>();
-  man->add_option("--of", *programs, "commands of this program alone (selvedge-sim …); default: all that are installed");
+  man->add_option("--of", *programs,
+                  "commands of this program alone (selvedge, selvedge-sim …); default: of all that are installed");
   man->callback([&app, programs] { fmt::print("{}", man_page(with_siblings(command_tree(app), *programs))); });
 }
 

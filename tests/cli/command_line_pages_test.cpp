@@ -11,6 +11,7 @@
 #include "cli/command_line_pages.h"
 #include "cli/verify/proofs/damaged_trials.h"
 #include "run_binary.h"
+#include "tests/needs_package.h"
 
 namespace selvedge::cli {
 namespace {
@@ -110,8 +111,7 @@ TEST_F(CommandLinePages, TheManualPageHasEveryCommandAndNoFaults) {
       for (size_t at = name.find('-'); at != std::string::npos; at = name.find('-', at + 2)) name.insert(at, "\\");
       EXPECT_NE(ran.out.find(".SS " + name + "\n"), std::string::npos) << name;
     }
-  if (std::system("command -v groff > /dev/null 2>&1") != 0)
-    GTEST_SKIP() << "SKIPPED: groff is not here: the manual page was NOT set";
+  SELVEDGE_NEEDS(std::system("command -v groff > /dev/null 2>&1") == 0, "groff-base", "setting the manual page");
   files::write_whole(working_folder() / "selvedge.1", ran.out);
   const std::string warnings = bash("groff -man -ww -z -Tutf8 selvedge.1");
   EXPECT_EQ(warnings, "");
