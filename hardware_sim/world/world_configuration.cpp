@@ -1,6 +1,6 @@
 #include "hardware_sim/world/world_configuration.h"
 
-#include "calib/synthetic_poses.h"
+#include "hardware_sim/synthetic_grid/synthetic_poses.h"
 #include "files/bad_input.h"
 
 namespace selvedge::hardware_sim {
@@ -203,9 +203,8 @@ WorldConfiguration read_world(const rig::Configuration& configuration) {
 }
 
 WorldConfiguration knocked(WorldConfiguration world) {
-  if (world.knock.device == Knock::Device::camera) world.camera = calib::turned(world.camera, world.knock.turn_deg);
-  if (world.knock.device == Knock::Device::projector)
-    world.projector = calib::turned(world.projector, world.knock.turn_deg);
+  if (world.knock.device == Knock::Device::camera) world.camera = turned(world.camera, world.knock.turn_deg);
+  if (world.knock.device == Knock::Device::projector) world.projector = turned(world.projector, world.knock.turn_deg);
   return world;
 }
 

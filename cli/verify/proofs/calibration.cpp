@@ -8,8 +8,8 @@
 #include "calib/calibration.h"
 #include "calib/linear_projection.h"
 #include "calib/read_images.h"
-#include "calib/synthetic_motion.h"
-#include "calib/synthetic_recording.h"
+#include "hardware_sim/synthetic_grid/synthetic_motion.h"
+#include "hardware_sim/synthetic_grid/synthetic_recording.h"
 #include "cli/verify/figures.h"
 #include "cli/verify/proofs/calibration_peers.h"
 #include "cli/verify/proofs/calibration_watch.h"
@@ -67,18 +67,18 @@ void prove_accuracy(std::vector<Figure>& figures, const FigureOptions& options) 
   MeanSquare opencv_camera, opencv_projector, mrcal_camera, mrcal_projector;
   for (int draw = 0; draw < draws; ++draw) {
     options.progress(0.6 * draw / draws, "draws");
-    SyntheticOptions made;
+    hardware_sim::SyntheticOptions made;
     made.seed = 1000 * options.seed + static_cast<unsigned>(draw);
-    const SyntheticPoses truth = make_synthetic_poses(made);
+    const hardware_sim::SyntheticPoses truth = hardware_sim::make_synthetic_poses(made);
     const Calibration solved = calibrate(truth.poses, without_leave_one_out());
-    camera.truth.add(volume_error_px(solved.camera.projection(), truth.camera, truth.poses));
+    camera.truth.add(hardware_sim::volume_error_px(solved.camera.projection(), truth.camera, truth.poses));
     camera.predicted.add(solved.camera.deviation.mean_sd_px);
-    projector.truth.add(volume_error_px(solved.projector->projection(), truth.projector, truth.poses));
+    projector.truth.add(hardware_sim::volume_error_px(solved.projector->projection(), truth.projector, truth.poses));
     projector.predicted.add(solved.projector->deviation.mean_sd_px);
     const auto of_camera = camera_sightings(truth.poses), of_projector = projector_sightings(truth.poses);
     const CameraParameters camera_start = linear_start(of_camera), projector_start = linear_start(of_projector);
     const auto error = [&](const geometry::Projection& p, const geometry::Projection& t) {
-      return volume_error_px(p, t, truth.poses);
+      return hardware_sim::volume_error_px(p, t, truth.poses);
     };
     opencv_camera.add(error(solve_with_opencv(of_camera, truth.poses.camera, camera_start), truth.camera));
     opencv_projector.add(
@@ -113,10 +113,10 @@ void prove_wrong_labels(std::vector<Figure>& figures, const FigureOptions& optio
   int missed = 0, blamed = 0;
   MeanSquare error, peer;
   for (unsigned draw = 0; draw < (options.quick ? 3U : 10U); ++draw) {
-    SyntheticOptions made;
+    hardware_sim::SyntheticOptions made;
     made.swapped_share = 0.2;
     made.seed = options.seed + 77 + draw;
-    const SyntheticPoses truth = make_synthetic_poses(made);
+    const hardware_sim::SyntheticPoses truth = hardware_sim::make_synthetic_poses(made);
     const Calibration solved = calibrate(truth.poses, without_leave_one_out());
     std::set<std::pair<int, int>> rejected;
     for (const RejectedSighting& r : solved.rejected) rejected.emplace(r.pose, r.marker);
@@ -126,10 +126,10 @@ void prove_wrong_labels(std::vector<Figure>& figures, const FigureOptions& optio
       missed += wrong && !rejected.contains({row.pose, row.marker});
       blamed += !wrong && rejected.contains({row.pose, row.marker});
     }
-    error.add(volume_error_px(solved.camera.projection(), truth.camera, truth.poses));
+    error.add(hardware_sim::volume_error_px(solved.camera.projection(), truth.camera, truth.poses));
     const auto sightings = camera_sightings(truth.poses);
-    peer.add(volume_error_px(solve_with_opencv(sightings, truth.poses.camera, linear_start(sightings)), truth.camera,
-                             truth.poses));
+    peer.add(hardware_sim::volume_error_px(solve_with_opencv(sightings, truth.poses.camera, linear_start(sightings)),
+                                           truth.camera, truth.poses));
   }
   push(figures, "20 % wrong labels: wrong ones kept", missed, 0, "", Relation::at_most, kIssue);
   push(figures, "20 % wrong labels: right ones rejected", blamed, options.quick ? 2 : 5, "", Relation::at_most,
@@ -147,28 +147,28 @@ void prove_events(std::vector<Figure>& figures, const FigureOptions& options) {
   MeanSquare angle_error;
   for (int draw = 0; draw < draws; ++draw) {
     options.progress(0.6 + 0.15 * draw / draws, "moved poses and knocked cameras");
-    SyntheticOptions made;
+    hardware_sim::SyntheticOptions made;
     made.seed = options.seed + 500 + static_cast<unsigned>(draw);
-    const Calibration clean = calibrate(make_synthetic_poses(made).poses, without_leave_one_out());
+    const Calibration clean = calibrate(hardware_sim::make_synthetic_poses(made).poses, without_leave_one_out());
     alarms += !clean.camera.solution.events.empty() || !clean.projector->solution.events.empty();
-    SyntheticOptions knocked = made;
+    hardware_sim::SyntheticOptions knocked = made;
     knocked.knocked_pose = 3 + draw % 7;
-    const Calibration bumped = calibrate(make_synthetic_poses(knocked).poses, without_leave_one_out());
+    const Calibration bumped = calibrate(hardware_sim::make_synthetic_poses(knocked).poses, without_leave_one_out());
     const auto& events = bumped.camera.solution.events;
     const bool named = events.size() == 1 && events[0].knocked && events[0].pose == knocked.knocked_pose;
     knocks += named && bumped.verdict != Verdict::good &&
               mentions(bumped, fmt::format("camera moved between poses {} and {}", knocked.knocked_pose - 1,
                                            knocked.knocked_pose));
     if (named) angle_error.add(events[0].shift.head<3>().norm() * 180 / M_PI - 0.5);
-    SyntheticOptions moved = made;
+    hardware_sim::SyntheticOptions moved = made;
     moved.moved_pose = draw;
-    const Calibration displaced = calibrate(make_synthetic_poses(moved).poses, without_leave_one_out());
+    const Calibration displaced = calibrate(hardware_sim::make_synthetic_poses(moved).poses, without_leave_one_out());
     const auto& board = displaced.camera.solution.events;
     boards += board.size() == 1 && !board[0].knocked && board[0].pose == draw &&
               mentions(displaced, "Pose " + std::to_string(draw));
   }
-  push(figures, "camera turned by 0.5 degrees between poses: named at the right pose", 1.0 * knocks / draws, 1, "share",
-       Relation::at_least, kIssue);
+  push(figures, "camera hardware_sim::turned by 0.5 degrees between poses: named at the right pose",
+       1.0 * knocks / draws, 1, "share", Relation::at_least, kIssue);
   push(figures, "the turn found, off by", angle_error.root(), 0.1, "deg", Relation::at_most, "a fifth of it");
   push(figures, "board moved by 4.5 mm in one pose: named", 1.0 * boards / draws, 1, "share", Relation::at_least,
        kIssue);
@@ -179,11 +179,11 @@ void prove_events(std::vector<Figure>& figures, const FigureOptions& options) {
 void prove_refusals(std::vector<Figure>& figures, const FigureOptions& options) {
   int refused = 0;
   for (const auto& [poses, fold] : {std::pair(1, 0.0), std::pair(12, 0.0), std::pair(1, 0.9)}) {
-    SyntheticOptions made;
+    hardware_sim::SyntheticOptions made;
     made.seed = options.seed;
     made.poses = poses;
     made.grid.fold_rad = fold;
-    const Calibration solved = calibrate(make_synthetic_poses(made).poses, without_leave_one_out());
+    const Calibration solved = calibrate(hardware_sim::make_synthetic_poses(made).poses, without_leave_one_out());
     refused += solved.verdict == Verdict::refused && mentions(solved, fold == 0 ? "flat" : "single pose");
   }
   push(figures, "flat grid, flat grid in 12 poses, single pose: refused with what is missing", refused, 3, "",
@@ -195,17 +195,18 @@ struct ImageRun {
   double labelled = 0;
   ImageReading reading;
   Calibration calibration;
-  SyntheticPoses truth;
+  hardware_sim::SyntheticPoses truth;
 };
 
-ImageRun run_images(const BoardLook& board, int poses, unsigned seed, const FigureOptions& options, double progress) {
+ImageRun run_images(const hardware_sim::BoardLook& board, int poses, unsigned seed, const FigureOptions& options,
+                    double progress) {
   ImageRun run;
-  SyntheticOptions made;
+  hardware_sim::SyntheticOptions made;
   made.poses = poses;
   made.seed = seed;
-  run.truth = make_synthetic_poses(made);
+  run.truth = hardware_sim::make_synthetic_poses(made);
   options.progress(progress, "images of " + std::to_string(poses) + " poses");
-  const std::vector<PoseImages> images = record_images(run.truth, made.grid, board);
+  const std::vector<PoseImages> images = hardware_sim::record_images(run.truth, made.grid, board);
   run.reading = read_images(images, run.truth.poses);
   run.calibration = calibrate_images(images, run.truth.poses);
   const auto markers = marker_positions(made.grid);
@@ -237,7 +238,7 @@ void prove_images(std::vector<Figure>& figures, const FigureOptions& options) {
        Relation::at_least, kIssue);
   const auto sightings = camera_sightings(sharp.reading.poses);
   const auto error = [&](const geometry::Projection& p) {
-    return volume_error_px(p, sharp.truth.camera, sharp.truth.poses);
+    return hardware_sim::volume_error_px(p, sharp.truth.camera, sharp.truth.poses);
   };
   const double ours = error(sharp.calibration.camera.projection());
   const CameraParameters start = linear_start(sightings);
@@ -246,7 +247,7 @@ void prove_images(std::vector<Figure>& figures, const FigureOptions& options) {
   push(figures, "same images: camera, ours beside mrcal", ours,
        error(solve_with_mrcal(sightings, sharp.truth.poses.camera, start)), "px", Relation::shown, kPeer);
 
-  BoardLook curved;
+  hardware_sim::BoardLook curved;
   curved.gamma = 2.2;
   const ImageRun gamma = run_images(curved, options.quick ? 4 : poses, options.seed + 9, options, 0.8);
   push(figures, "images, gamma 2.2: measured gamma off by", std::abs(gamma.reading.gamma - 2.2), 0.1, "",
@@ -254,7 +255,7 @@ void prove_images(std::vector<Figure>& figures, const FigureOptions& options) {
   push(figures, "images, gamma 2.2: projector pixel", gamma.projector_px, 0.2, "px", Relation::at_most,
        "as without gamma");
 
-  BoardLook soft;
+  hardware_sim::BoardLook soft;
   soft.projector_blur_px = 5;
   const ImageRun blurred = run_images(soft, 4, options.seed + 9, options, 0.85);
   push(figures, "projector out of focus by 5 px: blur measured off by", std::abs(blurred.reading.projector_blur_px - 5),
@@ -265,7 +266,7 @@ void prove_images(std::vector<Figure>& figures, const FigureOptions& options) {
   push(figures, "projector out of focus: projector pixel", blurred.projector_px, 0.2, "px", Relation::at_most,
        "survived");
 
-  BoardLook bright;
+  hardware_sim::BoardLook bright;
   bright.exposure = 1.9;
   const ImageRun clipped = run_images(bright, 4, options.seed + 9, options, 0.9);
   push(figures, "clipped highlights: named, and not called good",
@@ -274,7 +275,7 @@ void prove_images(std::vector<Figure>& figures, const FigureOptions& options) {
 }
 
 void prove_delay(std::vector<Figure>& figures, const FigureOptions& options) {
-  const SyntheticPoses truth = make_synthetic_poses({});
+  const hardware_sim::SyntheticPoses truth = hardware_sim::make_synthetic_poses({});
   const CameraParameters camera = from_projection(truth.camera);
   const Eigen::Vector3d middle = (truth.poses.volume_low + truth.poses.volume_high) / 2;
   MeanSquare error, predicted, without, with, gentle_error, gentle_predicted;
@@ -282,9 +283,9 @@ void prove_delay(std::vector<Figure>& figures, const FigureOptions& options) {
   const int draws = options.quick ? 4 : 8;
   for (int draw = 0; draw < draws; ++draw) {
     options.progress(0.92 + 0.08 * draw / draws, "delay");
-    MotionOptions motion;
+    hardware_sim::MotionOptions motion;
     motion.seed = options.seed + static_cast<unsigned>(draw);
-    const SyntheticMotion moving = make_synthetic_motion(truth.camera, middle, motion);
+    const hardware_sim::SyntheticMotion moving = hardware_sim::make_synthetic_motion(truth.camera, middle, motion);
     const TimeOffset offset = estimate_time_offset(camera, moving.tracks, moving.sightings);
     error.add(1e3 * (offset.offset_s - motion.offset_s));
     predicted.add(1e3 * offset.sd_s);
@@ -292,12 +293,12 @@ void prove_delay(std::vector<Figure>& figures, const FigureOptions& options) {
     without.add(offset.rms_without_px);
     motion.amplitude_m = 0.02;
     motion.frequency_hz = 0.5;
-    const SyntheticMotion gentle = make_synthetic_motion(truth.camera, middle, motion);
+    const hardware_sim::SyntheticMotion gentle = hardware_sim::make_synthetic_motion(truth.camera, middle, motion);
     const TimeOffset uncertain = estimate_time_offset(camera, gentle.tracks, gentle.sightings);
     gentle_error.add(1e3 * (uncertain.offset_s - motion.offset_s));
     gentle_predicted.add(1e3 * uncertain.sd_s);
     motion.amplitude_m = 0.001;
-    const SyntheticMotion still = make_synthetic_motion(truth.camera, middle, motion);
+    const hardware_sim::SyntheticMotion still = hardware_sim::make_synthetic_motion(truth.camera, middle, motion);
     refused += !estimate_time_offset(camera, still.tracks, still.sightings).known;
   }
   const std::string over = std::to_string(draws) + " draws";

@@ -6,16 +6,16 @@
 #include <fmt/format.h>
 
 #include "cli/verify/figures.h"
-#include "fit/spring_identification.h"
+#include "experiments/spring_identification.h"
 #include "report/text_table.h"
 
 namespace selvedge::cli {
 
 namespace {
 
+using experiments::SpringCoordinates;
+using experiments::SpringCost;
 using fit::EvolutionOptions;
-using fit::SpringCoordinates;
-using fit::SpringCost;
 
 constexpr double kBadPercent = 10;  // a parameter this far off makes a bad case; the paper's two are 2.1 and 89 % off
 constexpr double kStopError_m = 2e-6;  // root mean square a point, 2 · 10⁻⁵ of the springs' length
@@ -36,17 +36,18 @@ struct SpringRun {
   double worst() const { return percent.cwiseAbs().maxCoeff(); }
 };
 
-cloth::ProvotScene heavy_sheet() {
-  cloth::ProvotScene scene;
+experiments::ProvotScene heavy_sheet() {
+  experiments::ProvotScene scene;
   scene.mass_kg = 0.015;  // a third of all springs comes to τ; with light points hardly any does
   scene.damping_kg_s = 0.02;
   return scene;
 }
 
-SpringRun identify(const fit::SpringRecording& recording, SpringCost cost, const SpringRule& rule, unsigned seed) {
-  const cloth::IsotropicFabric reference;
-  const fit::SearchProblem problem = fit::spring_problem(recording, cost, rule.coordinates);
-  EvolutionOptions options = fit::spring_evolution(recording, cost, rule.coordinates);
+SpringRun identify(const experiments::SpringRecording& recording, SpringCost cost, const SpringRule& rule,
+                   unsigned seed) {
+  const experiments::IsotropicFabric reference;
+  const fit::SearchProblem problem = experiments::spring_problem(recording, cost, rule.coordinates);
+  EvolutionOptions options = experiments::spring_evolution(recording, cost, rule.coordinates);
   options.variant = rule.variant;
   fit::SearchLimits limits;
   limits.seed = seed;
@@ -56,11 +57,13 @@ SpringRun identify(const fit::SpringRecording& recording, SpringCost cost, const
   if (rule.stops_on_cost) limits.stop_cost = points * kStopError_m * kStopError_m;
   const fit::SearchResult found = fit::evolve(problem, limits, options);
 
-  const cloth::IsotropicFabric fabric = fit::to_fabric(found.point, rule.coordinates);
-  const Eigen::VectorXd truth = fit::to_coordinates(reference, SpringCoordinates::lengths);
+  const experiments::IsotropicFabric fabric = experiments::to_fabric(found.point, rule.coordinates);
+  const Eigen::VectorXd truth = experiments::to_coordinates(reference, SpringCoordinates::lengths);
   SpringRun run;
-  run.percent = 100 * (fit::to_coordinates(fabric, SpringCoordinates::lengths) - truth).cwiseQuotient(truth);
-  const auto product = [](const cloth::IsotropicFabric& f) { return f.structural_m * (1 + f.critical_elongation); };
+  run.percent = 100 * (experiments::to_coordinates(fabric, SpringCoordinates::lengths) - truth).cwiseQuotient(truth);
+  const auto product = [](const experiments::IsotropicFabric& f) {
+    return f.structural_m * (1 + f.critical_elongation);
+  };
   run.product_percent = 100 * std::abs(product(fabric) / product(reference) - 1);
   run.cost = found.cost;
   run.evaluations = found.evaluations;
@@ -93,8 +96,8 @@ void print_runs(const std::string& title, const std::vector<SpringRun>& runs, un
 }  // namespace
 
 std::vector<Figure> prove_louchet(const FigureOptions& options) {
-  const cloth::ProvotScene scene = heavy_sheet();
-  const fit::SpringRecording recording = fit::record_springs(scene, {}, 20, 10);
+  const experiments::ProvotScene scene = heavy_sheet();
+  const experiments::SpringRecording recording = experiments::record_springs(scene, {}, 20, 10);
   const std::vector<SpringRule> rules = {
       {"paper, 49 generations", SpringCoordinates::lengths, EvolutionOptions::Variant::paper, 49, false},
       {"paper, stop on cost", SpringCoordinates::lengths, EvolutionOptions::Variant::paper, 600, true},
@@ -104,7 +107,8 @@ std::vector<Figure> prove_louchet(const FigureOptions& options) {
   };
   const unsigned seeds = options.quick ? 3 : 10;
   std::vector<Figure> figures = {{"17x17 sheet: share of springs at their critical elongation in the last frame",
-                                  fit::share_at_critical(recording, {}), 0, "", Relation::shown, "the paper: many"}};
+                                  experiments::share_at_critical(recording, {}), 0, "", Relation::shown,
+                                  "the paper: many"}};
   double done = 0;
   for (const auto& [cost, name] :
        {std::pair{SpringCost::every_frame, "full cost"}, std::pair{SpringCost::last_frame, "small cost"}})

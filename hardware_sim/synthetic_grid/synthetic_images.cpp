@@ -1,4 +1,4 @@
-#include "calib/synthetic_images.h"
+#include "hardware_sim/synthetic_grid/synthetic_images.h"
 
 #include <cmath>
 #include <cstdint>
@@ -6,7 +6,7 @@
 
 #include <Eigen/LU>
 
-namespace selvedge::calib {
+namespace selvedge::hardware_sim {
 
 namespace {
 
@@ -20,7 +20,7 @@ struct Hit {
 // The board in the grid's frame, hit by a ray given there.
 class Board {
  public:
-  Board(const MarkerGrid& grid, const Eigen::Isometry3d& world_from_grid)
+  Board(const calib::MarkerGrid& grid, const Eigen::Isometry3d& world_from_grid)
       : grid_(grid), world_from_grid_(world_from_grid), grid_from_world_(world_from_grid.inverse()),
         half_width_((grid.columns - 1) / 2.0 * grid.spacing_m + grid.margin_m),
         half_height_((grid.rows - 1) / 2.0 * grid.spacing_m + grid.margin_m) {}
@@ -54,13 +54,13 @@ class Board {
     const double row = std::round((grid_.rows - 1) / 2.0 - y / grid_.spacing_m);
     if (column < 0 || column >= grid_.columns || row < 0 || row >= grid_.rows) return Material::board;
     const Eigen::Vector2d centre =
-        flat_position(grid_, static_cast<int>(row) * grid_.columns + static_cast<int>(column));
+        calib::flat_position(grid_, static_cast<int>(row) * grid_.columns + static_cast<int>(column));
     const double distance = std::hypot(s - centre.x(), y - centre.y());
     if (distance < grid_.disc_diameter_m / 2) return Material::disc;
     return distance < grid_.ground_diameter_m / 2 ? Material::ground : Material::board;
   }
 
-  MarkerGrid grid_;
+  calib::MarkerGrid grid_;
   Eigen::Isometry3d world_from_grid_, grid_from_world_;
   double half_width_, half_height_;
 };
@@ -69,7 +69,8 @@ struct Box {
   int left, right, top, bottom;  // right and bottom one beyond
 };
 
-Box bounds(const MarkerGrid& grid, const Eigen::Isometry3d& world_from_grid, const geometry::Projection& camera) {
+Box bounds(const calib::MarkerGrid& grid, const Eigen::Isometry3d& world_from_grid,
+           const geometry::Projection& camera) {
   const double x = (grid.columns - 1) / 2.0 * grid.spacing_m + grid.margin_m;
   const double y = (grid.rows - 1) / 2.0 * grid.spacing_m + grid.margin_m;
   Eigen::Vector2d low(1e9, 1e9), high(-1e9, -1e9);
@@ -87,7 +88,7 @@ Box bounds(const MarkerGrid& grid, const Eigen::Isometry3d& world_from_grid, con
 
 }  // namespace
 
-BoardView view_board(const MarkerGrid& grid, const BoardLook& look, const Eigen::Isometry3d& world_from_grid,
+BoardView view_board(const calib::MarkerGrid& grid, const BoardLook& look, const Eigen::Isometry3d& world_from_grid,
                      const geometry::Projection& camera, const geometry::Projection& projector) {
   BoardView view{camera.width_px, camera.height_px, {}};
   const Board board(grid, world_from_grid);
@@ -134,8 +135,8 @@ BoardView view_board(const MarkerGrid& grid, const BoardLook& look, const Eigen:
   return view;
 }
 
-GreyImage shade_board(const BoardView& view, const BoardLook& look,
-                      const std::function<double(double, double)>& pattern, bool beacon) {
+calib::GreyImage shade_board(const BoardView& view, const BoardLook& look,
+                             const std::function<double(double, double)>& pattern, bool beacon) {
   std::vector<float> light(static_cast<size_t>(view.width_px) * view.height_px, 0.0F);
   for (const BoardView::Sample& s : view.samples) {
     double value = look.ambient_grey * s.albedo;
@@ -156,7 +157,7 @@ GreyImage shade_board(const BoardView& view, const BoardLook& look,
   }();
   std::mt19937 generator(look.seed);
   const float exposure = static_cast<float>(look.exposure), noise = static_cast<float>(look.noise_grey);
-  GreyImage image(view.height_px, view.width_px);
+  calib::GreyImage image(view.height_px, view.width_px);
   for (size_t i = 0; i < light.size(); i += 2) {
     const auto bits = static_cast<std::uint32_t>(generator());
     for (size_t j = i; j < std::min(i + 2, light.size()); ++j) {
@@ -167,7 +168,8 @@ GreyImage shade_board(const BoardView& view, const BoardLook& look,
   return image;
 }
 
-GreyImage shade_board(const BoardView& view, const BoardLook& look, const PatternStep& step, bool beacon) {
+calib::GreyImage shade_board(const BoardView& view, const BoardLook& look, const calib::PatternStep& step,
+                             bool beacon) {
   if (look.projector_blur_px <= 0)
     return shade_board(
         view, look, [&](double column, double row) { return brightness(step, column, row); }, beacon);
@@ -195,4 +197,4 @@ GreyImage shade_board(const BoardView& view, const BoardLook& look, const Patter
       beacon);
 }
 
-}  // namespace selvedge::calib
+}  // namespace selvedge::hardware_sim

@@ -1,11 +1,11 @@
-#include "cloth/provot_sheet.h"
+#include "experiments/provot_sheet.h"
 
 #include <algorithm>
 #include <stdexcept>
 
 #include <Eigen/Geometry>
 
-namespace selvedge::cloth {
+namespace selvedge::experiments {
 
 namespace {
 
@@ -35,8 +35,8 @@ std::vector<int> held_points(const ProvotScene& scene) {
   return scene.held.empty() ? std::vector<int>{0, scene.columns - 1} : scene.held;
 }
 
-State level_start(const ProvotScene& scene) {
-  State state;
+cloth::State level_start(const ProvotScene& scene) {
+  cloth::State state;
   state.position.resize(3, scene.columns * scene.rows);
   for (int j = 0; j < scene.rows; ++j)
     for (int i = 0; i < scene.columns; ++i)
@@ -59,7 +59,7 @@ ProvotSheet::ProvotSheet(const ProvotScene& scene) : scene_(scene) {
   for (const int point : held_points(scene)) is_held_.at(static_cast<size_t>(point)) = 1;
 }
 
-Eigen::Matrix3Xd ProvotSheet::forces(const ProvotFabric& fabric, const State& state) const {
+Eigen::Matrix3Xd ProvotSheet::forces(const ProvotFabric& fabric, const cloth::State& state) const {
   Eigen::Matrix3Xd force = -scene_.damping_kg_s * state.velocity;
   force.colwise() += scene_.mass_kg * scene_.gravity_m_s2;
   for (const Spring& s : springs_) {
@@ -95,7 +95,7 @@ void ProvotSheet::shorten(const ProvotFabric& fabric, Eigen::Matrix3Xd& position
   }
 }
 
-void ProvotSheet::advance(const ProvotFabric& fabric, State& state) const {
+void ProvotSheet::advance(const ProvotFabric& fabric, cloth::State& state) const {
   const double h = scene_.step_s;
   Eigen::Matrix3Xd velocity = state.velocity + h / scene_.mass_kg * forces(fabric, state);
   for (Eigen::Index i = 0; i < velocity.cols(); ++i)
@@ -107,9 +107,9 @@ void ProvotSheet::advance(const ProvotFabric& fabric, State& state) const {
   state.time_s += h;
 }
 
-std::vector<State> ProvotSheet::run(const ProvotFabric& fabric, const State& start, int steps) const {
-  std::vector<State> states;
-  State now = start;
+std::vector<cloth::State> ProvotSheet::run(const ProvotFabric& fabric, const cloth::State& start, int steps) const {
+  std::vector<cloth::State> states;
+  cloth::State now = start;
   for (int k = 0; k < steps; ++k) {
     advance(fabric, now);
     states.push_back(now);
@@ -117,4 +117,4 @@ std::vector<State> ProvotSheet::run(const ProvotFabric& fabric, const State& sta
   return states;
 }
 
-}  // namespace selvedge::cloth
+}  // namespace selvedge::experiments

@@ -16,7 +16,7 @@
 
 #include "cloth/state.h"
 
-namespace selvedge::cloth {
+namespace selvedge::experiments {
 
 struct SpringKind {
   double length_m = 0;  // natural
@@ -50,7 +50,7 @@ struct ProvotScene {
 };
 
 // Level and at rest in the plane z = 0, held by the two corners of row 0 if scene.held is empty.
-State level_start(const ProvotScene& scene);
+cloth::State level_start(const ProvotScene& scene);
 std::vector<int> held_points(const ProvotScene& scene);
 
 // A mesh made ready to step.
@@ -64,13 +64,13 @@ class ProvotSheet {
   const std::vector<Spring>& springs() const { return springs_; }
 
   // N, of the springs and the surroundings.
-  Eigen::Matrix3Xd forces(const ProvotFabric& fabric, const State& state) const;
+  Eigen::Matrix3Xd forces(const ProvotFabric& fabric, const cloth::State& state) const;
 
   // One time step.
-  void advance(const ProvotFabric& fabric, State& state) const;
+  void advance(const ProvotFabric& fabric, cloth::State& state) const;
 
   // The states after each of `steps` steps.
-  std::vector<State> run(const ProvotFabric& fabric, const State& start, int steps) const;
+  std::vector<cloth::State> run(const ProvotFabric& fabric, const cloth::State& start, int steps) const;
 
  private:
   void shorten(const ProvotFabric& fabric, Eigen::Matrix3Xd& position) const;
@@ -80,4 +80,4 @@ class ProvotSheet {
   std::vector<char> is_held_;
 };
 
-}  // namespace selvedge::cloth
+}  // namespace selvedge::experiments

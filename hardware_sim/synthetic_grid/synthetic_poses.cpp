@@ -1,4 +1,4 @@
-#include "calib/synthetic_poses.h"
+#include "hardware_sim/synthetic_grid/synthetic_poses.h"
 
 #include <algorithm>
 #include <cmath>
@@ -6,11 +6,11 @@
 
 #include "calib/predicted_deviation.h"
 
-namespace selvedge::calib {
+namespace selvedge::hardware_sim {
 
 namespace {
 
-Eigen::Isometry3d draw_pose(const SyntheticOptions& options, const Poses& poses, std::mt19937& generator) {
+Eigen::Isometry3d draw_pose(const SyntheticOptions& options, const calib::Poses& poses, std::mt19937& generator) {
   std::uniform_real_distribution<double> unit(-1, 1);
   const Eigen::Vector3d middle = (poses.volume_low + poses.volume_high) / 2;
   const Eigen::Vector3d reach = 0.32 * (poses.volume_high - poses.volume_low);
@@ -31,12 +31,12 @@ Eigen::Isometry3d draw_pose(const SyntheticOptions& options, const Poses& poses,
   return pose;
 }
 
-bool inside(const Eigen::Vector2d& pixel, const ImageSize& size) {
+bool inside(const Eigen::Vector2d& pixel, const calib::ImageSize& size) {
   return pixel.x() > 0 && pixel.y() > 0 && pixel.x() < size.width_px - 1 && pixel.y() < size.height_px - 1;
 }
 
 // Passes the pixels of a share of the rows [first, end) around among each other.
-void swap_labels(std::vector<Correspondence>& rows, size_t first, double share, std::mt19937& generator) {
+void swap_labels(std::vector<calib::Correspondence>& rows, size_t first, double share, std::mt19937& generator) {
   std::vector<size_t> chosen;
   for (size_t i = first; i < rows.size(); ++i) chosen.push_back(i);
   std::shuffle(chosen.begin(), chosen.end(), generator);
@@ -50,7 +50,7 @@ void swap_labels(std::vector<Correspondence>& rows, size_t first, double share, 
 }  // namespace
 
 geometry::Projection look_at(const Eigen::Vector3d& position, const Eigen::Vector3d& target, const Eigen::Vector3d& up,
-                             double focal_px, const ImageSize& size, const std::array<double, 5>& distortion) {
+                             double focal_px, const calib::ImageSize& size, const std::array<double, 5>& distortion) {
   geometry::Projection projection =
       geometry::looking_at(position, target, {focal_px, focal_px},
                            {(size.width_px - 1) / 2.0, (size.height_px - 1) / 2.0}, size.width_px, size.height_px, up);
@@ -72,7 +72,7 @@ geometry::Projection turned(const geometry::Projection& device, const Eigen::Vec
 
 SyntheticPoses make_synthetic_poses(const SyntheticOptions& options) {
   SyntheticPoses made;
-  Poses& poses = made.poses;
+  calib::Poses& poses = made.poses;
   poses.camera = {1280, 1024};
   poses.projector = {912, 1140};
   poses.tracker_noise_m = options.tracker_noise_m;
@@ -84,7 +84,7 @@ SyntheticPoses make_synthetic_poses(const SyntheticOptions& options) {
 
   std::mt19937 generator(options.seed);
   std::normal_distribution<double> normal(0, 1);
-  const std::vector<Eigen::Vector3d> markers = marker_positions(options.grid);
+  const std::vector<Eigen::Vector3d> markers = calib::marker_positions(options.grid);
   for (int pose = 0; pose < options.poses; ++pose) {
     const Eigen::Isometry3d world_from_grid = draw_pose(options, poses, generator);
     made.world_from_grid.push_back(world_from_grid);
@@ -98,7 +98,7 @@ SyntheticPoses make_synthetic_poses(const SyntheticOptions& options) {
       const Eigen::Vector3d truth = world_from_grid * markers[marker];
       const Eigen::Vector3d seen = pose == options.moved_pose ? Eigen::Vector3d(truth + options.moved_m) : truth;
       const auto noise = [&](double sd) { return sd * normal(generator); };
-      Correspondence row;
+      calib::Correspondence row;
       row.pose = pose;
       row.marker = marker;
       for (int axis = 0; axis < 3; ++axis) row.position[axis] = truth[axis] + noise(options.tracker_noise_m);
@@ -118,10 +118,11 @@ SyntheticPoses make_synthetic_poses(const SyntheticOptions& options) {
   return made;
 }
 
-double volume_error_px(const geometry::Projection& solved, const geometry::Projection& truth, const Poses& poses) {
+double volume_error_px(const geometry::Projection& solved, const geometry::Projection& truth,
+                       const calib::Poses& poses) {
   double sum = 0;
   int count = 0;
-  for (const Eigen::Vector3d& point : volume_points(poses.volume_low, poses.volume_high)) {
+  for (const Eigen::Vector3d& point : calib::volume_points(poses.volume_low, poses.volume_high)) {
     const Eigen::Vector2d expected = geometry::project(truth, point);
     if (geometry::depth(truth, point) <= 0 || !inside(expected, {truth.width_px, truth.height_px})) continue;
     sum += (geometry::project(solved, point) - expected).squaredNorm();
@@ -130,4 +131,4 @@ double volume_error_px(const geometry::Projection& solved, const geometry::Proje
   return count > 0 ? std::sqrt(sum / (2 * count)) : std::nan("");
 }
 
-}  // namespace selvedge::calib
+}  // namespace selvedge::hardware_sim

@@ -5,7 +5,7 @@
 #include "calib/time_offset.h"
 #include "geometry/projection.h"
 
-namespace selvedge::calib {
+namespace selvedge::hardware_sim {
 
 struct MotionOptions {
   double amplitude_m = 0.12;
@@ -20,11 +20,11 @@ struct MotionOptions {
 };
 
 struct SyntheticMotion {
-  std::vector<MarkerTrack> tracks;
-  std::vector<TimedSighting> sightings;
+  std::vector<calib::MarkerTrack> tracks;
+  std::vector<calib::TimedSighting> sightings;
 };
 
 SyntheticMotion make_synthetic_motion(const geometry::Projection& camera, const Eigen::Vector3d& middle,
                                       const MotionOptions& options);
 
-}  // namespace selvedge::calib
+}  // namespace selvedge::hardware_sim

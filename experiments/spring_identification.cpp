@@ -1,15 +1,13 @@
-#include "fit/spring_identification.h"
+#include "experiments/spring_identification.h"
 
 #include <cmath>
 
 #include <tbb/parallel_for.h>
 
-namespace selvedge::fit {
+namespace selvedge::experiments {
 
 namespace {
 
-using cloth::IsotropicFabric;
-using cloth::ProvotSheet;
 using cloth::State;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
@@ -44,12 +42,12 @@ ObservedLengths observed_lengths(const SpringRecording& recording, SpringCost co
 
 }  // namespace
 
-SpringRecording record_springs(const cloth::ProvotScene& scene, const IsotropicFabric& reference, int frames,
+SpringRecording record_springs(const ProvotScene& scene, const IsotropicFabric& reference, int frames,
                                int steps_a_frame) {
   SpringRecording recording{scene, {}};
   const ProvotSheet sheet(scene);
-  const cloth::ProvotFabric fabric = cloth::fabric_of(reference);
-  State now = cloth::level_start(scene);
+  const ProvotFabric fabric = fabric_of(reference);
+  State now = level_start(scene);
   for (int k = 0; k < frames; ++k) {
     for (int i = 1; i < steps_a_frame; ++i) sheet.advance(fabric, now);
     recording.frames.push_back({now, now});
@@ -61,7 +59,7 @@ SpringRecording record_springs(const cloth::ProvotScene& scene, const IsotropicF
 
 double spring_cost(const SpringRecording& recording, const ProvotSheet& sheet, const IsotropicFabric& fabric,
                    SpringCost cost) {
-  const cloth::ProvotFabric kinds = cloth::fabric_of(fabric);
+  const ProvotFabric kinds = fabric_of(fabric);
   const double step2 = recording.scene.step_s * recording.scene.step_s;
   double sum = 0;
   for (size_t k = first_compared(recording, cost); k < recording.frames.size(); ++k) {
@@ -76,11 +74,11 @@ double spring_cost(const SpringRecording& recording, const ProvotSheet& sheet, c
 
 double share_at_critical(const SpringRecording& recording, const IsotropicFabric& reference) {
   const ProvotSheet sheet(recording.scene);
-  const cloth::ProvotFabric fabric = cloth::fabric_of(reference);
+  const ProvotFabric fabric = fabric_of(reference);
   const Eigen::Matrix3Xd& p = recording.frames.back().at.position;
   double count = 0;
   for (const ProvotSheet::Spring& s : sheet.springs()) {
-    const cloth::SpringKind& kind = fabric[static_cast<size_t>(s.kind)];
+    const SpringKind& kind = fabric[static_cast<size_t>(s.kind)];
     count += (p.col(s.second) - p.col(s.first)).norm() > 0.99 * kind.length_m * (1 + kind.critical_elongation);
   }
   return count / static_cast<double>(sheet.springs().size());
@@ -104,9 +102,9 @@ IsotropicFabric to_fabric(const VectorXd& x, SpringCoordinates coordinates) {
   return {std::exp(x(0)) / longest, std::exp(x(1)) / longest, std::exp(x(2)) / longest, std::exp(x(3)), longest - 1};
 }
 
-SearchProblem spring_problem(const SpringRecording& recording, SpringCost cost, SpringCoordinates coordinates) {
-  const EvolutionOptions first = spring_evolution(recording, cost, coordinates);
-  SearchProblem problem;
+fit::SearchProblem spring_problem(const SpringRecording& recording, SpringCost cost, SpringCoordinates coordinates) {
+  const fit::EvolutionOptions first = spring_evolution(recording, cost, coordinates);
+  fit::SearchProblem problem;
   if (coordinates == SpringCoordinates::lengths) {
     problem.lower = 0.5 * first.first_lower;
     problem.upper = 2 * first.first_upper;
@@ -126,9 +124,10 @@ SearchProblem spring_problem(const SpringRecording& recording, SpringCost cost, 
   return problem;
 }
 
-EvolutionOptions spring_evolution(const SpringRecording& recording, SpringCost cost, SpringCoordinates coordinates) {
+fit::EvolutionOptions spring_evolution(const SpringRecording& recording, SpringCost cost,
+                                       SpringCoordinates coordinates) {
   const ObservedLengths seen = observed_lengths(recording, cost);
-  EvolutionOptions options;
+  fit::EvolutionOptions options;
   options.first_lower.resize(5);
   options.first_upper.resize(5);
   if (coordinates == SpringCoordinates::lengths) {
@@ -141,4 +140,4 @@ EvolutionOptions spring_evolution(const SpringRecording& recording, SpringCost c
   return options;
 }
 
-}  // namespace selvedge::fit
+}  // namespace selvedge::experiments

@@ -1,10 +1,10 @@
-#include "cloth/provot_sheet.h"
+#include "experiments/provot_sheet.h"
 
 #include <cmath>
 
 #include <gtest/gtest.h>
 
-namespace selvedge::cloth {
+namespace selvedge::experiments {
 namespace {
 
 ProvotScene alone(int columns, int rows) {
@@ -17,7 +17,7 @@ ProvotScene alone(int columns, int rows) {
   return s;
 }
 
-double worst_elongation(const ProvotSheet& sheet, const ProvotFabric& fabric, const State& state) {
+double worst_elongation(const ProvotSheet& sheet, const ProvotFabric& fabric, const cloth::State& state) {
   double worst = 0;
   for (const ProvotSheet::Spring& s : sheet.springs())
     worst = std::max(worst, (state.position.col(s.second) - state.position.col(s.first)).norm() /
@@ -40,7 +40,7 @@ TEST(ProvotSheet, HasThePapersSprings) {
 
 TEST(ProvotSheet, SpringsMoveAndTurnNothing) {
   const ProvotScene scene = alone(6, 5);
-  State state = level_start(scene);
+  cloth::State state = level_start(scene);
   for (Eigen::Index i = 0; i < state.position.size(); ++i)
     state.position(i) += 0.01 * std::sin(7.0 * static_cast<double>(i));
   const Eigen::Matrix3Xd f = ProvotSheet(scene).forces(fabric_of({}), state);
@@ -61,7 +61,7 @@ TEST(ProvotSheet, ShortensASuperElongatedSpringToItsCriticalRate) {
   ProvotFabric fabric = fabric_of({});
   for (size_t k = 1; k < 6; ++k) fabric[k] = {10, 0, 0.1};  // too long to bind
   const ProvotSheet sheet(scene);
-  State state = level_start(scene);
+  cloth::State state = level_start(scene);
   state.position.col(1).x() = 0.3;  // held point 0 at the origin
   state.position.col(3).x() = 0.3;
   sheet.advance(fabric, state);
@@ -76,7 +76,7 @@ TEST(ProvotSheet, HangsWithManySpringsAtTheirCriticalRate) {
   const ProvotScene scene;
   const ProvotSheet sheet(scene);
   const ProvotFabric fabric = fabric_of({});
-  const State end = sheet.run(fabric, level_start(scene), 1500).back();
+  const cloth::State end = sheet.run(fabric, level_start(scene), 1500).back();
   ASSERT_TRUE(end.position.allFinite());
   EXPECT_LT(end.velocity.colwise().norm().maxCoeff(), 0.1);
   ProvotFabric elastic = fabric;
@@ -92,7 +92,7 @@ TEST(ProvotSheet, IsCarriedByTheFlow) {
   scene.flow_kg_s = 0.05;
   scene.flow_m_s = {0.3, 0, 0.7};
   scene.held = {};
-  State state = level_start(scene);
+  cloth::State state = level_start(scene);
   const Eigen::Matrix3Xd f =
       ProvotSheet(scene).forces(fabric_of({}), state) - ProvotSheet(alone(4, 4)).forces(fabric_of({}), state);
   for (Eigen::Index i = 0; i < f.cols(); ++i) EXPECT_LT((f.col(i) - Eigen::Vector3d(0, 0, 0.05 * 0.7)).norm(), 1e-15);
@@ -104,9 +104,9 @@ TEST(ProvotSheet, FallsAtTheSpeedThatViscousDampingSets) {
   scene.columns = scene.rows = 2;
   ProvotFabric loose = fabric_of({});
   for (SpringKind& kind : loose) kind = {1, 0, 1e9};
-  const State end = ProvotSheet(scene).run(loose, level_start(scene), 4000).back();
+  const cloth::State end = ProvotSheet(scene).run(loose, level_start(scene), 4000).back();
   EXPECT_NEAR(end.velocity(2, 3), -scene.mass_kg * 9.81 / scene.damping_kg_s, 1e-9);
 }
 
 }  // namespace
-}  // namespace selvedge::cloth
+}  // namespace selvedge::experiments

@@ -1,13 +1,13 @@
 // Louchet's identification: costs at the reference, coordinates, and the sheet recovered from its last frame.
 #include <gtest/gtest.h>
 
-#include "fit/spring_identification.h"
+#include "experiments/spring_identification.h"
 
-namespace selvedge::fit {
+namespace selvedge::experiments {
 namespace {
 
-cloth::ProvotScene heavy_scene() {
-  cloth::ProvotScene scene;
+ProvotScene heavy_scene() {
+  ProvotScene scene;
   scene.mass_kg = 0.015;
   scene.damping_kg_s = 0.02;
   return scene;
@@ -15,7 +15,7 @@ cloth::ProvotScene heavy_scene() {
 
 TEST(SpringIdentification, ReferenceCostsNothingAndAnythingElseSomething) {
   const SpringRecording recording = record_springs(heavy_scene(), {}, 5, 30);
-  const cloth::ProvotSheet sheet(recording.scene);
+  const ProvotSheet sheet(recording.scene);
   EXPECT_GT(share_at_critical(recording, {}), 0.1);
   for (const SpringCost cost : {SpringCost::every_frame, SpringCost::last_frame}) {
     EXPECT_EQ(spring_cost(recording, sheet, {}, cost), 0);
@@ -30,7 +30,7 @@ TEST(SpringIdentification, ReferenceCostsNothingAndAnythingElseSomething) {
 }
 
 TEST(SpringIdentification, CoordinatesGoThereAndBack) {
-  const cloth::IsotropicFabric fabric{0.08, 0.12, 0.17, 2.5, 0.3};
+  const IsotropicFabric fabric{0.08, 0.12, 0.17, 2.5, 0.3};
   for (const SpringCoordinates c : {SpringCoordinates::lengths, SpringCoordinates::longest}) {
     const Eigen::VectorXd back = to_coordinates(to_fabric(to_coordinates(fabric, c), c), SpringCoordinates::lengths);
     EXPECT_LT((back - to_coordinates(fabric, SpringCoordinates::lengths)).norm(), 1e-12);
@@ -41,14 +41,14 @@ TEST(SpringIdentification, OursRecoversTheSheetFromItsLastFrame) {
   const SpringRecording recording = record_springs(heavy_scene(), {}, 1, 200);
   const Eigen::VectorXd truth = to_coordinates({}, SpringCoordinates::lengths);
   for (unsigned seed = 1; seed <= 2; ++seed) {
-    const SearchProblem problem = spring_problem(recording, SpringCost::last_frame, SpringCoordinates::longest);
-    EvolutionOptions options = spring_evolution(recording, SpringCost::last_frame, SpringCoordinates::longest);
-    options.variant = EvolutionOptions::Variant::ours;
-    SearchLimits limits;
+    const fit::SearchProblem problem = spring_problem(recording, SpringCost::last_frame, SpringCoordinates::longest);
+    fit::EvolutionOptions options = spring_evolution(recording, SpringCost::last_frame, SpringCoordinates::longest);
+    options.variant = fit::EvolutionOptions::Variant::ours;
+    fit::SearchLimits limits;
     limits.seed = seed;
     limits.evaluations = 30000;
     limits.stop_cost = 1e-9;
-    const SearchResult found = evolve(problem, limits, options);
+    const fit::SearchResult found = fit::evolve(problem, limits, options);
     const Eigen::VectorXd x =
         to_coordinates(to_fabric(found.point, SpringCoordinates::longest), SpringCoordinates::lengths);
     EXPECT_LT(((x - truth).cwiseQuotient(truth)).cwiseAbs().maxCoeff(), 0.01) << x.transpose();
@@ -57,4 +57,4 @@ TEST(SpringIdentification, OursRecoversTheSheetFromItsLastFrame) {
 }
 
 }  // namespace
-}  // namespace selvedge::fit
+}  // namespace selvedge::experiments

@@ -12,10 +12,10 @@
 #include "calib/poses.h"
 #include "geometry/projection.h"
 
-namespace selvedge::calib {
+namespace selvedge::hardware_sim {
 
 struct SyntheticOptions {
-  MarkerGrid grid;
+  calib::MarkerGrid grid;
   int poses = 12;
   double tracker_noise_m = 0.0003;
   double camera_noise_px = 0.2;
@@ -31,7 +31,7 @@ struct SyntheticOptions {
 };
 
 struct SyntheticPoses {
-  Poses poses;
+  calib::Poses poses;
   geometry::Projection camera, projector;  // after a knock
   std::vector<Eigen::Isometry3d> world_from_grid;
 };
@@ -40,13 +40,14 @@ SyntheticPoses make_synthetic_poses(const SyntheticOptions& options);
 
 // A device at `position` that looks at `target` with `up` upwards in its image.
 geometry::Projection look_at(const Eigen::Vector3d& position, const Eigen::Vector3d& target, const Eigen::Vector3d& up,
-                             double focal_px, const ImageSize& size, const std::array<double, 5>& distortion);
+                             double focal_px, const calib::ImageSize& size, const std::array<double, 5>& distortion);
 
 // A device turned about its own axes (x right, y down, z forward) by a rotation vector, its centre held.
 geometry::Projection turned(const geometry::Projection& device, const Eigen::Vector3d& turn_deg);
 
 // Root mean square per axis, over the volume's points in view of both, of the distance between what two
 // projections make of a point, px.
-double volume_error_px(const geometry::Projection& solved, const geometry::Projection& truth, const Poses& poses);
+double volume_error_px(const geometry::Projection& solved, const geometry::Projection& truth,
+                       const calib::Poses& poses);
 
-}  // namespace selvedge::calib
+}  // namespace selvedge::hardware_sim

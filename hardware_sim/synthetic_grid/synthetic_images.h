@@ -17,7 +17,7 @@
 #include "calib/pattern_step.h"
 #include "geometry/projection.h"
 
-namespace selvedge::calib {
+namespace selvedge::hardware_sim {
 
 // Where every ray of an image meets the board, once a pose; patterns are then cheap.
 struct BoardView {
@@ -47,14 +47,14 @@ struct BoardLook {
 };
 
 // world_from_grid: the board's pose.
-BoardView view_board(const MarkerGrid& grid, const BoardLook& look, const Eigen::Isometry3d& world_from_grid,
+BoardView view_board(const calib::MarkerGrid& grid, const BoardLook& look, const Eigen::Isometry3d& world_from_grid,
                      const geometry::Projection& camera, const geometry::Projection& projector);
 
 // beacon: the light beside the lens is on. pattern: brightness at (column, row).
-GreyImage shade_board(const BoardView& view, const BoardLook& look,
-                      const std::function<double(double, double)>& pattern, bool beacon);
+calib::GreyImage shade_board(const BoardView& view, const BoardLook& look,
+                             const std::function<double(double, double)>& pattern, bool beacon);
 
 // The same with a step's own brightness, blurred by look.projector_blur_px.
-GreyImage shade_board(const BoardView& view, const BoardLook& look, const PatternStep& step, bool beacon);
+calib::GreyImage shade_board(const BoardView& view, const BoardLook& look, const calib::PatternStep& step, bool beacon);
 
-}  // namespace selvedge::calib
+}  // namespace selvedge::hardware_sim

@@ -1,9 +1,9 @@
-#include "calib/synthetic_motion.h"
+#include "hardware_sim/synthetic_grid/synthetic_motion.h"
 
 #include <cmath>
 #include <random>
 
-namespace selvedge::calib {
+namespace selvedge::hardware_sim {
 
 SyntheticMotion make_synthetic_motion(const geometry::Projection& camera, const Eigen::Vector3d& middle,
                                       const MotionOptions& options) {
@@ -20,7 +20,7 @@ SyntheticMotion make_synthetic_motion(const geometry::Projection& camera, const 
       return Eigen::Vector3d(place + options.amplitude_m * Eigen::Vector3d(std::sin(angle), 0.3 * std::cos(0.7 * angle),
                                                                            0.5 * std::sin(1.3 * angle)));
     };
-    MarkerTrack track{marker, {}, {}};
+    calib::MarkerTrack track{marker, {}, {}};
     for (int i = 0; i < options.duration_s * options.tracker_rate_hz; ++i) {
       const double t = i / options.tracker_rate_hz;
       track.time_s.push_back(t);
@@ -41,4 +41,4 @@ SyntheticMotion make_synthetic_motion(const geometry::Projection& camera, const 
   return motion;
 }
 
-}  // namespace selvedge::calib
+}  // namespace selvedge::hardware_sim

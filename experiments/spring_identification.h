@@ -14,10 +14,10 @@
 // bad case lies in it: 0.086170 · 1.630850 = 0.14053 where the reference has 0.09375 · 1.5 = 0.14063.)
 #pragma once
 
-#include "cloth/provot_sheet.h"
+#include "experiments/provot_sheet.h"
 #include "fit/optimisers/evolution.h"
 
-namespace selvedge::fit {
+namespace selvedge::experiments {
 
 enum class SpringCost { every_frame, last_frame };
 enum class SpringCoordinates { lengths, longest };
@@ -27,29 +27,30 @@ struct SpringFrame {
 };
 
 struct SpringRecording {
-  cloth::ProvotScene scene;
+  ProvotScene scene;
   std::vector<SpringFrame> frames;
 };
 
 // A sheet let go from the level start and held by two corners: `frames` frames, one every `steps_a_frame` steps. The
 // paper gives no masses; the scene's must be such that many springs come to τ, as it says they do.
-SpringRecording record_springs(const cloth::ProvotScene& scene, const cloth::IsotropicFabric& reference, int frames,
+SpringRecording record_springs(const ProvotScene& scene, const IsotropicFabric& reference, int frames,
                                int steps_a_frame);
 
-double spring_cost(const SpringRecording& recording, const cloth::ProvotSheet& sheet,
-                   const cloth::IsotropicFabric& fabric, SpringCost cost);
+double spring_cost(const SpringRecording& recording, const ProvotSheet& sheet, const IsotropicFabric& fabric,
+                   SpringCost cost);
 
 // The share of springs in the last frame that are longer than 0.99 l (1 + τ).
-double share_at_critical(const SpringRecording& recording, const cloth::IsotropicFabric& reference);
+double share_at_critical(const SpringRecording& recording, const IsotropicFabric& reference);
 
-Eigen::VectorXd to_coordinates(const cloth::IsotropicFabric& fabric, SpringCoordinates coordinates);
-cloth::IsotropicFabric to_fabric(const Eigen::VectorXd& point, SpringCoordinates coordinates);
+Eigen::VectorXd to_coordinates(const IsotropicFabric& fabric, SpringCoordinates coordinates);
+IsotropicFabric to_fabric(const Eigen::VectorXd& point, SpringCoordinates coordinates);
 
 // Costs on all cores; the box holds the first values below and more. The recording must outlive the problem.
-SearchProblem spring_problem(const SpringRecording& recording, SpringCost cost, SpringCoordinates coordinates);
+fit::SearchProblem spring_problem(const SpringRecording& recording, SpringCost cost, SpringCoordinates coordinates);
 
 // First values, from the lengths observed in the frames compared. `lengths`: natural ones 0.6 to 1.1 times the average,
 // K 0.2 to 20 N/m, τ 0.02 to 1. `longest`: l(1 + τ) from the average to 1.1 times the longest, K and τ as before.
-EvolutionOptions spring_evolution(const SpringRecording& recording, SpringCost cost, SpringCoordinates coordinates);
+fit::EvolutionOptions spring_evolution(const SpringRecording& recording, SpringCost cost,
+                                       SpringCoordinates coordinates);
 
-}  // namespace selvedge::fit
+}  // namespace selvedge::experiments
