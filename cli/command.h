@@ -1,6 +1,7 @@
-// How the command line is put together: one function a command, in commands/NAME.cpp, that adds its
-// subcommand and what to run. A new command is its file, its line here, and its name in commands.cpp.
-// Every function throws BadInput for what a user can mend (exit 2).
+// How the command line is put together: one function a command, in commands/NAME.cpp (sim/NAME.cpp,
+// verify/commands/NAME.cpp for the other programs), that adds its subcommand and what to run. A new command is its
+// file, its line here, and its name in the list.cpp beside it. Every function throws BadInput for what a user can mend
+// (exit 2).
 #pragma once
 
 #include <vector>
@@ -36,7 +37,9 @@ void add_simulate_devices(CLI::App& app, int& exit_status);
 void add_soak(CLI::App& app, int& exit_status);
 void add_watch(CLI::App& app, int& exit_status);
 
-// In the order in which --help lists them.
-const std::vector<AddCommand>& commands();
+// In the order in which --help lists them: of `selvedge`, `selvedge-sim` and `selvedge-verify`.
+const std::vector<AddCommand>& lab_commands();
+const std::vector<AddCommand>& simulation_commands();
+const std::vector<AddCommand>& verify_commands();
 
 }  // namespace selvedge::cli

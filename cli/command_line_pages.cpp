@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cctype>
 #include <functional>
-#include <utility>
 #include <vector>
 
 #include <fmt/format.h>
@@ -12,66 +11,31 @@ namespace selvedge::cli {
 
 namespace {
 
-using CLI::App;
-using CLI::Option;
-
-// Those that --help lists.
-std::vector<const App*> shown_commands(const App& app) {
-  return app.get_subcommands(std::function<bool(const App*)>(
-      [](const App* sub) { return !sub->get_name().empty() && !sub->get_group().empty(); }));
-}
-
-std::vector<const Option*> shown_options(const App& app, bool positional) {
-  return app.get_options(std::function<bool(const Option*)>(
-      [positional](const Option* o) { return o->get_positional() == positional && !o->get_group().empty(); }));
-}
-
-bool takes_value(const Option& option) { return option.get_items_expected_max() > 0; }
-
-std::vector<std::string> names_of(const Option& option) {
-  std::vector<std::string> names;
-  for (const std::string& name : option.get_snames()) names.push_back("-" + name);
-  for (const std::string& name : option.get_lnames()) names.push_back("--" + name);
-  return names;
-}
-
-// CLI11 describes the words that are allowed as "{one,two}" at the end of the type's name.
-std::vector<std::string> words_of(const Option& option) {
-  const std::string type = option.get_type_name();
-  const size_t begin = type.find('{'), end = type.rfind('}');
-  std::vector<std::string> words;
-  if (begin == std::string::npos || end == std::string::npos) return words;
-  std::string word;
-  for (size_t i = begin + 1; i <= end; ++i) {
-    if (type[i] != ',' && i != end) word += type[i];
-    else words.push_back(std::exchange(word, ""));
-  }
-  return words;
-}
-
 // Every command with its path: "", "session", "session run".
-void for_each_command(const App& app, const std::string& path,
-                      const std::function<void(const App&, const std::string&)>& visit) {
-  visit(app, path);
-  for (const App* sub : shown_commands(app))
-    for_each_command(*sub, path.empty() ? sub->get_name() : path + " " + sub->get_name(), visit);
+void for_each_command(const CommandTree& command, const std::string& path,
+                      const std::function<void(const CommandTree&, const std::string&)>& visit) {
+  visit(command, path);
+  for (const CommandTree& sub : command.commands)
+    for_each_command(sub, path.empty() ? sub.name : path + " " + sub.name, visit);
 }
 
 // How the words of one command are completed, as a branch of the script's case.
-std::string completion_branch(const App& app, const std::string& path) {
+std::string completion_branch(const CommandTree& command, const std::string& path) {
   std::vector<std::string> commands, options, valued, positional;
-  for (const App* sub : shown_commands(app)) commands.push_back(sub->get_name());
+  for (const CommandTree& sub : command.commands) commands.push_back(sub.name);
   std::string choices;
-  for (const Option* option : shown_options(app, false)) {
-    const std::vector<std::string> names = names_of(*option);
-    options.insert(options.end(), names.begin(), names.end());
-    if (!takes_value(*option)) continue;
-    valued.insert(valued.end(), names.begin(), names.end());
-    if (const auto words = words_of(*option); !words.empty())
-      choices += fmt::format("        {}) values='{}' ;;\n", fmt::join(names, "|"), fmt::join(words, " "));
+  for (const CommandOption& option : command.options) {
+    if (option.positional) {
+      positional.insert(positional.end(), option.words.begin(), option.words.end());
+      continue;
+    }
+    options.insert(options.end(), option.names.begin(), option.names.end());
+    if (!option.takes_value) continue;
+    valued.insert(valued.end(), option.names.begin(), option.names.end());
+    if (!option.words.empty())
+      choices +=
+          fmt::format("        {}) values='{}' ;;\n", fmt::join(option.names, "|"), fmt::join(option.words, " "));
   }
-  for (const Option* option : shown_options(app, true))
-    for (const std::string& word : words_of(*option)) positional.push_back(word);
   std::string branch = fmt::format("    '{}')\n      commands='{}' options='{}' valued='{}' words='{}'\n", path,
                                    fmt::join(commands, " "), fmt::join(options, " "), fmt::join(valued, " "),
                                    fmt::join(positional, " "));
@@ -131,68 +95,68 @@ std::string upper(std::string text) {
 }
 
 // What stands for a value: the words that are allowed, or the type.
-std::string value_of(const Option& option) {
-  const std::vector<std::string> words = words_of(option);
-  if (!words.empty()) return roff(fmt::format("{}", fmt::join(words, "|")));
-  const std::string type = option.get_type_name();
-  return "\\fI" + roff(type.substr(0, type.find(':'))) + "\\fR";
+std::string value_of(const CommandOption& option) {
+  if (!option.words.empty()) return roff(fmt::format("{}", fmt::join(option.words, "|")));
+  return "\\fI" + roff(option.type) + "\\fR";
 }
 
-std::string option_entry(const Option& option) {
+std::string option_entry(const CommandOption& option) {
   std::string entry = ".TP\n";
-  if (option.get_positional()) {
-    entry += "\\fI" + roff(upper(option.get_name(true))) + "\\fR";
-    if (!words_of(option).empty()) entry += ": " + value_of(option);
+  if (option.positional) {
+    entry += "\\fI" + roff(upper(option.names.at(0))) + "\\fR";
+    if (!option.words.empty()) entry += ": " + value_of(option);
   } else {
-    const std::vector<std::string> names = names_of(option);
-    for (size_t i = 0; i < names.size(); ++i) entry += (i == 0 ? "\\fB" : ", \\fB") + roff(names[i]) + "\\fR";
-    if (takes_value(option)) entry += " " + value_of(option);
+    for (size_t i = 0; i < option.names.size(); ++i)
+      entry += (i == 0 ? "\\fB" : ", \\fB") + roff(option.names[i]) + "\\fR";
+    if (option.takes_value) entry += " " + value_of(option);
   }
-  const std::string& fallback = option.get_default_str();
-  entry += "\n" + roff(option.get_description());
+  entry += "\n" + roff(option.description);
   // A path of the machine where the page was written says nothing on another.
-  if (!fallback.empty() && fallback.front() != '/') entry += roff(fmt::format(" (default: {})", fallback));
-  return entry + (option.get_required() && !option.get_positional() ? "; required\n" : "\n");
+  if (!option.fallback.empty() && option.fallback.front() != '/')
+    entry += roff(fmt::format(" (default: {})", option.fallback));
+  return entry + (option.required && !option.positional ? "; required\n" : "\n");
 }
 
 // "session run [OPTIONS] FILE".
-std::string synopsis(const App& app, const std::string& path) {
+std::string synopsis(const CommandTree& command, const std::string& path) {
   std::string line = "\\fBselvedge " + roff(path) + "\\fR [\\fIOPTIONS\\fR]";
-  for (const Option* option : shown_options(app, true)) {
-    const std::string name = "\\fI" + roff(upper(option->get_name(true))) + "\\fR";
-    line += option->get_required() ? " " + name : " [" + name + "]";
+  for (const CommandOption& option : command.options) {
+    if (!option.positional) continue;
+    const std::string name = "\\fI" + roff(upper(option.names.at(0))) + "\\fR";
+    line += option.required ? " " + name : " [" + name + "]";
   }
   return line + "\n";
 }
 
-std::string command_section(const App& app, const std::string& path) {
+std::string command_section(const CommandTree& command, const std::string& path) {
   std::string text =
-      fmt::format(".SS {}\n", roff(path)) + synopsis(app, path) + ".PP\n" + roff(app.get_description()) + ".\n";
+      fmt::format(".SS {}\n", roff(path)) + synopsis(command, path) + ".PP\n" + roff(command.description) + ".\n";
   for (const bool positional : {true, false})
-    for (const Option* option : shown_options(app, positional))
-      if (option->get_name() != "--help") text += option_entry(*option);
+    for (const CommandOption& option : command.options)
+      if (option.positional == positional && option.names.back() != "--help") text += option_entry(option);
   return text;
 }
 
 }  // namespace
 
-std::string bash_completion(const App& app) {
+std::string bash_completion(const CommandTree& commands) {
   std::string script =
       "# Completion of selvedge's command line for bash, written by `selvedge completion bash`.\n"
       "_selvedge_knows() {\n  commands= options= valued= words= values=\n  case $1 in\n";
-  for_each_command(app, "", [&](const App& one, const std::string& path) { script += completion_branch(one, path); });
+  for_each_command(commands, "",
+                   [&](const CommandTree& one, const std::string& path) { script += completion_branch(one, path); });
   return script + kCompletionEnd;
 }
 
-std::string man_page(const App& app) {
+std::string man_page(const CommandTree& commands) {
   std::string page = fmt::format(".TH SELVEDGE 1 \"\" \"selvedge {}\" \"User Commands\"\n", roff(SELVEDGE_VERSION));
   page +=
       ".SH NAME\nselvedge \\- records fabric in motion, fits a simulated fabric to it, and says why the two differ\n";
   page += ".SH SYNOPSIS\n.B selvedge\n\\fICOMMAND\\fR [\\fIOPTIONS\\fR]\n";
-  page += ".SH DESCRIPTION\n" + roff(app.get_description()) +
+  page += ".SH DESCRIPTION\n" + roff(commands.description) +
           "\n.PP\nEvery command says its options with \\fB\\-\\-help\\fR.\n.SH COMMANDS\n";
-  for_each_command(app, "", [&](const App& one, const std::string& path) {
-    if (!path.empty() && shown_commands(one).empty()) page += command_section(one, path);
+  for_each_command(commands, "", [&](const CommandTree& one, const std::string& path) {
+    if (!path.empty() && one.commands.empty()) page += command_section(one, path);
   });
   page += ".SH EXIT STATUS\n.TP\n0\ndone\n.TP\n1\nfailed, or a figure fell short\n.TP\n2\ninput that you can mend\n";
   return page;

@@ -4,16 +4,16 @@
 
 #include <string>
 
-#include <CLI/CLI.hpp>
+#include "cli/command_tree.h"
 
 namespace selvedge::cli {
 
 // A script for bash: completes commands, their subcommands and options, and the words that an option or a positional
 // takes where they are few; file names everywhere else. To be sourced, or put into bash-completion's folder as
 // "selvedge".
-std::string bash_completion(const CLI::App& app);
+std::string bash_completion(const CommandTree& commands);
 
 // A manual page (roff, macros of man(7)): every command with its options.
-std::string man_page(const CLI::App& app);
+std::string man_page(const CommandTree& commands);
 
 }  // namespace selvedge::cli

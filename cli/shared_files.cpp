@@ -1,23 +1,31 @@
 #include "cli/shared_files.h"
 
+#include "station/programs.h"
+
 namespace selvedge::cli {
 
 namespace {
 
 namespace fs = std::filesystem;
 
+// Of a program in PREFIX/bin or PREFIX/lib/selvedge; empty: this one is not installed.
 fs::path installed_folder() {
-  return fs::read_symlink("/proc/self/exe").parent_path().parent_path() / "share" / "selvedge";
+  const fs::path folder = station::own_program().parent_path().parent_path();
+  for (const fs::path& prefix : {folder, folder.parent_path()})
+    if (fs::is_directory(prefix / "share" / "selvedge" / "examples")) return prefix / "share" / "selvedge";
+  return {};
 }
-
-bool is_installed() { return fs::is_directory(installed_folder() / "examples"); }
 
 }  // namespace
 
-fs::path shared_folder() { return is_installed() ? installed_folder() : fs::path(SELVEDGE_SOURCE_DIR); }
+fs::path shared_folder() {
+  const fs::path installed = installed_folder();
+  return installed.empty() ? fs::path(SELVEDGE_SOURCE_DIR) : installed;
+}
 
 fs::path console_web_folder() {
-  return is_installed() ? installed_folder() / "console-web" : fs::path(SELVEDGE_CONSOLE_WEB);
+  const fs::path installed = installed_folder();
+  return installed.empty() ? fs::path(SELVEDGE_CONSOLE_WEB) : installed / "console-web";
 }
 
 }  // namespace selvedge::cli

@@ -5,7 +5,8 @@
 
 namespace selvedge::cli {
 
-// The folder that holds data/ and examples/: ../share/selvedge beside an installed binary, the source folder otherwise.
+// The folder that holds data/ and examples/: share/selvedge of the prefix where the program is
+// installed, the source folder otherwise.
 std::filesystem::path shared_folder();
 
 // The console's page as it was built: console-web there, or in the build folder.

@@ -8,27 +8,18 @@
 #include <boost/math/distributions/beta.hpp>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
-#include <openssl/evp.h>
 
 #include "diagnose/diagnosis_report.h"
 #include "files/bad_input.h"
 #include "files/json_reader.h"
 #include "files/lock.h"
+#include "files/sha256.h"
 #include "files/whole_file.h"
 
 namespace selvedge::diagnose {
 
 namespace fs = std::filesystem;
 using nlohmann::json;
-
-std::string sha256_hex(const std::string& bytes) {
-  unsigned char digest[EVP_MAX_MD_SIZE];
-  unsigned int size = 0;
-  EVP_Digest(bytes.data(), bytes.size(), digest, &size, EVP_sha256(), nullptr);
-  std::string hex;
-  for (unsigned int i = 0; i < size; ++i) hex += fmt::format("{:02x}", digest[i]);
-  return hex;
-}
 
 std::string library_hash(const std::vector<Effect>& effects, const Calibration& c) {
   const std::vector<double> constants = {c.kappa,
@@ -58,18 +49,18 @@ std::string library_hash(const std::vector<Effect>& effects, const Calibration& 
     for (const model::Parameter& p : e.parameters)
       text += fmt::format("  {} {} {} {} {} {}\n", p.name, p.unit, p.start, p.lower, p.upper, p.scale);
   }
-  return sha256_hex(text);
+  return files::sha256_hex(text);
 }
 
 namespace {
 
-std::string sealed(const SealedKey& key) { return sha256_hex(key.key.dump() + key.salt); }
+std::string sealed(const SealedKey& key) { return files::sha256_hex(key.key.dump() + key.salt); }
 
 std::string answers_hash(const fs::path& folder, const BlindRecord& record) {
   std::string all;
   for (const std::string& id : record.ids)
-    all += sha256_hex(files::read_whole(folder / "answers" / id / "diagnosis.json"));
-  return sha256_hex(all);
+    all += files::sha256_hex(files::read_whole(folder / "answers" / id / "diagnosis.json"));
+  return files::sha256_hex(all);
 }
 
 void write_record(const fs::path& folder, const BlindRecord& record) {

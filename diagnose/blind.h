@@ -18,8 +18,6 @@
 
 namespace selvedge::diagnose {
 
-std::string sha256_hex(const std::string& bytes);
-
 // Names, units, neutral values and bounds of the effects, and every constant of the verdict.
 std::string library_hash(const std::vector<Effect>& effects, const Calibration& calibration);
 

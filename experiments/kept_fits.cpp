@@ -6,6 +6,7 @@
 #include "files/bad_input.h"
 #include "files/json_reader.h"
 #include "files/whole_file.h"
+#include "estimate/optimisers/registry.h"
 #include "estimate/optimisers/journal.h"
 
 namespace selvedge::experiments {

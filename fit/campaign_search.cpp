@@ -8,6 +8,7 @@
 #include "files/bad_input.h"
 #include "files/csv_table.h"
 #include "fit/fold_objective.h"
+#include "estimate/optimisers/registry.h"
 #include "estimate/optimisers/journal.h"
 #include "fit/spread/ranks.h"
 

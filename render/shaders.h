@@ -26,13 +26,11 @@ layout(location = 0) in vec3 in_camera;
 layout(location = 1) in vec3 in_projector;
 layout(location = 2) in vec3 in_position;
 layout(location = 3) in vec3 in_normal;
-layout(location = 4) in vec2 in_uv;
 uniform vec2 size;          // camera, px
 uniform vec2 depth_scale;
 out vec3 light_h;           // projector column·w, row·w, w: linear in space
 out vec3 position;
 out vec3 normal;
-out vec2 uv;
 void main() {
   float w = in_camera.z;
   vec2 ndc = 2.0 * (in_camera.xy + 0.5) / size - 1.0;
@@ -40,7 +38,6 @@ void main() {
   light_h = vec3(in_projector.xy * in_projector.z, in_projector.z);
   position = in_position;
   normal = in_normal;
-  uv = in_uv;
 }
 )";
 
@@ -48,7 +45,6 @@ inline constexpr const char* kCameraFragmentShader = R"(#version 330 core
 in vec3 light_h;
 in vec3 position;
 in vec3 normal;
-in vec2 uv;
 out vec4 colour;
 uniform float horizontal;        // 1: brightness goes by projector row
 uniform vec2 projector_size;
@@ -58,7 +54,6 @@ uniform vec2 grey;               // ambient, lit, 0 to 1
 uniform vec3 eye;
 uniform vec3 lamp;
 uniform sampler2DShadow shadow_map;
-uniform sampler2D reflectance;
 uniform sampler1D profile;       // brightness across the projector, blurred
 
 void main() {
@@ -75,8 +70,7 @@ void main() {
   float z = 0.5 + 0.5 * (shadow_depth_scale.x + shadow_depth_scale.y / w);
   light *= in_beam ? texture(shadow_map, vec3(at, z)) : 0.0;
 
-  float paint = texture(reflectance, uv).r;
-  colour = vec4(vec3(grey.x * paint + paint * (grey.y - grey.x) * light * shown), 1.0);
+  colour = vec4(vec3(grey.x + (grey.y - grey.x) * light * shown), 1.0);
 }
 )";
 

@@ -15,7 +15,7 @@ namespace selvedge::render {
 
 namespace {
 
-constexpr int kFloatsPerVertex = 14;  // camera 3, projector 3, position 3, normal 3, uv 2
+constexpr int kFloatsPerVertex = 12;  // camera, projector, position, normal: 3 each
 constexpr int kSamples = 4;
 constexpr int kTexelsPerMirror = 8;
 
@@ -46,7 +46,7 @@ struct StripeRenderer::Impl {
   std::vector<unsigned char> surface;  // OSMesa wants a buffer of its own; all drawing goes to textures
   Gl gl;
   GLuint camera_program = 0, depth_program = 0, vertex_array = 0, vertex_buffer = 0, index_buffer = 0;
-  GLuint camera_target = 0, camera_resolved = 0, shadow_target = 0, shadow_map = 0, reflectance = 0, profile = 0;
+  GLuint camera_target = 0, camera_resolved = 0, shadow_target = 0, shadow_map = 0, profile = 0;
   std::vector<float> vertices;
 
   Impl(const geometry::Projection& camera_in, const geometry::Projection& projector_in, const RenderOptions& options_in)
@@ -59,8 +59,6 @@ struct StripeRenderer::Impl {
     depth_program = link(kDepthVertexShader, kDepthFragmentShader);
     create_buffers();
     create_targets();
-    const unsigned char white = 255;
-    upload_reflectance(&white, 1, 1);
     upload_profile(std::vector<float>(projector.height_px, 1.0f));
   }
   ~Impl() { OSMesaDestroyContext(context); }
@@ -79,10 +77,8 @@ struct StripeRenderer::Impl {
   void create_targets();
   GLuint link(const char* vertex_source, const char* fragment_source);
   GLuint compile(GLenum kind, const char* source);
-  void upload_reflectance(const unsigned char* pixels, int width, int height);
   void upload_profile(const std::vector<float>& brightness);
-  void upload_mesh(const Eigen::Matrix3Xd& position, const std::vector<std::array<int, 3>>& triangles,
-                   const Eigen::Matrix2Xd& texture_uv);
+  void upload_mesh(const Eigen::Matrix3Xd& position, const std::vector<std::array<int, 3>>& triangles);
   DepthScale scale_of(int first_float) const;
   void draw_shadow_map(int index_count, DepthScale scale);
   void draw_camera(int index_count, DepthScale camera_scale, DepthScale shadow_scale);
@@ -149,13 +145,10 @@ void StripeRenderer::Impl::create_buffers() {
   gl.GenBuffers(1, &index_buffer);
   gl.BindBuffer(GL_ARRAY_BUFFER, vertex_buffer);
   gl.BindBuffer(GL_ELEMENT_ARRAY_BUFFER, index_buffer);
-  const int sizes[] = {3, 3, 3, 3, 2};
-  size_t offset = 0;
-  for (int i = 0; i < 5; ++i) {
+  for (int i = 0; i < kFloatsPerVertex / 3; ++i) {
     gl.EnableVertexAttribArray(i);
-    gl.VertexAttribPointer(i, sizes[i], GL_FLOAT, GL_FALSE, kFloatsPerVertex * sizeof(float),
-                           reinterpret_cast<const void*>(offset * sizeof(float)));
-    offset += sizes[i];
+    gl.VertexAttribPointer(i, 3, GL_FLOAT, GL_FALSE, kFloatsPerVertex * sizeof(float),
+                           reinterpret_cast<const void*>(3 * i * sizeof(float)));
   }
 }
 
@@ -201,17 +194,6 @@ void StripeRenderer::Impl::create_targets() {
                              " pixels is refused");
 }
 
-void StripeRenderer::Impl::upload_reflectance(const unsigned char* pixels, int width, int height) {
-  if (reflectance == 0) gl.GenTextures(1, &reflectance);
-  gl.BindTexture(GL_TEXTURE_2D, reflectance);
-  gl.PixelStorei(GL_UNPACK_ALIGNMENT, 1);
-  gl.TexImage2D(GL_TEXTURE_2D, 0, GL_R8, width, height, 0, GL_RED, GL_UNSIGNED_BYTE, pixels);
-  gl.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_LINEAR);
-  gl.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
-  gl.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
-  gl.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
-}
-
 void StripeRenderer::Impl::upload_profile(const std::vector<float>& brightness) {
   cv::Mat line(1, int(brightness.size()) * kTexelsPerMirror, CV_32F);
   for (int i = 0; i < line.cols; ++i) line.at<float>(i) = brightness[i / kTexelsPerMirror];
@@ -228,8 +210,7 @@ void StripeRenderer::Impl::upload_profile(const std::vector<float>& brightness) 
 }
 
 void StripeRenderer::Impl::upload_mesh(const Eigen::Matrix3Xd& position,
-                                       const std::vector<std::array<int, 3>>& triangles,
-                                       const Eigen::Matrix2Xd& texture_uv) {
+                                       const std::vector<std::array<int, 3>>& triangles) {
   const Eigen::Matrix3Xd normals = vertex_normals(position, triangles);
   vertices.assign(size_t(position.cols()) * kFloatsPerVertex, 0.0f);
   for (Eigen::Index i = 0; i < position.cols(); ++i) {
@@ -238,7 +219,6 @@ void StripeRenderer::Impl::upload_mesh(const Eigen::Matrix3Xd& position,
     vertex.segment<3>(3) = to_projector(position.col(i)).cast<float>();
     vertex.segment<3>(6) = position.col(i).cast<float>();
     vertex.segment<3>(9) = normals.col(i).cast<float>();
-    if (texture_uv.cols() > 0) vertex.segment<2>(12) = texture_uv.col(i).cast<float>();
   }
   gl.BufferData(GL_ARRAY_BUFFER, vertices.size() * sizeof(float), vertices.data(), GL_STREAM_DRAW);
   gl.BufferData(GL_ELEMENT_ARRAY_BUFFER, triangles.size() * sizeof(triangles[0]), triangles.data(), GL_STREAM_DRAW);
@@ -280,12 +260,9 @@ void StripeRenderer::Impl::draw_camera(int index_count, DepthScale camera_scale,
   gl.Uniform3f(uniform(p, "eye"), float(eye.x()), float(eye.y()), float(eye.z()));
   gl.Uniform3f(uniform(p, "lamp"), float(lamp.x()), float(lamp.y()), float(lamp.z()));
   gl.Uniform1i(uniform(p, "shadow_map"), 0);
-  gl.Uniform1i(uniform(p, "reflectance"), 1);
-  gl.Uniform1i(uniform(p, "profile"), 2);
-  gl.ActiveTexture(GL_TEXTURE0 + 2);
-  gl.BindTexture(GL_TEXTURE_1D, profile);
+  gl.Uniform1i(uniform(p, "profile"), 1);
   gl.ActiveTexture(GL_TEXTURE0 + 1);
-  gl.BindTexture(GL_TEXTURE_2D, reflectance);
+  gl.BindTexture(GL_TEXTURE_1D, profile);
   gl.ActiveTexture(GL_TEXTURE0);
   gl.BindTexture(GL_TEXTURE_2D, shadow_map);
   gl.DrawElements(GL_TRIANGLES, index_count, GL_UNSIGNED_INT, nullptr);
@@ -330,19 +307,11 @@ void StripeRenderer::set_profile(bool horizontal, const std::vector<float>& brig
   impl_->upload_profile(brightness);
 }
 
-void StripeRenderer::set_reflectance(const Image& picture) {
-  Impl::Current current(*impl_);
-  const unsigned char white = 255;
-  if (picture.size() == 0) impl_->upload_reflectance(&white, 1, 1);
-  else impl_->upload_reflectance(picture.data(), int(picture.cols()), int(picture.rows()));
-}
-
-Image StripeRenderer::render(const Eigen::Matrix3Xd& position, const std::vector<std::array<int, 3>>& triangles,
-                             const Eigen::Matrix2Xd& texture_uv) {
+Image StripeRenderer::render(const Eigen::Matrix3Xd& position, const std::vector<std::array<int, 3>>& triangles) {
   Impl::Current current(*impl_);
   Gl& gl = impl_->gl;
   gl.Enable(GL_DEPTH_TEST);
-  impl_->upload_mesh(position, triangles, texture_uv);
+  impl_->upload_mesh(position, triangles);
   const DepthScale camera_scale = impl_->scale_of(2), shadow_scale = impl_->scale_of(5);
   const int index_count = int(triangles.size()) * 3;
   impl_->draw_shadow_map(index_count, shadow_scale);

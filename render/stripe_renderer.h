@@ -1,12 +1,11 @@
 // The grey image that a camera takes of a fabric under projected stripes; off screen, through OSMesa.
 //
-// Per pixel: grey = ambient + reflectance · (lit − ambient) · stripes(row) · |n·l| · visible, where n is the
-// smoothed normal, l the direction to the projector; 0 light where projector and camera are on opposite sides
-// of the fabric. `visible` comes from a shadow map: where the fabric hides the projector from itself.
-// stripes(row) is the mirrors' brightness convolved with a Gaussian, the projector's blur, and averaged over the
-// camera pixel's footprint (a mip map), so stripes neither alias nor crawl; outlines have four samples a pixel.
-// Lens distortion is applied to the vertices. Reflectance is 1 unless a picture of the flat fabric is given.
-// One GL context an instance; an instance may be used from any one thread at a time.
+// Per pixel: grey = ambient + (lit − ambient) · stripes(row) · |n·l| · visible, where n is the smoothed normal, l the
+// direction to the projector; 0 light where projector and camera are on opposite sides of the fabric. `visible` comes
+// from a shadow map: where the fabric hides the projector from itself. stripes(row) is the mirrors' brightness
+// convolved with a Gaussian, the projector's blur, and averaged over the camera pixel's footprint (a mip map), so
+// stripes neither alias nor crawl; outlines have four samples a pixel. Lens distortion is applied to the vertices. The
+// fabric reflects alike everywhere. One GL context an instance; an instance may be used from any one thread at a time.
 #pragma once
 
 #include <array>
@@ -45,13 +44,8 @@ class StripeRenderer {
   // mirrors, 0 to 1, as many as the projector has.
   void set_profile(bool horizontal, const std::vector<float>& brightness);
 
-  // Reflectance over the flat fabric, 255 = 1; texture_uv below runs from 0 to 1 over it, (0, 0) at its
-  // top-left corner. An empty picture: reflectance 1.
-  void set_reflectance(const Image& picture);
-
-  // position: 3×N, m. texture_uv: 2×N or empty.
-  Image render(const Eigen::Matrix3Xd& position, const std::vector<std::array<int, 3>>& triangles,
-               const Eigen::Matrix2Xd& texture_uv = {});
+  // position: 3×N, m.
+  Image render(const Eigen::Matrix3Xd& position, const std::vector<std::array<int, 3>>& triangles);
 
  private:
   struct Impl;

@@ -103,6 +103,4 @@ pid_t start_detached(const std::vector<std::string>& command, const std::filesys
   return start(command, log_file, Bond::detached);
 }
 
-std::filesystem::path own_program() { return std::filesystem::read_symlink("/proc/self/exe"); }
-
 }  // namespace selvedge::station

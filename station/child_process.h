@@ -40,7 +40,4 @@ class ChildProcess {
 // Starts a process that lives on by itself (its own session, no terminal). Returns its number.
 pid_t start_detached(const std::vector<std::string>& command, const std::filesystem::path& log_file);
 
-// Path of the program that runs now.
-std::filesystem::path own_program();
-
 }  // namespace selvedge::station

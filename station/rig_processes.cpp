@@ -17,6 +17,7 @@
 #include "rig/configuration.h"
 #include "rig/network.h"
 #include "station/child_process.h"
+#include "station/programs.h"
 
 namespace selvedge::station {
 
@@ -27,8 +28,8 @@ constexpr double kPatience_s = 10;
 
 fs::path state_folder(const fs::path& configuration) { return fs::path(configuration).replace_extension(".rig"); }
 
-std::vector<std::string> command_of(const std::string& kind, const fs::path& configuration) {
-  return {own_program().string(), "daemon", kind, "--config", fs::absolute(configuration).lexically_normal().string()};
+std::vector<std::string> arguments_of_daemon(const std::string& kind, const fs::path& configuration) {
+  return {"daemon", kind, "--config", fs::absolute(configuration).lexically_normal().string()};
 }
 
 // Arguments of a running process, NUL-separated as the kernel keeps them; empty where there is none.
@@ -37,10 +38,10 @@ std::string arguments_of(pid_t pid) {
   return {std::istreambuf_iterator<char>(file), {}};
 }
 
-// All but the program's path, which moves when the program is built anew.
-std::string tail_of(const std::vector<std::string>& command) {
+// As the kernel keeps them behind the program's path, which moves when the program is built anew.
+std::string joined(const std::vector<std::string>& arguments) {
   std::string text;
-  for (size_t i = 1; i < command.size(); ++i) text += std::string(1, '\0') + command[i];
+  for (const std::string& argument : arguments) text += std::string(1, '\0') + argument;
   return text + '\0';
 }
 
@@ -49,7 +50,7 @@ std::optional<pid_t> running_pid(const std::string& kind, const fs::path& config
   pid_t pid = 0;
   if (!(file >> pid) || pid <= 1) return std::nullopt;
   const std::string arguments = arguments_of(pid);
-  if (!arguments.ends_with(tail_of(command_of(kind, configuration)))) return std::nullopt;
+  if (!arguments.ends_with(joined(arguments_of_daemon(kind, configuration)))) return std::nullopt;
   return pid;
 }
 
@@ -93,7 +94,9 @@ std::vector<DaemonState> rig_up(const fs::path& configuration) {
   fs::create_directories(folder);
   for (const std::string& kind : kinds) {
     if (running_pid(kind, configuration)) continue;
-    const pid_t pid = start_detached(command_of(kind, configuration), folder / (kind + ".log"));
+    std::vector<std::string> command = arguments_of_daemon(kind, configuration);
+    command.insert(command.begin(), program(kLabProgram).string());
+    const pid_t pid = start_detached(command, folder / (kind + ".log"));
     files::write_whole(folder / (kind + ".pid"), fmt::format("{}\n", pid));
     // Known by its command line, which it has only once it has become the daemon.
     const double until_s = rig::host_now_s() + 1;

@@ -9,6 +9,7 @@
 #include "files/whole_file.h"
 #include "rig/camera/frame_ring.h"
 #include "station/free_addresses.h"
+#include "station/programs.h"
 #include "station/rig_processes.h"
 
 namespace selvedge::station {
@@ -82,14 +83,14 @@ SimulatedRig::SimulatedRig(const SimulatedRigFiles& files, const fs::path& folde
   fs::create_directories(logs);
   write_simulated_rig(files, folder);
   configuration_ = rig::Configuration::load(folder / "rig.toml");
-  const std::string program = own_program().string();
+  const std::string lab = program(kLabProgram).string(), simulation = program(kSimulationProgram).string();
   const auto start = [&](const std::string& name, const std::vector<std::string>& command) {
     processes_.push_back(std::make_unique<ChildProcess>(name, command, logs / (name + ".log")));
   };
-  start("devices", {program, "simulate-devices", "--config", (folder / "world.toml").string(), "--truth",
+  start("devices", {simulation, "simulate-devices", "--config", (folder / "world.toml").string(), "--truth",
                     (folder / "truth.json").string()});
   for (const std::string& kind : daemon_kinds(folder / "rig.toml"))
-    start(kind, {program, "daemon", kind, "--config", (folder / "rig.toml").string()});
+    start(kind, {lab, "daemon", kind, "--config", (folder / "rig.toml").string()});
 }
 
 SimulatedRig::~SimulatedRig() {

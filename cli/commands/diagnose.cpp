@@ -15,6 +15,7 @@
 #include "diagnose/diagnosis_report.h"
 #include "diagnose/effects/library.h"
 #include "files/bad_input.h"
+#include "files/sha256.h"
 #include "files/whole_file.h"
 #include "report/progress.h"
 
@@ -57,8 +58,8 @@ std::string input_hash(const trial::Campaign& campaign, const DiagnoseArguments&
   for (const trial::Trial& trial : campaign.trials)
     for (const char* name : {"trial.json", "corners.csv", "markers.csv", "frames.csv"})
       if (std::filesystem::exists(trial.folder / name))
-        all += diagnose::sha256_hex(files::read_whole(trial.folder / name));
-  return diagnose::sha256_hex(all);
+        all += files::sha256_hex(files::read_whole(trial.folder / name));
+  return files::sha256_hex(all);
 }
 
 void print_diagnosis(const diagnose::Diagnosis& d) {

@@ -231,7 +231,7 @@ BankKey draw_key(const std::string& kind, std::mt19937_64& g) {
 
 nlohmann::json to_json(const BankKey& key) {
   nlohmann::json fabric = {{"density", key.truth.density}};
-  for (const auto& [name, member] : fabric_parameters()) fabric[name] = key.truth.*member;
+  for (const FabricParameter& p : fabric_parameters()) fabric[p.name] = key.truth.*p.member;
   nlohmann::json out = {
       {"cause", key.cause}, {"hidden", key.hidden}, {"size", key.size}, {"seed", key.seed}, {"fabric", fabric}};
   if (key.second.empty()) return out;
@@ -255,7 +255,7 @@ BankKey bank_key(const nlohmann::json& json) {
   key.truth.width_m = key.truth.height_m = kSide_m;
   key.truth.density = fabric.at("density").get<double>();
   // Keys of earlier banks name those alone that were drawn.
-  for (const auto& [name, member] : fabric_parameters()) key.truth.*member = fabric.value(name, key.truth.*member);
+  for (const FabricParameter& p : fabric_parameters()) key.truth.*p.member = fabric.value(p.name, key.truth.*p.member);
   return key;
 }
 

@@ -10,18 +10,18 @@
 
 namespace selvedge::hardware_sim {
 
-const std::vector<std::pair<const char*, double FabricTruth::*>>& fabric_parameters() {
+const std::vector<FabricParameter>& fabric_parameters() {
   using T = FabricTruth;
-  static const std::vector<std::pair<const char*, double T::*>> all = {
-      {"stretch", &T::stretch},
-      {"shear", &T::shear},
-      {"bend", &T::bend},
-      {"stretch_damping", &T::stretch_damping},
-      {"shear_damping", &T::shear_damping},
-      {"bend_damping", &T::bend_damping},
-      {"drag_normal", &T::drag_normal},
-      {"drag_tangent", &T::drag_tangent},
-      {"drag_fade", &T::drag_fade},
+  static const std::vector<FabricParameter> all = {
+      {"stretch", "N/m", &T::stretch, 1, 1e5},
+      {"shear", "N/m", &T::shear, 0.1, 1e5},
+      {"bend", "N·m", &T::bend, 0, 0.1},
+      {"stretch_damping", "N·s/m", &T::stretch_damping, 0, 100},
+      {"shear_damping", "N·s/m", &T::shear_damping, 0, 100},
+      {"bend_damping", "N·m·s", &T::bend_damping, 0, 1},
+      {"drag_normal", "kg/m³", &T::drag_normal, 0, 100},
+      {"drag_tangent", "kg/(m²·s)", &T::drag_tangent, 0, 100},
+      {"drag_fade", "s²/m²", &T::drag_fade, 0, 100},
   };
   return all;
 }

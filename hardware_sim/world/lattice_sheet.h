@@ -15,7 +15,6 @@
 
 #include <array>
 #include <memory>
-#include <utility>
 #include <vector>
 
 #include <Eigen/Core>
@@ -36,8 +35,14 @@ struct FabricTruth {
   double drag_fade = 0.2;         // s²/m²
 };
 
-// Of these, by their names in cloth/material_parameters.h, those that this world's physics knows.
-const std::vector<std::pair<const char*, double FabricTruth::*>>& fabric_parameters();
+// Of these, those of its material but density, with the exchange format's names and units; lower, upper: what a file
+// may say of them.
+struct FabricParameter {
+  const char *name, *unit;
+  double FabricTruth::*member;
+  double lower, upper;
+};
+const std::vector<FabricParameter>& fabric_parameters();
 
 struct LatticeOptions {
   int cells_across = 20, cells_down = 20;

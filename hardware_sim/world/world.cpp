@@ -4,7 +4,7 @@
 #include <chrono>
 #include <cmath>
 
-#include "calib/synthetic_images.h"
+#include "hardware_sim/synthetic_grid/synthetic_images.h"
 #include "hardware_sim/world/smooth_step.h"
 #include "rig/clock.h"
 
@@ -30,8 +30,8 @@ bool is(const Prompt& prompt, const char* step) { return prompt.step == step; }
 struct World::Board {
   int pose = -1;
   bool after_knock = false;
-  calib::BoardLook look;
-  calib::BoardView view;
+  BoardLook look;
+  BoardView view;
 };
 
 World::World(const WorldConfiguration& configuration, double start_s, Clockwork clockwork)
@@ -316,9 +316,9 @@ bool World::image_at(double host_time_s, unsigned char* pixels) {
 void World::board_image(int pose, bool after_knock, double t, unsigned char* pixels) {
   if (board_->pose != pose || board_->after_knock != after_knock) {
     const WorldConfiguration stands = after_knock ? knocked(configuration_) : configuration_;
-    board_->view = calib::view_board(configuration_.grid, board_->look,
-                                     board_pose(configuration_.board, geometry::centre(configuration_.camera), pose),
-                                     stands.camera, stands.projector);
+    board_->view = view_board(configuration_.grid, board_->look,
+                              board_pose(configuration_.board, geometry::centre(configuration_.camera), pose),
+                              stands.camera, stands.projector);
     board_->look.noise_grey = configuration_.noise_grey;
     board_->pose = pose;
     board_->after_knock = after_knock;
@@ -330,7 +330,7 @@ void World::board_image(int pose, bool after_knock, double t, unsigned char* pix
       blurred_profile(pattern, rows ? configuration_.projector.height_px : configuration_.projector.width_px,
                       per_mirror, configuration_.picture.projector_blur_px);
   board_->look.seed = unsigned(random_());
-  const auto image = calib::shade_board(
+  const auto image = shade_board(
       board_->view, board_->look,
       [&](double column, double row) {
     const double at = ((rows ? row : column) + 0.5) * per_mirror - 0.5;

@@ -1,7 +1,6 @@
 #include "hardware_sim/world/world_configuration.h"
 
-#include "calib/synthetic_poses.h"
-#include "cloth/material_parameters.h"
+#include "hardware_sim/synthetic_grid/synthetic_poses.h"
 #include "files/bad_input.h"
 
 namespace selvedge::hardware_sim {
@@ -48,10 +47,8 @@ void read_fabric_keys(Section& s, FabricTruth& f) {
   f.width_m = s.number("width_m", f.width_m, 0.02, 3, "m");
   f.height_m = s.number("height_m", f.height_m, 0.02, 3, "m");
   f.density = s.number("density", f.density, 0.005, 5, "kg/m²");
-  for (const auto& [name, member] : fabric_parameters()) {
-    const cloth::MaterialParameter& p = cloth::material_parameter(name);
-    f.*member = s.number(name, f.*member, p.stated_lower, p.stated_upper, p.unit);
-  }
+  for (const FabricParameter& p : fabric_parameters())
+    f.*p.member = s.number(p.name, f.*p.member, p.lower, p.upper, p.unit);
 }
 
 FabricTruth read_fabric(Section s) {
@@ -130,8 +127,7 @@ nlohmann::json to_json(const geometry::Projection& p) {
 
 nlohmann::json fabric_truth_json(const FabricTruth& f) {
   nlohmann::json parameters = nlohmann::json::object();
-  for (const auto& [name, member] : fabric_parameters())
-    parameters[name] = {{"value", f.*member}, {"unit", cloth::material_parameter(name).unit}};
+  for (const FabricParameter& p : fabric_parameters()) parameters[p.name] = {{"value", f.*p.member}, {"unit", p.unit}};
   return {
       {"fabric", {{"width_m", f.width_m}, {"height_m", f.height_m}, {"mass_kg", f.density * f.width_m * f.height_m}}},
       {"parameters", parameters}};
@@ -192,9 +188,8 @@ WorldConfiguration read_world(const rig::Configuration& configuration) {
 }
 
 WorldConfiguration knocked(WorldConfiguration world) {
-  if (world.knock.device == Knock::Device::camera) world.camera = calib::turned(world.camera, world.knock.turn_deg);
-  if (world.knock.device == Knock::Device::projector)
-    world.projector = calib::turned(world.projector, world.knock.turn_deg);
+  if (world.knock.device == Knock::Device::camera) world.camera = turned(world.camera, world.knock.turn_deg);
+  if (world.knock.device == Knock::Device::projector) world.projector = turned(world.projector, world.knock.turn_deg);
   return world;
 }
 

@@ -37,16 +37,6 @@ ToolPath make_sinusoid(const Eigen::Vector3d& start_m, const Sinusoid& sinusoid,
   return path;
 }
 
-ToolPath ramp_recorded(const ToolPath& recorded, const Eigen::Vector3d& start_m, double ramp_s) {
-  ToolPath path = recorded;
-  const double duration_s = recorded.time_s.back();
-  for (long i = 0; i < path.point_m.cols(); ++i) {
-    const double w = ramp(recorded.time_s[static_cast<size_t>(i)], duration_s, ramp_s);
-    path.point_m.col(i) = start_m + w * (recorded.point_m.col(i) - recorded.point_m.col(0));
-  }
-  return path;
-}
-
 // Slopes of the clamped cubic spline: h_{i+1} s_{i−1} + 2(h_i + h_{i+1}) s_i + h_i s_{i+1} =
 // 3 (h_{i+1} Δ_i + h_i Δ_{i+1}), with Δ the chord slopes, solved by elimination (Thomas).
 PathSpline::PathSpline(const ToolPath& path) : path_(path) {

@@ -27,9 +27,6 @@ struct Sinusoid {
 // rate_hz: of the points. Throws BadInput where the ramps do not fit into the duration.
 ToolPath make_sinusoid(const Eigen::Vector3d& start_m, const Sinusoid& sinusoid, double rate_hz = 100);
 
-// A recorded path, moved so that it starts at start_m, its deviation from there ramped in and out.
-ToolPath ramp_recorded(const ToolPath& recorded, const Eigen::Vector3d& start_m, double ramp_s);
-
 class PathSpline {
  public:
   // Throws BadInput where the times do not rise strictly from 0, or anything is not finite.

@@ -237,19 +237,5 @@ TEST_F(Plan, SenselessPathsAreRefused) {
   EXPECT_THROW(make_sinusoid(start_m_, {.duration_s = 2, .ramp_s = 1.5}), BadInput);
 }
 
-TEST(Path, RecordedPathIsRampedInAndOut) {
-  ToolPath recorded = make_sinusoid({1, 2, 3}, {.amplitude_m = 0.1, .duration_s = 8, .ramp_s = 0.01});
-  const ToolPath ramped = ramp_recorded(recorded, {0, 0, 1}, 1.5);
-  EXPECT_EQ(ramped.point_m.col(0), Eigen::Vector3d(0, 0, 1));
-  EXPECT_LT((ramped.point_m.rightCols<1>() - Eigen::Vector3d(0, 0, 1)).norm(), 1e-12);
-  for (long i = 0; i < ramped.point_m.cols(); ++i) {
-    const double t = ramped.time_s[static_cast<size_t>(i)];
-    if (t < 1.5 || t > 6.5) continue;
-    EXPECT_LT(
-        (ramped.point_m.col(i) - Eigen::Vector3d(0, 0, 1) - (recorded.point_m.col(i) - recorded.point_m.col(0))).norm(),
-        1e-12);
-  }
-}
-
 }  // namespace
 }  // namespace selvedge::arm

@@ -15,7 +15,7 @@
 #include "calib/drift.h"
 #include "calib/export.h"
 #include "calib/next_pose.h"
-#include "calib/synthetic_poses.h"
+#include "hardware_sim/synthetic_grid/synthetic_poses.h"
 #include "files/whole_file.h"
 
 extern "C" {
@@ -30,9 +30,9 @@ class AfterCalibration : public ::testing::Test {
   static const Calibration& solved(int poses) {
     static std::map<int, Calibration> cache;
     if (!cache.contains(poses)) {
-      SyntheticOptions made;
+      hardware_sim::SyntheticOptions made;
       made.poses = poses;
-      cache[poses] = calibrate(make_synthetic_poses(made).poses);
+      cache[poses] = calibrate(hardware_sim::make_synthetic_poses(made).poses);
     }
     return cache[poses];
   }
@@ -94,7 +94,7 @@ TEST_F(AfterCalibration, report_draws_and_stands_alone) {
 
 // Trials in which two corners and four markers are seen for a second; the camera is knocked before trial 3.
 TEST_F(AfterCalibration, drift_names_the_trial_since_which_the_camera_stands_elsewhere) {
-  const SyntheticPoses truth = make_synthetic_poses({});
+  const hardware_sim::SyntheticPoses truth = hardware_sim::make_synthetic_poses({});
   const CameraParameters camera = from_projection(truth.camera);
   PoseShift knock = PoseShift::Zero();
   knock[0] = 0.15 * M_PI / 180;

@@ -8,7 +8,7 @@
 
 #include "calib/image_folder.h"
 #include "calib/read_images.h"
-#include "calib/synthetic_recording.h"
+#include "hardware_sim/synthetic_grid/synthetic_recording.h"
 #include "files/bad_input.h"
 #include "files/whole_file.h"
 
@@ -17,18 +17,18 @@ namespace {
 
 struct Recording {
   MarkerGrid grid;
-  SyntheticPoses truth;
+  hardware_sim::SyntheticPoses truth;
   std::vector<PoseImages> images;
 };
 
 // Pattern images for the first `decoded` poses alone: they take longest to make.
-Recording record(const BoardLook& look, int poses, size_t decoded) {
+Recording record(const hardware_sim::BoardLook& look, int poses, size_t decoded) {
   Recording recording;
-  SyntheticOptions made;
+  hardware_sim::SyntheticOptions made;
   made.poses = poses;
   made.seed = 21;
-  recording.truth = make_synthetic_poses(made);
-  recording.images = record_images(recording.truth, recording.grid, look, decoded);
+  recording.truth = hardware_sim::make_synthetic_poses(made);
+  recording.images = hardware_sim::record_images(recording.truth, recording.grid, look, decoded);
   return recording;
 }
 
@@ -105,13 +105,13 @@ TEST(images, hidden_merged_and_false_blobs_are_told_apart) {
 }
 
 TEST(images, a_camera_knocked_between_poses_keeps_its_labels_and_is_named) {
-  SyntheticOptions made;
+  hardware_sim::SyntheticOptions made;
   made.poses = 8;
-  SyntheticPoses truth = make_synthetic_poses(made);
+  hardware_sim::SyntheticPoses truth = hardware_sim::make_synthetic_poses(made);
   const MarkerGrid grid;
-  std::vector<PoseImages> images = record_images(truth, grid, {}, 0);
-  truth.camera = turned(truth.camera, {0.2, 0.5, 0.3});
-  const std::vector<PoseImages> before = record_images(truth, grid, {}, 0);
+  std::vector<PoseImages> images = hardware_sim::record_images(truth, grid, {}, 0);
+  truth.camera = hardware_sim::turned(truth.camera, {0.2, 0.5, 0.3});
+  const std::vector<PoseImages> before = hardware_sim::record_images(truth, grid, {}, 0);
   for (size_t pose = 0; pose < 4; ++pose) images[pose].marker_image = before[pose].marker_image;
   const Calibration calibration = calibrate_images(images, truth.poses);
   EXPECT_TRUE(calibration.rejected.empty());
@@ -120,7 +120,7 @@ TEST(images, a_camera_knocked_between_poses_keeps_its_labels_and_is_named) {
 }
 
 TEST(images, gamma_is_measured_and_taken_out) {
-  BoardLook look;
+  hardware_sim::BoardLook look;
   look.gamma = 2.2;
   Recording recording = record(look, 4, 1);
   const auto error = [&](const ImageReading& reading) {
@@ -149,7 +149,7 @@ TEST(images, gamma_is_measured_and_taken_out) {
 }
 
 TEST(images, a_projector_out_of_focus_is_named_and_survived) {
-  BoardLook look;
+  hardware_sim::BoardLook look;
   look.projector_blur_px = 5;
   const Recording recording = record(look, 4, 1);
   const ImageReading reading = read_images(recording.images, recording.truth.poses);
@@ -162,7 +162,7 @@ TEST(images, a_projector_out_of_focus_is_named_and_survived) {
 }
 
 TEST(images, clipped_highlights_are_named_marker_by_marker) {
-  BoardLook look;
+  hardware_sim::BoardLook look;
   look.exposure = 1.9;
   const Recording recording = record(look, 4, 1);
   const ImageReading reading = read_images(recording.images, recording.truth.poses);

@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "calib/linear_projection.h"
-#include "calib/synthetic_poses.h"
+#include "hardware_sim/synthetic_grid/synthetic_poses.h"
 
 namespace selvedge::calib {
 namespace {
@@ -17,7 +17,7 @@ struct Pairs {
 
 Pairs make_pairs(bool flat) {
   Pairs pairs;
-  pairs.truth = look_at({0, -2, 1}, {0, 0, 1}, {0, 0, 1}, 1400, {1280, 1024}, {});
+  pairs.truth = hardware_sim::look_at({0, -2, 1}, {0, 0, 1}, {0, 0, 1}, 1400, {1280, 1024}, {});
   std::mt19937 generator(3);
   std::uniform_real_distribution<double> unit(-0.3, 0.3);
   for (int i = 0; i < 60; ++i) {

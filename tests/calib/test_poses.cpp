@@ -7,7 +7,7 @@
 
 #include "calib/calibration.h"
 #include "calib/poses.h"
-#include "calib/synthetic_poses.h"
+#include "hardware_sim/synthetic_grid/synthetic_poses.h"
 #include "files/bad_input.h"
 #include "files/whole_file.h"
 #include "tests/refusal.h"
@@ -21,9 +21,9 @@ class PosesOnDisk : public ::testing::Test {
     folder_ = std::filesystem::temp_directory_path() /
               ("selvedge_poses_" + std::to_string(::testing::UnitTest::GetInstance()->random_seed()) + "_" +
                ::testing::UnitTest::GetInstance()->current_test_info()->name() + "_" + std::to_string(getpid()));
-    SyntheticOptions options;
+    hardware_sim::SyntheticOptions options;
     options.poses = 3;
-    poses_ = make_synthetic_poses(options).poses;
+    poses_ = hardware_sim::make_synthetic_poses(options).poses;
     poses_.rows[4].projector.reset();
     write_poses(poses_, folder_);
   }

@@ -4,8 +4,8 @@
 #include <gtest/gtest.h>
 
 #include "calib/cubic_spline.h"
-#include "calib/synthetic_motion.h"
-#include "calib/synthetic_poses.h"
+#include "hardware_sim/synthetic_grid/synthetic_motion.h"
+#include "hardware_sim/synthetic_grid/synthetic_poses.h"
 
 namespace selvedge::calib {
 namespace {
@@ -28,16 +28,16 @@ TEST(cubic_spline, follows_a_sine_with_its_velocity) {
 
 class Delay : public ::testing::Test {
  protected:
-  SyntheticPoses truth_ = make_synthetic_poses({});
+  hardware_sim::SyntheticPoses truth_ = hardware_sim::make_synthetic_poses({});
   Eigen::Vector3d middle_ = (truth_.poses.volume_low + truth_.poses.volume_high) / 2;
   CameraParameters camera_ = from_projection(truth_.camera);
 };
 
 TEST_F(Delay, is_found_to_hundredths_of_a_millisecond) {
   for (const double delay_s : {-0.041, 0.0137}) {
-    MotionOptions motion;
+    hardware_sim::MotionOptions motion;
     motion.offset_s = delay_s;
-    const SyntheticMotion made = make_synthetic_motion(truth_.camera, middle_, motion);
+    const hardware_sim::SyntheticMotion made = hardware_sim::make_synthetic_motion(truth_.camera, middle_, motion);
     const TimeOffset offset = estimate_time_offset(camera_, made.tracks, made.sightings);
     EXPECT_TRUE(offset.known) << offset.why;
     EXPECT_NEAR(offset.offset_s, delay_s, 5e-5);
@@ -48,9 +48,9 @@ TEST_F(Delay, is_found_to_hundredths_of_a_millisecond) {
 }
 
 TEST_F(Delay, bears_wrong_sightings_and_a_pose_that_is_off) {
-  MotionOptions motion;
+  hardware_sim::MotionOptions motion;
   motion.outlier_share = 0.1;
-  const SyntheticMotion made = make_synthetic_motion(truth_.camera, middle_, motion);
+  const hardware_sim::SyntheticMotion made = hardware_sim::make_synthetic_motion(truth_.camera, middle_, motion);
   PoseShift knock = PoseShift::Zero();
   knock[1] = 0.004;
   const TimeOffset offset = estimate_time_offset(shifted(camera_, knock), made.tracks, made.sightings);
@@ -62,11 +62,11 @@ TEST_F(Delay, bears_wrong_sightings_and_a_pose_that_is_off) {
 TEST_F(Delay, of_gentle_motion_has_an_honest_deviation) {
   double squares = 0;
   for (unsigned seed = 1; seed <= 8; ++seed) {
-    MotionOptions motion;
+    hardware_sim::MotionOptions motion;
     motion.seed = seed;
     motion.amplitude_m = 0.02;
     motion.frequency_hz = 0.5;
-    const SyntheticMotion made = make_synthetic_motion(truth_.camera, middle_, motion);
+    const hardware_sim::SyntheticMotion made = hardware_sim::make_synthetic_motion(truth_.camera, middle_, motion);
     const TimeOffset offset = estimate_time_offset(camera_, made.tracks, made.sightings);
     ASSERT_TRUE(offset.known) << offset.why;
     EXPECT_LT(offset.sd_s, 0.003);
@@ -76,10 +76,10 @@ TEST_F(Delay, of_gentle_motion_has_an_honest_deviation) {
 }
 
 TEST_F(Delay, is_refused_where_the_markers_hardly_move) {
-  MotionOptions motion;
+  hardware_sim::MotionOptions motion;
   motion.amplitude_m = 0.001;
   motion.frequency_hz = 0.3;
-  const SyntheticMotion made = make_synthetic_motion(truth_.camera, middle_, motion);
+  const hardware_sim::SyntheticMotion made = hardware_sim::make_synthetic_motion(truth_.camera, middle_, motion);
   const TimeOffset offset = estimate_time_offset(camera_, made.tracks, made.sightings);
   EXPECT_FALSE(offset.known) << offset.offset_s << " +- " << offset.sd_s;
   EXPECT_NE(offset.why.find("move too little"), std::string::npos) << offset.why;

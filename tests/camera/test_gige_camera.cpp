@@ -13,6 +13,7 @@
 #include "files/bad_input.h"
 #include "tests/camera/bench.h"
 #include "tests/camera/clients.h"
+#include "tests/needs_package.h"
 
 namespace selvedge::sim {
 namespace {
@@ -31,7 +32,7 @@ std::unique_ptr<GigeCamera> camera(const std::string& address, GigeCameraOptions
 }
 
 TEST(GigeCamera, ArvToolReadsAndWritesFeatures) {
-  if (!installed("arv-tool-0.8")) GTEST_SKIP() << "skipped: arv-tool-0.8 (package aravis-tools-cli) is not installed";
+  SELVEDGE_NEEDS(installed("arv-tool-0.8"), "aravis-tools-cli", "arv-tool on the simulated camera");
   const auto device = camera("127.0.4.1");
   const std::string text = output(
       "arv-tool-0.8 -a 127.0.4.1 control Width Height PixelFormat ExposureTime=5000 "
@@ -49,8 +50,7 @@ TEST(GigeCamera, ArvToolReadsAndWritesFeatures) {
 }
 
 TEST(GigeCamera, ArvCameraTestStreamsFromIt) {
-  if (!installed("arv-camera-test-0.8"))
-    GTEST_SKIP() << "skipped: arv-camera-test-0.8 (package aravis-tools) is not installed";
+  SELVEDGE_NEEDS(installed("arv-camera-test-0.8"), "aravis-tools", "arv-camera-test on the simulated camera");
   const auto device = camera("127.0.4.2");
   GigeCameraFaults faults;
   faults.stream_loss = 0.01;
@@ -66,7 +66,7 @@ TEST(GigeCamera, ArvCameraTestStreamsFromIt) {
 }
 
 TEST(GigeCamera, IsFoundByBroadcast) {
-  if (!installed("arv-tool-0.8")) GTEST_SKIP() << "skipped: arv-tool-0.8 (package aravis-tools-cli) is not installed";
+  SELVEDGE_NEEDS(installed("arv-tool-0.8"), "aravis-tools-cli", "arv-tool on the simulated camera");
   GigeCameraOptions options;
   options.serial = "FINDME";
   const auto device = camera("127.0.4.3", options);

@@ -1,9 +1,10 @@
 #!/usr/bin/env bash
-# run.sh BUILD: the V4L2 back-end on the kernel's vivid driver, in a virtual machine (./selvedge test --kernel, which installs
-# what this needs: qemu-system-x86, busybox-static, kmod).
+# run.sh BUILD: the V4L2 back-end on the kernel's vivid driver, in a virtual machine (./selvedge test --kernel, which
+# installs what this needs: qemu-system-x86, busybox-static, kmod).
 #
-# Debian's own kernel is unpacked below BUILD/kernel, not installed. The machine boots from memory: a shell, the modules that
-# vivid needs, the test program and its libraries. Exit status: the tests', or 1 where the machine did not get to them.
+# Debian's own kernel is unpacked below BUILD/kernel, not installed. The machine boots from memory: a shell, the modules
+# that vivid needs, the test program and its libraries. Exit status: the tests', or 1 where the machine did not get to
+# them.
 set -euo pipefail
 build=$(cd "$1" && pwd)
 work=$build/kernel
@@ -19,7 +20,8 @@ release=${kernel#linux-image-}
 if [ ! -f "$work/$release/boot/vmlinuz-$release" ]; then
   say "selvedge: fetching $kernel (70 MB)"
   rm -rf "$work/deb" && mkdir -p "$work/deb"
-  (cd "$work/deb" && apt-get -qq download "$kernel" 2>/dev/null) || { say "selvedge: $kernel could not be downloaded"; exit 2; }
+  (cd "$work/deb" && apt-get -qq download "$kernel" 2>/dev/null) ||
+    { say "selvedge: $kernel could not be downloaded"; exit 2; }
   dpkg-deb -x "$work"/deb/*.deb "$work/$release.part"
   mv "$work/$release.part" "$work/$release"
   rm -r "$work/deb"
@@ -37,9 +39,11 @@ ldd "$program" | sed -n 's/.*[[:space:]]\(\/[^ ]*\) (0x.*/\1/p' | while read -r 
 done
 # modules.dep names what a module needs, nearest first.
 order=0
-for module in $(sed -n 's/^\(.*\/vivid\.ko[^:]*\): *\(.*\)/\1 \2/p' "$work/$release/lib/modules/$release/modules.dep" | tr ' ' '\n' | tac); do
+needed=$(sed -n 's/^\(.*\/vivid\.ko[^:]*\): *\(.*\)/\1 \2/p' "$work/$release/lib/modules/$release/modules.dep")
+for module in $(tr ' ' '\n' <<< "$needed" | tac); do
   order=$((order + 1))
-  cp "$work/$release/lib/modules/$release/$module" "$(printf '%s/modules/%02d-%s' "$root" "$order" "$(basename "$module")")"
+  cp "$work/$release/lib/modules/$release/$module" \
+    "$(printf '%s/modules/%02d-%s' "$root" "$order" "$(basename "$module")")"
 done
 [ "$order" -gt 0 ] || { say "selvedge: $kernel has no vivid"; exit 1; }
 cat > "$root/init" <<'INIT'
@@ -69,9 +73,11 @@ say "selvedge: starting kernel $release in a virtual machine (at most $limit_s s
 log=$work/console.log
 # Instructions are translated unless told otherwise: a machine that is virtual itself may offer KVM and hang in it.
 # vivid's webcam input alone.
-timeout -k 5 "$limit_s" qemu-system-x86_64 -accel "${SELVEDGE_KERNEL_ACCELERATOR:-tcg}" -cpu max -smp 2 -m 1024 -nographic -no-reboot -nodefaults -serial stdio \
+timeout -k 5 "$limit_s" qemu-system-x86_64 -accel "${SELVEDGE_KERNEL_ACCELERATOR:-tcg}" -cpu max -smp 2 -m 1024 \
+  -nographic -no-reboot -nodefaults -serial stdio \
   -kernel "$work/$release/boot/vmlinuz-$release" -initrd "$work/root.gz" \
-  -append "console=ttyS0 quiet panic=-1 vivid.n_devs=1 vivid.num_inputs=1 vivid.input_types=0" < /dev/null | tee "$log" || true
+  -append "console=ttyS0 quiet panic=-1 vivid.n_devs=1 vivid.num_inputs=1 vivid.input_types=0" \
+  < /dev/null | tee "$log" || true
 status=$(sed -n 's/.*SELVEDGE_EXIT \([0-9]*\).*/\1/p' "$log" | tail -1)
 [ -n "$status" ] || { say "selvedge: the machine did not finish the tests; its console is in $log"; exit 1; }
 exit "$status"

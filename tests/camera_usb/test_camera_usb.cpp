@@ -5,6 +5,7 @@
 #include "rig/bus.h"
 #include "tests/camera/camera_contract.h"
 #include "tests/camera/clients.h"
+#include "tests/needs_package.h"
 
 namespace selvedge::camera {
 namespace {
@@ -145,7 +146,7 @@ TEST(Usb3Daemon, GoesOnAfterWhateverStoppedTheDevice) {
 
 // Clients that are not ours, in processes of their own that see the same emulated bus.
 TEST(SimulatedUsb3, ArvToolFindsItAndReadsAndWritesFeatures) {
-  if (!installed("arv-tool-0.8")) GTEST_SKIP() << "skipped: arv-tool-0.8 (package aravis-tools-cli) is not installed";
+  SELVEDGE_NEEDS(installed("arv-tool-0.8"), "aravis-tools-cli", "arv-tool on the simulated camera");
   const auto device = plug_in({});
   EXPECT_THAT(output("arv-tool-0.8"), HasSubstr(device->name()));
   const std::string tool = "arv-tool-0.8 -n " + device->name() + " control ";
@@ -161,8 +162,7 @@ TEST(SimulatedUsb3, ArvToolFindsItAndReadsAndWritesFeatures) {
 }
 
 TEST(SimulatedUsb3, ArvCameraTestStreamsFromIt) {
-  if (!installed("arv-camera-test-0.8"))
-    GTEST_SKIP() << "skipped: arv-camera-test-0.8 (package aravis-tools) is not installed";
+  SELVEDGE_NEEDS(installed("arv-camera-test-0.8"), "aravis-tools", "arv-camera-test on the simulated camera");
   const auto device = plug_in({});
   const std::string text = output("timeout 60 arv-camera-test-0.8 -n " + device->name() + " --duration 2");
   EXPECT_GT(number_after(text, "n_completed_buffers"), 0) << text;  // how many is for `bench capture-usb3` to tell

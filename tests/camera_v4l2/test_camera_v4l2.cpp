@@ -4,6 +4,7 @@
 
 #include "hardware_sim/v4l2_camera/v4l2_camera.h"
 #include "tests/camera/camera_contract.h"
+#include "tests/needs_package.h"
 
 namespace selvedge::camera {
 namespace {
@@ -85,8 +86,8 @@ TEST(V4l2, StampsOfTheEndOfTheFrameLeaveTheReadOutOpen) {
 
 // A client that is not ours, in a process of its own that sees the same emulated node.
 TEST(SimulatedV4l2, V4l2CtlStreamsFromIt) {
-  if (std::system("command -v v4l2-ctl > /dev/null 2>&1") != 0)
-    GTEST_SKIP() << "skipped: v4l2-ctl (package v4l-utils) is not installed";
+  SELVEDGE_NEEDS(std::system("command -v v4l2-ctl > /dev/null 2>&1") == 0, "v4l-utils",
+                 "v4l2-ctl on the simulated camera");
   const auto device = plug_in({});
   FILE* pipe = ::popen("timeout 60 v4l2-ctl -d /dev/video0 --stream-mmap --stream-count=30 --verbose 2>&1", "r");
   std::string text;

@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-#include "cli/proofs/damaged_trials.h"
+#include "cli/verify/proofs/damaged_trials.h"
 #include "tests/cli/run_binary.h"
 
 namespace selvedge::cli {

@@ -5,15 +5,15 @@
 #include <nlohmann/json.hpp>
 
 #include "calib/image_folder.h"
-#include "calib/synthetic_recording.h"
-#include "cli/proofs/damaged_trials.h"
+#include "hardware_sim/synthetic_grid/synthetic_recording.h"
+#include "cli/verify/proofs/damaged_trials.h"
 #include "run_binary.h"
 
 namespace selvedge::cli {
 namespace {
 
 namespace fs = std::filesystem;
-using calib::SyntheticOptions;
+using hardware_sim::SyntheticOptions;
 
 class Calibrate : public testing::Test {
  protected:
@@ -29,7 +29,7 @@ class Calibrate : public testing::Test {
     calib::write_poses(poses, lab());
     return calibrate(more);
   }
-  Ran calibrate(const SyntheticOptions& made) { return calibrate(calib::make_synthetic_poses(made).poses); }
+  Ran calibrate(const SyntheticOptions& made) { return calibrate(hardware_sim::make_synthetic_poses(made).poses); }
   nlohmann::json result() const { return files::read_json(out() / "calibration.json"); }
 
   // Exit 2 and one line that says why; the report is there, and a result that nobody can take matrices from.
@@ -57,7 +57,7 @@ class Calibrate : public testing::Test {
 };
 
 TEST_F(Calibrate, TwelvePosesAreGoodAndExported) {
-  const Ran ran = calibrate(calib::make_synthetic_poses({}).poses, "--export");
+  const Ran ran = calibrate(hardware_sim::make_synthetic_poses({}).poses, "--export");
   expect(ran, "good", "Expected error at the fabric");
   for (const char* file :
        {"report.html", "camera.yaml", "projector.yaml", "camera.cameramodel", "projector.cameramodel"})
@@ -74,7 +74,7 @@ TEST_F(Calibrate, TwelvePosesAreGoodAndExported) {
 TEST_F(Calibrate, FlatGridIsRefused) {
   SyntheticOptions made;
   made.grid.fold_rad = 0;
-  expect_refused(calibrate(calib::make_synthetic_poses(made).poses, "--export"), "flat");
+  expect_refused(calibrate(hardware_sim::make_synthetic_poses(made).poses, "--export"), "flat");
 }
 
 TEST_F(Calibrate, SinglePoseIsRefused) {
@@ -127,7 +127,7 @@ TEST_F(Calibrate, AMovedPoseIsNamed) {
 }
 
 TEST_F(Calibrate, OccludedMergedAndFalseSightingsAreSurvivedAndNamed) {
-  const calib::SyntheticPoses truth = calib::make_synthetic_poses({});
+  const hardware_sim::SyntheticPoses truth = hardware_sim::make_synthetic_poses({});
   calib::Poses poses = truth.poses;
   for (size_t i = 0; i < poses.rows.size(); i += 9)
     poses.rows[i].camera = poses.rows[i].projector = std::nullopt;  // hidden
@@ -147,11 +147,11 @@ TEST_F(Calibrate, OccludedMergedAndFalseSightingsAreSurvivedAndNamed) {
   for (int i = 0; i < 5; ++i) camera.distortion[i] = result()["camera"]["distortion"][i];
   camera.width_px = 1280;
   camera.height_px = 1024;
-  EXPECT_LT(calib::volume_error_px(camera, truth.camera, truth.poses), 0.12);
+  EXPECT_LT(hardware_sim::volume_error_px(camera, truth.camera, truth.poses), 0.12);
 }
 
 TEST_F(Calibrate, DamagedInputIsRefusedAndNothingIsWritten) {
-  calib::write_poses(calib::make_synthetic_poses({}).poses, lab());
+  calib::write_poses(hardware_sim::make_synthetic_poses({}).poses, lab());
   const std::string rows = files::read_whole(lab() / "correspondences.csv"),
                     header = files::read_whole(lab() / "poses.json");
   const auto expect_nothing = [&](const char* culprit) {
@@ -185,8 +185,8 @@ TEST_F(Calibrate, ImagesAndTrackerFilesCalibrate) {
   SyntheticOptions made;
   made.poses = 4;
   made.seed = 21;
-  const calib::SyntheticPoses truth = calib::make_synthetic_poses(made);
-  calib::ImageFolder images{truth.poses, calib::record_images(truth, made.grid, {})};
+  const hardware_sim::SyntheticPoses truth = hardware_sim::make_synthetic_poses(made);
+  calib::ImageFolder images{truth.poses, hardware_sim::record_images(truth, made.grid, {})};
   images.header.rows.clear();
   const auto paint = [&](size_t pose, const Eigen::Vector2d& at, double radius, unsigned char grey) {
     calib::GreyImage& image = images.poses[pose].marker_image;

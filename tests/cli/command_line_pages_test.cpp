@@ -9,8 +9,9 @@
 
 #include "cli/command.h"
 #include "cli/command_line_pages.h"
-#include "cli/proofs/damaged_trials.h"
+#include "cli/verify/proofs/damaged_trials.h"
 #include "run_binary.h"
+#include "tests/needs_package.h"
 
 namespace selvedge::cli {
 namespace {
@@ -54,7 +55,8 @@ class CommandLinePages : public testing::Test {
 std::unique_ptr<const CLI::App> whole_app() {
   static int status = 0;
   auto app = std::make_unique<CLI::App>("all", "selvedge");
-  for (const AddCommand add : commands()) add(*app, status);
+  for (const auto* of_program : {&lab_commands(), &simulation_commands(), &verify_commands()})
+    for (const AddCommand add : *of_program) add(*app, status);
   return app;
 }
 
@@ -109,8 +111,7 @@ TEST_F(CommandLinePages, TheManualPageHasEveryCommandAndNoFaults) {
       for (size_t at = name.find('-'); at != std::string::npos; at = name.find('-', at + 2)) name.insert(at, "\\");
       EXPECT_NE(ran.out.find(".SS " + name + "\n"), std::string::npos) << name;
     }
-  if (std::system("command -v groff > /dev/null 2>&1") != 0)
-    GTEST_SKIP() << "SKIPPED: groff is not here: the manual page was NOT set";
+  SELVEDGE_NEEDS(std::system("command -v groff > /dev/null 2>&1") == 0, "groff-base", "setting the manual page");
   files::write_whole(working_folder() / "selvedge.1", ran.out);
   const std::string warnings = bash("groff -man -ww -z -Tutf8 selvedge.1");
   EXPECT_EQ(warnings, "");

@@ -5,8 +5,8 @@
 
 #include "capture/trial/trial_writer.h"
 #include "cli/command.h"
-#include "cli/figure_command.h"
-#include "cli/proofs/damaged_trials.h"
+#include "cli/verify/figure_command.h"
+#include "cli/verify/proofs/damaged_trials.h"
 #include "run_binary.h"
 
 namespace selvedge::cli {

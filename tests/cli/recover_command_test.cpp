@@ -8,7 +8,7 @@
 
 #include "capture/recorder.h"
 #include "capture/trial/checked_trial.h"
-#include "cli/proofs/damaged_trials.h"
+#include "cli/verify/proofs/damaged_trials.h"
 #include "tests/cli/run_binary.h"
 #include "tests/simulated_trial.h"
 

@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-#include "cli/figures.h"
+#include "cli/verify/figures.h"
 
 namespace selvedge::cli {
 namespace {

@@ -1,7 +1,7 @@
 // Known answers on coarse meshes; `./selvedge prove cloth` shows them on fine ones.
 #include <gtest/gtest.h>
 
-#include "cli/proofs/cloth_cases.h"
+#include "cli/verify/proofs/cloth_cases.h"
 
 namespace selvedge::cli {
 namespace {

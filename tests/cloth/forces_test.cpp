@@ -2,7 +2,7 @@
 #include <Eigen/Dense>
 #include <gtest/gtest.h>
 
-#include "cli/proofs/force_laws.h"
+#include "cli/verify/proofs/force_laws.h"
 #include "cloth/energy.h"
 #include "cloth/kernel/force_field.h"
 

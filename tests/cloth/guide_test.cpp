@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-#include "cli/proofs/cloth_cases.h"
+#include "cli/verify/proofs/cloth_cases.h"
 #include "cloth/simulate.h"
 
 namespace selvedge::cloth {

@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-#include "cli/proofs/cloth_cases.h"
+#include "cli/verify/proofs/cloth_cases.h"
 
 namespace selvedge::cloth {
 namespace {

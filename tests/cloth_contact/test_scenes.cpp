@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-#include "cli/proofs/contact_cases.h"
+#include "cli/verify/proofs/contact_cases.h"
 
 namespace selvedge::cli {
 namespace {

@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
-# browser.sh BINARY SOURCE BUILD [SCRIPT]: a script of this folder, by default walk.mjs, in a real browser. What packages.txt
-# and ./selvedge install must be there. It tries the console's stop, so it never skips: what is missing is a failure.
+# browser.sh BINARY SOURCE BUILD [SCRIPT]: a script of this folder, by default walk.mjs, in a real browser. What
+# packages.txt and ./selvedge install must be there. It tries the console's stop, so it never skips: what is missing is
+# a failure.
 set -u
 binary=$1 source=$2 build=$3 script=${4:-walk.mjs}
 fail() { echo "the console was NOT tried in a browser: $*" >&2; exit 1; }

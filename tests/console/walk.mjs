@@ -1,5 +1,5 @@
-// Walks the whole console on a simulated rig: looks, arms, records, stops, scrubs, reads a report; and is refused what it
-// must be refused. Screenshots go to BUILD/console-screens/.
+// Walks the whole console on a simulated rig: looks, arms, records, stops, scrubs, reads a report; and is refused what
+// it must be refused. Screenshots go to BUILD/console-screens/.
 import assert from "node:assert/strict";
 import { execFileSync, spawn } from "node:child_process";
 import { copyFileSync, mkdirSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
@@ -11,7 +11,8 @@ import { binary, build, crowd, launch, median, screens, sleep, source, timeStops
 const folder = mkdtempSync(join(tmpdir(), "selvedge-walk-"));
 const processes = [];
 
-const run = (...args) => execFileSync(binary, args, { cwd: folder, stdio: ["ignore", "pipe", "pipe"], timeout: 300_000 }).toString();
+const run = (...args) =>
+  execFileSync(binary, args, { cwd: folder, stdio: ["ignore", "pipe", "pipe"], timeout: 300_000 }).toString();
 
 function start(name, ...args) {
   const child = spawn(binary, args, { cwd: folder, stdio: ["ignore", "pipe", "pipe"] });
@@ -24,12 +25,25 @@ function start(name, ...args) {
 
 // The short rig of the end-to-end tests on ports of its own.
 function writeRig() {
-  const base = 20_000 + Math.floor(Math.random() * 30_000), here = join(source, "tests/end_to_end"), socket = join(folder, "p.sock");
+  const base = 20_000 + Math.floor(Math.random() * 30_000), here = join(source, "tests/end_to_end"),
+        socket = join(folder, "p.sock");
   const camera = `127.${100 + Math.floor(Math.random() * 100)}.${Math.floor(Math.random() * 250)}.1`;
-  let rig = readFileSync(join(here, "short-rig.toml"), "utf8"), world = readFileSync(join(here, "short-world.toml"), "utf8");
-  rig = rig.replace("rate_hz = 20", "rate_hz = 10").replace("port = 7667", `port = ${base}`).replace("127.0.16.1", camera).replace("port = 8801", `port = ${base + 1}`).replace("port = 30004", `port = ${base + 2}`)
-    .replace("script_port = 50001", `script_port = ${base + 3}`).replace("unix:projector.socket", `unix:${socket}`).replace("data/arms", join(source, "data/arms"));
-  world = world.replace("camera_rate_hz = 20", "camera_rate_hz = 10").replace("[devices]", `[bus]\nport = ${base}\n[devices]\ncamera_address = "${camera}"\ntracker_port = ${base + 1}\narm_port = ${base + 2}\narm_script_port = ${base + 3}\nprojector_socket = "${socket}"\narm_model = "${join(source, "data/arms/ur5e.toml")}"`);
+  let rig = readFileSync(join(here, "short-rig.toml"), "utf8"),
+      world = readFileSync(join(here, "short-world.toml"), "utf8");
+  rig = rig.replace("rate_hz = 20", "rate_hz = 10")
+          .replace("port = 7667", `port = ${base}`)
+          .replace("127.0.16.1", camera)
+          .replace("port = 8801", `port = ${base + 1}`)
+          .replace("port = 30004", `port = ${base + 2}`)
+          .replace("script_port = 50001", `script_port = ${base + 3}`)
+          .replace("unix:projector.socket", `unix:${socket}`)
+          .replace("data/arms", join(source, "data/arms"));
+  world = world.replace("camera_rate_hz = 20", "camera_rate_hz = 10")
+            .replace(
+              "[devices]",
+              `[bus]\nport = ${base}\n[devices]\ncamera_address = "${camera}"\ntracker_port = ${base + 1}\narm_port = ${
+                base + 2}\narm_script_port = ${base + 3}\nprojector_socket = "${socket}"\narm_model = "${
+                join(source, "data/arms/ur5e.toml")}"`);
   mkdirSync(join(folder, "run"));
   writeFileSync(join(folder, "run/rig.toml"), rig);
   writeFileSync(join(folder, "world.toml"), world);
@@ -37,7 +51,10 @@ function writeRig() {
 
 // Status of a request as any program may send it, without a browser's rules.
 const status = (port, method, path, headers = {}) => new Promise((done, fail) => {
-  const request = http.request({ host: "127.0.0.1", port, method, path, headers }, (answer) => { answer.resume(); done(answer.statusCode); });
+  const request = http.request({ host: "127.0.0.1", port, method, path, headers }, (answer) => {
+    answer.resume();
+    done(answer.statusCode);
+  });
   request.on("error", fail);
   request.end();
 });
@@ -58,7 +75,8 @@ async function walk(browser, url, stopPort) {
   assert.equal(new URL(page.url()).hash, "", "the token stays in the address");
 
   await until("live state", async () => (await text("#link")) === "live");
-  await until("four devices that run", async () => (await page.$$eval("#devices .pill.running", (all) => all.length)) === 4);
+  await until(
+    "four devices that run", async () => (await page.$$eval("#devices .pill.running", (all) => all.length)) === 4);
   await until("a live picture", () => page.$eval("#no-preview", (node) => node.hidden));
 
   // Everything that showed at any time: a busy machine looks too seldom to see it while it shows.
@@ -70,7 +88,8 @@ async function walk(browser, url, stopPort) {
       if (document.getElementById("arm-state").textContent === "armed") window.seen.add("armed");
       if (/plain/.test(document.getElementById("quality").textContent)) window.seen.add("stripe quality");
     };
-    new MutationObserver(look).observe(document.body, { subtree: true, childList: true, attributes: true, characterData: true });
+    new MutationObserver(look).observe(
+      document.body, { subtree: true, childList: true, attributes: true, characterData: true });
   });
   const seen = (what) => page.evaluate((name) => window.seen.has(name), what);
 
@@ -84,7 +103,11 @@ async function walk(browser, url, stopPort) {
       await begin();
       await until("the trial's beginning", async () => (await text("#checks")).includes(called));
       if (attempt === 1) await meanwhile(called);
-      const words = await until("the trial's end", async () => (await text("#checks")).match(new RegExp(`${called}: .*(recorded|arrived|hidden|stopped coming).*`))?.[0], 240);
+      const words = await until(
+        "the trial's end",
+        async () =>
+          (await text("#checks")).match(new RegExp(`${called}: .*(recorded|arrived|hidden|stopped coming).*`))?.[0],
+        240);
       if (words.includes(": recorded")) return called;
     }
     throw new Error(`${name} could not be recorded eight times`);
@@ -96,24 +119,36 @@ async function walk(browser, url, stopPort) {
     await shot("live-recording");
   });
   // A waved trial by keyboard.
-  const waved = await recorded("waved", "waving", 2.5, async () => { await page.focus("#tab-live"); await page.keyboard.press("r"); }, async () => {
-    await until("a prompt", () => seen("a prompt"));
-    await until("stripes judged", () => seen("stripe quality"));
-    await shot("live");
-  });
+  const waved = await recorded(
+    "waved", "waving", 2.5,
+    async () => {
+      await page.focus("#tab-live");
+      await page.keyboard.press("r");
+    },
+    async () => {
+      await until("a prompt", () => seen("a prompt"));
+      await until("stripes judged", () => seen("stripe quality"));
+      await shot("live");
+    });
 
   // Arm, see it armed, stop with the space bar. The arm stops by itself where a busy machine renews its lease too late;
   // that is right, and it is armed again.
   const stops = async (what, stop, wanted) => {
     for (let attempt = 0; attempt < 12; ++attempt) {
-      if (await stop(attempt) && await until("the arm's stop", async () => (await text("#arm-state")) === "stopped" && await text("#arm-text")) && wanted.test(await text("#arm-text"))) return;
+      if (
+        await stop(attempt) &&
+        await until(
+          "the arm's stop", async () => (await text("#arm-state")) === "stopped" && await text("#arm-text")) &&
+        wanted.test(await text("#arm-text")))
+        return;
     }
     throw new Error(`${what}: the arm was not stopped so, it says ${await text("#arm-text")}`);
   };
   // A stop holds until the reset is clicked, and clicked again for sure.
   const reset = async () => {
     if (await page.$eval("#latched", (row) => row.hidden)) return;
-    for (const button of ["#reset", "#reset-yes"]) if (await page.$eval(button, (b) => !b.disabled && b.offsetParent !== null)) await page.click(button);
+    for (const button of ["#reset", "#reset-yes"])
+      if (await page.$eval(button, (b) => !b.disabled && b.offsetParent !== null)) await page.click(button);
   };
   const armed = async () => {
     await until("the arm can be armed", async () => {
@@ -133,8 +168,8 @@ async function walk(browser, url, stopPort) {
   }, /operator at the console/);
   await shot("live-stopped");
 
-  // Stopped through a hundred streams and a hundred half-open requests at each port. They take the threads that hear this
-  // page as well; where it is thought lost before its stop is sent, it is armed again.
+  // Stopped through a hundred streams and a hundred half-open requests at each port. They take the threads that hear
+  // this page as well; where it is thought lost before its stop is sent, it is armed again.
   const come = () => [new URL(url).port, stopPort].map((port) => crowd(Number(port)));
   const leave = (crowds) => crowds.forEach((one) => one.leave());
   await stops("through a crowd", async () => {
@@ -172,13 +207,18 @@ async function walk(browser, url, stopPort) {
   run("fit", `run/console/${waved}`, "--out", "run/console", "--columns", "9");
   await page.keyboard.press("2");
   await until("trials", async () => (await page.$$(".entry[data-path]")).length >= 2);
-  await until("the fit is noticed", async () => /fitted/.test(await text(`#trial-list .entry[data-path="console/${waved}"]`)));
+  await until(
+    "the fit is noticed", async () => /fitted/.test(await text(`#trial-list .entry[data-path="console/${waved}"]`)));
   await page.click(`#trial-list .entry[data-path="console/${waved}"]`);
-  await until("pictures", () => page.evaluate(() => ["recorded", "simulated"].every((id) => document.getElementById(id).naturalWidth > 0)));
+  await until(
+    "pictures",
+    () => page.evaluate(() => ["recorded", "simulated"].every((id) => document.getElementById(id).naturalWidth > 0)));
   await page.focus("#scrub");
   for (let i = 0; i < 12; ++i) await page.keyboard.press("ArrowRight");
   assert.match(await text("#scrub-time"), /frame 12/);
-  const settled = () => page.evaluate(() => ["recorded", "simulated"].every((id) => document.getElementById(id).complete && document.getElementById(id).src.endsWith("index=12")));
+  const settled = () => page.evaluate(
+    () => ["recorded", "simulated"].every(
+      (id) => document.getElementById(id).complete && document.getElementById(id).src.endsWith("index=12")));
   await until("the twelfth pictures", settled);
   await sleep(300);
   await shot("trials");
@@ -186,7 +226,8 @@ async function walk(browser, url, stopPort) {
   await page.keyboard.press("3");
   await until("the fit's parameters", async () => /Fit of/.test(await text("#summary")));
   await page.click(`#report-list .entry[data-path="console/report.html"]`);
-  const frame = await until("the report", async () => page.frames().find((f) => f.url().endsWith("/run/console/report.html")));
+  const frame =
+    await until("the report", async () => page.frames().find((f) => f.url().endsWith("/run/console/report.html")));
   await until("the report's words", () => frame.evaluate(() => /90 % interval/.test(document.body.textContent)));
   await shot("results");
 
@@ -204,7 +245,8 @@ async function walk(browser, url, stopPort) {
   // Another site's page may not send anything, and reads nothing.
   const elsewhere = await browser.newPage();
   await elsewhere.goto("about:blank");
-  const stolen = await elsewhere.evaluate((address) => fetch(address).then((r) => r.status, () => "refused"), `${new URL(url).origin}/api/trials`);
+  const stolen = await elsewhere.evaluate(
+    (address) => fetch(address).then((r) => r.status, () => "refused"), `${new URL(url).origin}/api/trials`);
   assert.ok(stolen === "refused" || stolen === 403, `another origin reads: ${stolen}`);
   assert.deepEqual(errors, [], "errors on the page");
   await page.bringToFront();
@@ -250,8 +292,11 @@ async function restart(page, server, port, stopPort) {
 async function refusals(url) {
   const port = Number(new URL(url).port), token = new URLSearchParams(new URL(url).hash.slice(1)).get("token");
   assert.equal(await status(port, "POST", "/api/arm"), 403, "no token");
-  assert.equal(await status(port, "POST", "/api/arm", { "X-Selvedge-Token": token, Origin: "http://elsewhere.example" }), 403, "another origin");
-  for (const path of ["/run/../world.toml", "/run/%2e%2e/world.toml", "/api/frame?path=../../etc&index=0"]) assert.ok((await status(port, "GET", path)) >= 400, path);
+  assert.equal(
+    await status(port, "POST", "/api/arm", { "X-Selvedge-Token": token, Origin: "http://elsewhere.example" }), 403,
+    "another origin");
+  for (const path of ["/run/../world.toml", "/run/%2e%2e/world.toml", "/api/frame?path=../../etc&index=0"])
+    assert.ok((await status(port, "GET", path)) >= 400, path);
 }
 
 let browser, failed = null;

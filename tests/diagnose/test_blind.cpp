@@ -47,10 +47,6 @@ class Blind : public testing::Test {
   fs::path folder_;
 };
 
-TEST(Hash, IsSha256) {
-  EXPECT_EQ(sha256_hex("abc"), "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
-}
-
 TEST(ClopperPearson, AgreesWithTables) {
   const auto [low, high] = clopper_pearson(2, 100);
   EXPECT_NEAR(low, 0.0024, 1e-4);

@@ -10,6 +10,7 @@
 
 #include "files/bad_input.h"
 #include "files/whole_file.h"
+#include "estimate/optimisers/registry.h"
 #include "estimate/optimisers/annealing.h"
 #include "estimate/optimisers/cma.h"
 #include "estimate/optimisers/evolution.h"

@@ -22,6 +22,7 @@
 #include "station/exchange/import_mapping.h"
 #include "station/exchange/lcm_export.h"
 #include "station/exchange/obj_sequence.h"
+#include "tests/needs_package.h"
 
 namespace selvedge::station {
 namespace {
@@ -93,12 +94,14 @@ text = lambda v: v.decode() if isinstance(v, bytes) else v
 assert text(f.attrs["format"]) == "selvedge-trial/1" and text(f.attrs["experiment"]) == about["experiment"]
 assert f["fabric"].attrs["mass_kg"] == 0.021 and text(f["fabric"].attrs["name"]) == "denim"
 c = table("corners.csv")
-same("time", f["corners/time"], c[:, 0], "s"); same("left", f["corners/left"], c[:, 1:4], "m"); same("right", f["corners/right"], c[:, 4:7], "m")
+same("time", f["corners/time"], c[:, 0], "s")
+same("left", f["corners/left"], c[:, 1:4], "m"); same("right", f["corners/right"], c[:, 4:7], "m")
 r = table("robot.csv")
 same("robot", f["robot/measured"], r[:, 4:7], "m"); same("commanded", f["robot/commanded"], r[:, 1:4], "m")
 n = table("frames.csv")
 same("frame times", f["frames/time"], n[:, 1], "s"); same("numbers", f["frames/number"], n[:, 0].astype(int), "1")
-same("camera", f["camera/projection"], np.array([[100, 0, 12, 0.1], [0, 101, 8, 0.2], [0, 0, 1, 1.5]]), "px, from metres")
+projection = np.array([[100, 0, 12, 0.1], [0, 101, 8, 0.2], [0, 0, 1, 1.5]])
+same("camera", f["camera/projection"], projection, "px, from metres")
 assert f["frames/image"].shape == (3, 16, 24) and f["frames/image"].dtype == np.uint8
 raw = np.fromfile(trial + "/raw", dtype=np.uint8).reshape(3, 16, 24)
 same("image", f["frames/image"], raw, "grey level")
@@ -107,8 +110,8 @@ print("equal")
 )";
 
 TEST_F(Exchange, AnExportedTrialReadsBackEqualInH5py) {
-  if (std::system("/usr/bin/python3 -c 'import h5py' > /dev/null 2>&1") != 0)
-    GTEST_SKIP() << "SKIPPED: python3-h5py is not here: the HDF5 file was NOT read back by another program";
+  SELVEDGE_NEEDS(std::system("/usr/bin/python3 -c 'import h5py' > /dev/null 2>&1") == 0, "python3-h5py",
+                 "reading the HDF5 file back by another program");
   const trial::Trial t = written();
   export_hdf5(t, folder_ / "trial.h5");
   std::ofstream raw(folder_ / "trial" / "raw", std::ios::binary);

@@ -13,6 +13,7 @@
 
 #include "experiments/simulated_trials.h"
 #include "files/whole_file.h"
+#include "tests/needs_package.h"
 
 extern char** environ;
 
@@ -38,8 +39,7 @@ class Mpirun : public testing::Test {
   }
   static void TearDownTestSuite() { fs::remove_all(folder_); }
   void SetUp() override {
-    if (std::system("mpirun --version >/dev/null 2>&1") != 0)
-      GTEST_SKIP() << "NOT RUN: there is no mpirun here (package openmpi-bin)";
+    SELVEDGE_NEEDS(std::system("mpirun --version >/dev/null 2>&1") == 0, "openmpi-bin", "a fit under mpirun");
   }
 
   // Starts the fit on some ranks (0: without mpirun) into a folder of that name.

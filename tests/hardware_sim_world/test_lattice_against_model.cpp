@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include "cloth/material_parameters.h"
 #include "cloth/simulate.h"
 #include "geometry/triangle_mesh.h"
 #include "hardware_sim/world/lattice_sheet.h"
@@ -14,22 +15,14 @@ namespace {
 
 constexpr int kCells = 20;
 
-double model::rms_mm(const Eigen::Matrix3Xd& a, const Eigen::Matrix3Xd& b) {
+double rms_mm(const Eigen::Matrix3Xd& a, const Eigen::Matrix3Xd& b) {
   return 1e3 * std::sqrt((a - b).colwise().squaredNorm().mean());
 }
 
 cloth::Material material_of(const FabricTruth& truth) {
   cloth::Material m;
   m.density = truth.density;
-  m.stretch = truth.stretch;
-  m.shear = truth.shear;
-  m.bend = truth.bend;
-  m.stretch_damping = truth.stretch_damping;
-  m.shear_damping = truth.shear_damping;
-  m.bend_damping = truth.bend_damping;
-  m.drag_normal = truth.drag_normal;
-  m.drag_tangent = truth.drag_tangent;
-  m.drag_fade = truth.drag_fade;
+  for (const FabricParameter& p : fabric_parameters()) m.*cloth::material_parameter(p.name).member = truth.*p.member;
   return m;
 }
 
@@ -49,6 +42,12 @@ void settle(LatticeSheet& sheet, const Eigen::Vector3d& left, const Eigen::Vecto
       last = kinetic;
     }
   }
+}
+
+// Each has a table of its own; what they share are names and units.
+TEST(LatticeAgainstModel, FabricParametersAreNamedAlike) {
+  for (const FabricParameter& p : fabric_parameters())
+    EXPECT_STREQ(cloth::material_parameter(p.name).unit, p.unit) << p.name;
 }
 
 TEST(LatticeSheet, HangsAndWavesAsTheFabricModelDoes) {
@@ -79,12 +78,12 @@ TEST(LatticeSheet, HangsAndWavesAsTheFabricModelDoes) {
     if (experiment.start_shape.row(1).mean() > 0) break;  // the lattice's branch
   }
   const cloth::Trajectory model = cloth::simulate(sheet, {experiment}).front();
-  EXPECT_LT(model::rms_mm(lattice.position(), model.start), 0.4);
+  EXPECT_LT(rms_mm(lattice.position(), model.start), 0.4);
 
   double square = 0, t = 0;
   for (size_t i = 0; i < model.samples.size(); ++i) {
     for (; t < experiment.sample_s[i] - 1e-9; t += 1.0 / 480) lattice.advance(1.0 / 480, left, hand.at(t + 1.0 / 480));
-    square += std::pow(model::rms_mm(lattice.position(), model.samples[i]), 2);
+    square += std::pow(rms_mm(lattice.position(), model.samples[i]), 2);
   }
   EXPECT_LT(std::sqrt(square / double(model.samples.size())), 1.0);
 }

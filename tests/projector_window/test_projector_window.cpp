@@ -21,6 +21,7 @@
 #include "rig/clock.h"
 #include "rig/network.h"
 #include "rig/projector/daemon.h"
+#include "tests/needs_package.h"
 
 namespace selvedge {
 namespace {
@@ -127,8 +128,7 @@ Device start_window() {
       .cannot_show = {.kind = PatternKind::stripes, .period_px = 0}};
 }
 
-#define NEEDS_XVFB \
-  if (!has_xvfb()) GTEST_SKIP() << "SKIPPED: the window projector was NOT tried: Xvfb is not installed"
+#define NEEDS_XVFB SELVEDGE_NEEDS(has_xvfb(), "xvfb", "the window projector")
 
 INSTANTIATE_TEST_SUITE_P(Screens, ProjectorContract,
                          testing::ValuesIn(has_xvfb() ? std::vector<Backend>{{"window", start_window}}
@@ -171,8 +171,9 @@ TEST(Window, AMonitorSetToAnotherModeIsLostUntilItIsSetBack) {
     return std::system(("xrandr --display " + screen.name() + " " + what + " > /dev/null 2>&1").c_str()) == 0;
   };
   const auto set = [&](const std::string& mode) { return xrandr("--output screen --mode " + mode); };
-  if (!xrandr("--newmode 640x480 25 640 650 660 700 480 490 495 500") || !xrandr("--addmode screen 640x480"))
-    GTEST_SKIP() << "SKIPPED: a changed mode was NOT tried: xrandr (package x11-xserver-utils) is not installed";
+  const bool made =
+      xrandr("--newmode 640x480 25 640 650 660 700 480 490 495 500") && xrandr("--addmode screen 640x480");
+  SELVEDGE_NEEDS(made, "x11-xserver-utils", "a changed mode");
   const int port = 17280;
   rig::ensure_local_multicast(port);
   const auto configuration = rig::Configuration::parse(

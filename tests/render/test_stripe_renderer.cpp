@@ -89,26 +89,6 @@ TEST(StripeRenderer, AFlapInFrontThrowsAShadow) {
   EXPECT_GT(image(int(at.y()) + 80, int(at.x())), 150);
 }
 
-TEST(StripeRenderer, ReflectancePictureIsSeenUpright) {
-  const auto camera = bench_camera(), projector = bench_projector();
-  const Sheet sheet = make_sheet(2, [](double, double) { return 0.0; });
-  Eigen::Matrix2Xd uv(2, 4);
-  uv << 0, 1, 0, 1, 0, 0, 1, 1;
-  Image picture = Image::Constant(64, 64, 255);
-  picture.topLeftCorner(16, 16).setZero();
-  StripeRenderer renderer(camera, projector);
-  renderer.set_pattern({.duty = 1});
-  renderer.set_reflectance(picture);
-  const Image image = renderer.render(sheet.position, sheet.triangles, uv);
-  const auto grey = [&](double x, double z) {
-    const Eigen::Vector2d pixel = geometry::project(camera, {x, 0, z});
-    return int(image(int(pixel.y()), int(pixel.x())));
-  };
-  EXPECT_LT(grey(-0.13, -0.02), 10);
-  EXPECT_GT(grey(0.13, -0.02), 150);
-  EXPECT_GT(grey(-0.13, -0.28), 150);
-}
-
 TEST(StripeRenderer, TwoThreadsGetTheirOwnPictures) {
   const auto camera = bench_camera(), projector = bench_projector();
   const Sheet sheet = make_sheet(17, kWavy);

@@ -1,5 +1,5 @@
-// Requests to the console's server. The token came in the address's fragment, which no server sees; it is kept for this tab
-// and taken out of the address.
+// Requests to the console's server. The token came in the address's fragment, which no server sees; it is kept for this
+// tab and taken out of the address.
 const stored = () => sessionStorage.getItem("selvedge-token") ?? "";
 
 export function takeToken() {
@@ -35,13 +35,23 @@ export function listen({ onState, onPreview, onLink }) {
   const connect = () => {
     source?.close();
     source = new EventSource("/api/events");
-    source.addEventListener("state", (event) => { lastMs = performance.now(); onLink(true); onState(JSON.parse(event.data)); });
+    source.addEventListener("state", (event) => {
+      lastMs = performance.now();
+      onLink(true);
+      onState(JSON.parse(event.data));
+    });
     source.addEventListener("preview", (event) => onPreview(JSON.parse(event.data)));
     source.onerror = () => onLink(false);
   };
   connect();
   // A server that was started again answers a new connection, and may not answer the old one.
-  setInterval(() => { if (performance.now() - lastMs > 3000) { onLink(false); connect(); lastMs = performance.now(); } }, 1000);
+  setInterval(() => {
+    if (performance.now() - lastMs > 3000) {
+      onLink(false);
+      connect();
+      lastMs = performance.now();
+    }
+  }, 1000);
 }
 
 // One at a time: a server that is slow to answer must not be sent ever more.

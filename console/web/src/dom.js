@@ -5,9 +5,11 @@ export function element(tag, attributes = {}, ...children) {
   const made = document.createElement(tag);
   for (const [key, value] of Object.entries(attributes)) {
     if (key.startsWith("on")) made.addEventListener(key.slice(2), value);
-    else if (value !== null && value !== undefined && value !== false) made.setAttribute(key, value === true ? "" : value);
+    else if (value !== null && value !== undefined && value !== false)
+      made.setAttribute(key, value === true ? "" : value);
   }
-  made.append(...children.filter((child) => child !== null && child !== undefined).map((child) => (child instanceof Node ? child : document.createTextNode(child))));
+  made.append(...children.filter((child) => child !== null && child !== undefined)
+                .map((child) => (child instanceof Node ? child : document.createTextNode(child))));
   return made;
 }
 
@@ -16,7 +18,10 @@ export function say(node, text) { if (node.textContent !== text) node.textConten
 
 export const number = (value, digits = 1) => (Number.isFinite(value) ? value.toFixed(digits) : "–");
 // Three significant digits.
-export const short = (value) => (Number.isFinite(value) ? (Math.abs(value) >= 1e-2 && Math.abs(value) < 1e5 ? String(Number(value.toPrecision(3))) : value.toExponential(2)) : "–");
+export const short = (value) =>
+  (Number.isFinite(value) ? (Math.abs(value) >= 1e-2 && Math.abs(value) < 1e5 ? String(Number(value.toPrecision(3))) :
+                                                                                value.toExponential(2)) :
+                            "–");
 
 export function notice(text, kind = "bad") {
   const box = by("notice");

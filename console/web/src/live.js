@@ -14,7 +14,9 @@ const attempt = (request) => request.catch((error) => notice(error.message));
 
 function spark(values) {
   const most = Math.max(...values, 1e-9), width = 64, height = 18;
-  const points = values.map((v, i) => `${(i * width) / Math.max(values.length - 1, 1)},${height - 1 - (v / most) * (height - 3)}`).join(" ");
+  const points =
+    values.map((v, i) => `${(i * width) / Math.max(values.length - 1, 1)},${height - 1 - (v / most) * (height - 3)}`)
+      .join(" ");
   const svg = document.createElementNS("http://www.w3.org/2000/svg", "svg");
   svg.setAttribute("viewBox", `0 0 ${width} ${height}`);
   svg.setAttribute("class", "spark");
@@ -27,8 +29,11 @@ function showDevices(devices) {
     const past = rates.get(d.name) ?? [];
     if (d.rate_hz !== undefined && (past.length === 0 || past.at(-1) !== d.rate_hz)) past.push(d.rate_hz);
     rates.set(d.name, past.slice(-40));
-    return element("tr", { title: d.message || "" }, element("th", {}, d.name), element("td", {}, element("span", { class: `pill ${d.state}` }, d.state)),
-      element("td", { class: "figure" }, d.rate_hz === undefined ? "–" : `${number(d.rate_hz, 0)} /s`), element("td", { class: "figure" + (d.drops ? " warn" : "") }, d.drops ?? "–"), element("td", {}, spark(past)));
+    return element(
+      "tr", { title: d.message || "" }, element("th", {}, d.name),
+      element("td", {}, element("span", { class: `pill ${d.state}` }, d.state)),
+      element("td", { class: "figure" }, d.rate_hz === undefined ? "–" : `${number(d.rate_hz, 0)} /s`),
+      element("td", { class: "figure" + (d.drops ? " warn" : "") }, d.drops ?? "–"), element("td", {}, spark(past)));
   }));
 }
 
@@ -37,8 +42,16 @@ function showArm(arm) {
   if (!arm) return;
   const state = arm.age_s > 2 ? "silent" : arm.armed ? (arm.mode === "moves" ? "moves" : "armed") : arm.mode;
   say(by("arm-state"), state);
-  by("arm-state").className = `pill ${arm.age_s > 2 ? "silent" : arm.mode === "moves" ? "moving" : arm.armed ? "armed" : arm.mode === "stopped" ? "stopped" : "running"}`;
-  say(by("arm-text"), arm.mode === "stopped" && arm.stop ? `stopped: ${arm.stop}` : `tool at ${arm.tool.map((v) => number(1e3 * v, 0)).join(", ")} mm`);
+  by("arm-state").className = `pill ${
+    arm.age_s > 2            ? "silent" :
+      arm.mode === "moves"   ? "moving" :
+      arm.armed              ? "armed" :
+      arm.mode === "stopped" ? "stopped" :
+                               "running"}`;
+  say(
+    by("arm-text"),
+    arm.mode === "stopped" && arm.stop ? `stopped: ${arm.stop}` :
+                                         `tool at ${arm.tool.map((v) => number(1e3 * v, 0)).join(", ")} mm`);
   by("arm").disabled = armedHere || Boolean(arm.latched) || !may();
   by("disarm").disabled = !armedHere || !may();
   by("latched").hidden = !arm.latched;
@@ -55,8 +68,13 @@ function showPrompt(prompt) {
   say(by("prompt-text"), prompt.text);
   if (prompted === prompt.id) return;
   prompted = prompt.id;
-  const answers = { ask: ["repeat", "skip", "stop"], change_swatch: ["done"], reset_stop: ["reset"] }[prompt.step] ?? [];
-  by("prompt-answers").replaceChildren(...answers.map((text) => element("button", { class: "primary", onclick: () => attempt(post("/api/answer", { prompt: prompt.id, answer: text })) }, text)));
+  const answers = { ask: ["repeat", "skip", "stop"], change_swatch: ["done"], reset_stop: ["reset"] }[prompt.step] ??
+    [];
+  by("prompt-answers")
+    .replaceChildren(...answers.map(
+      (text) => element(
+        "button",
+        { class: "primary", onclick: () => attempt(post("/api/answer", { prompt: prompt.id, answer: text })) }, text)));
 }
 
 function showSession(session, recording) {
@@ -67,16 +85,29 @@ function showSession(session, recording) {
   say(by("session-message"), session?.message ?? "");
 }
 
-function check(name, value, good) { return element("div", { class: `check ${good === null ? "" : good ? "good" : "bad"}` }, element("b", {}, value), element("small", {}, name)); }
+function check(name, value, good) {
+  return element(
+    "div", { class: `check ${
+               good === null ? "" :
+                 good        ? "good" :
+                               "bad"}` },
+    element("b", {}, value), element("small", {}, name));
+}
 
 function showChecks(state) {
   const own = state.record ?? {}, r = state.recording;
   by("record-start").disabled = Boolean(own.running) || !may();
   by("record-stop").disabled = !own.running;
   const parts = [];
-  if (r) parts.push(check("frames written", r.frames, null), check("frames durable", r.frames_durable, null), check("frames lost", r.lost, r.lost === 0), check("corner samples", r.samples, null));
+  if (r)
+    parts.push(
+      check("frames written", r.frames, null), check("frames durable", r.frames_durable, null),
+      check("frames lost", r.lost, r.lost === 0), check("corner samples", r.samples, null));
   const seen = (state.markers?.seen ?? []).map((m) => m.name);
-  if (r || own.running) parts.push(check("corners seen", `${seen.filter((n) => n === "left" || n === "right").length} of 2`, seen.includes("left") && seen.includes("right")));
+  if (r || own.running)
+    parts.push(check(
+      "corners seen", `${seen.filter((n) => n === "left" || n === "right").length} of 2`,
+      seen.includes("left") && seen.includes("right")));
   if (own.running) parts.push(check(own.trial, `${number(100 * (own.done ?? 0), 0)} %`, null));
   const words = own.running ? own.message : own.ended ? `${own.trial}: ${own.ended}` : "";
   by("checks").replaceChildren(...parts, ...(words ? [element("p", { class: "sub", id: "record-words" }, words)] : []));
@@ -95,7 +126,11 @@ export function showState(state) {
   const seen = state.markers?.seen ?? [];
   if (++states % 2) space.setMarkers(state.markers && state.markers.age_s < 2 ? seen : []);
   say(by("space-what"), state.markers ? `${seen.length} markers, ${number(state.markers.rate_hz, 0)} /s` : "");
-  say(by("pattern"), state.pattern ? `projector shows ${state.pattern.kind}${state.pattern.kind === "stripes" ? ` of ${number(state.pattern.period_px, 0)} px` : ""}` : "");
+  say(
+    by("pattern"),
+    state.pattern ? `projector shows ${state.pattern.kind}${
+                      state.pattern.kind === "stripes" ? ` of ${number(state.pattern.period_px, 0)} px` : ""}` :
+                                                         "");
 }
 
 // What lies on disk: the session's steps and where camera and projector stand.
@@ -111,7 +146,10 @@ export async function showRun() {
     if (c.projector?.projection) devices.push({ ...c.projector, name: "projector", colour: 0xf5b93c });
     space.setDevices(devices);
   }
-  by("steps").replaceChildren(...run.steps.map((s) => element("li", { class: s.state, title: s.why || "" }, element("span", {}, s.step.replaceAll("/", " › ")), element("em", {}, s.state === "done" ? `${number(s.seconds, 0)} s` : s.state))));
+  by("steps").replaceChildren(...run.steps.map(
+    (s) => element(
+      "li", { class: s.state, title: s.why || "" }, element("span", {}, s.step.replaceAll("/", " › ")),
+      element("em", {}, s.state === "done" ? `${number(s.seconds, 0)} s` : s.state))));
   return run;
 }
 
@@ -133,7 +171,9 @@ function askReset(sure) {
 export function record() {
   const form = new FormData(by("record"));
   const trial = { name: form.get("name"), kind: form.get("kind"), duration_s: Number(form.get("duration_s")) };
-  if (trial.kind !== "static") Object.assign(trial, { amplitude_m: Number(form.get("amplitude_mm")) / 1e3, frequency_hz: Number(form.get("frequency_hz")) });
+  if (trial.kind !== "static")
+    Object.assign(
+      trial, { amplitude_m: Number(form.get("amplitude_mm")) / 1e3, frequency_hz: Number(form.get("frequency_hz")) });
   attempt(post("/api/record", trial));
 }
 

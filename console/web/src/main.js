@@ -33,7 +33,8 @@ async function look() {
 }
 
 function key(event) {
-  const typing = /^(INPUT|SELECT|TEXTAREA)$/.test(event.target.tagName) && event.target.type !== "range" && event.target.type !== "checkbox";
+  const typing = /^(INPUT|SELECT|TEXTAREA)$/.test(event.target.tagName) && event.target.type !== "range" &&
+    event.target.type !== "checkbox";
   if (event.ctrlKey || event.metaKey || event.altKey) return;
   // The stop works wherever the focus is, but where a space is a letter. A key that is held down asks once.
   if (event.key === " " && !typing) { event.preventDefault(); if (!event.repeat) stop(); return; }
@@ -53,7 +54,8 @@ function key(event) {
 }
 
 takeToken();
-if (!hasToken()) notice("This page may only look: open the address that ./selvedge console printed, with its token.", "info");
+if (!hasToken())
+  notice("This page may only look: open the address that ./selvedge console printed, with its token.", "info");
 for (const name of views) by(`tab-${name}`).addEventListener("click", () => view(name));
 addEventListener("keydown", key, true);
 // Keys that are pressed within a report go to its own document.

@@ -6,7 +6,11 @@ const picture = new Image();
 let overlay = null;
 
 // Of the contrast between dark and bright stripes, grey levels; edges are found from 20 on.
-const colour = ([, , contrast, white]) => (white > 20 ? "rgba(255,255,255,.55)" : contrast < 20 ? "rgba(240,90,80,.42)" : contrast < 50 ? "rgba(245,185,60,.34)" : "rgba(60,205,140,.26)");
+const colour = ([, , contrast, white]) =>
+  (white > 20      ? "rgba(255,255,255,.55)" :
+     contrast < 20 ? "rgba(240,90,80,.42)" :
+     contrast < 50 ? "rgba(245,185,60,.34)" :
+                     "rgba(60,205,140,.26)");
 
 function draw() {
   if (!picture.naturalWidth || !overlay) return;
@@ -41,7 +45,13 @@ export function showPreview(preview) {
   overlay = preview.overlay;
   picture.src = "data:image/png;base64," + preview.png;
   by("no-preview").hidden = true;
-  const tiles = overlay.tiles, plain = tiles.filter((t) => t[2] >= 50 && t[3] <= 20).length, faint = tiles.filter((t) => t[2] < 20).length;
-  say(by("quality"), tiles.length ? `${number((100 * plain) / tiles.length, 0)} % plain, ${number((100 * faint) / tiles.length, 0)} % faint` : overlay.outline.length ? "no stripes shown" : "no fabric seen");
+  const tiles = overlay.tiles, plain = tiles.filter((t) => t[2] >= 50 && t[3] <= 20).length,
+        faint = tiles.filter((t) => t[2] < 20).length;
+  say(
+    by("quality"),
+    tiles.length ?
+      `${number((100 * plain) / tiles.length, 0)} % plain, ${number((100 * faint) / tiles.length, 0)} % faint` :
+      overlay.outline.length ? "no stripes shown" :
+                               "no fabric seen");
   say(by("preview-age"), `frame ${preview.number}`);
 }

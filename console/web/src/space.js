@@ -11,7 +11,8 @@ function label(text) {
   context.textAlign = "center";
   context.fillStyle = "#dfe8f5";
   context.fillText(text, 128, 42);
-  const sprite = new three.Sprite(new three.SpriteMaterial({ map: new three.CanvasTexture(canvas), depthTest: false, transparent: true, sizeAttenuation: false }));
+  const sprite = new three.Sprite(new three.SpriteMaterial(
+    { map: new three.CanvasTexture(canvas), depthTest: false, transparent: true, sizeAttenuation: false }));
   sprite.scale.set(0.13, 0.0325, 1);
   return sprite;
 }
@@ -77,7 +78,9 @@ export class Space {
     const drawn = JSON.stringify(markers.map((m) => [m.name, ...m.at.map((v) => Math.round(2e3 * v))]));
     if (drawn === this.drawnMarkers) return;
     this.drawnMarkers = drawn;
-    while (this.dots.children.length < markers.length) this.dots.add(new three.Mesh(new three.SphereGeometry(1, 20, 14), new three.MeshStandardMaterial({ roughness: 0.4 })));
+    while (this.dots.children.length < markers.length)
+      this.dots.add(
+        new three.Mesh(new three.SphereGeometry(1, 20, 14), new three.MeshStandardMaterial({ roughness: 0.4 })));
     this.dots.children.forEach((dot, i) => {
       dot.visible = i < markers.length;
       if (!dot.visible) return;
@@ -86,12 +89,18 @@ export class Space {
       dot.scale.setScalar(corner ? 0.016 : 0.006);
       dot.material.color.setHex(corner ? kTeal : kGrey);
     });
-    const corners = markers.filter((m) => m.name === "left" || m.name === "right").map((m) => new three.Vector3(...m.at));
+    const corners =
+      markers.filter((m) => m.name === "left" || m.name === "right").map((m) => new three.Vector3(...m.at));
     if (!this.edge) {
-      this.edge = new three.Line(new three.BufferGeometry(), new three.LineBasicMaterial({ color: kTeal, transparent: true, opacity: 0.6 }));
+      this.edge = new three.Line(
+        new three.BufferGeometry(), new three.LineBasicMaterial({ color: kTeal, transparent: true, opacity: 0.6 }));
       this.scene.add(this.edge);
     }
-    this.words ??= Object.fromEntries(["left", "right"].map((name) => { const word = label(name); this.scene.add(word); return [name, word]; }));
+    this.words ??= Object.fromEntries(["left", "right"].map((name) => {
+      const word = label(name);
+      this.scene.add(word);
+      return [name, word];
+    }));
     for (const [name, word] of Object.entries(this.words)) {
       const corner = markers.find((m) => m.name === name);
       word.visible = Boolean(corner);
@@ -110,7 +119,9 @@ export class Space {
     const wanted = Math.max(0, points.length - 1);
     while (this.armGroup.children.length < 2 * wanted) {
       const material = new three.MeshStandardMaterial({ roughness: 0.5, metalness: 0.2 });
-      this.armGroup.add(new three.Mesh(new three.CylinderGeometry(0.024, 0.03, 1, 18), material), new three.Mesh(new three.SphereGeometry(0.034, 20, 14), material));
+      this.armGroup.add(
+        new three.Mesh(new three.CylinderGeometry(0.024, 0.03, 1, 18), material),
+        new three.Mesh(new three.SphereGeometry(0.034, 20, 14), material));
     }
     const colour = moving ? kAmber : armed ? kTeal : 0xb9c3d2;
     this.armGroup.children.forEach((part, i) => {
@@ -137,12 +148,17 @@ export class Space {
       const inverse = m.clone().invert(), p4 = new three.Vector3(...projection.map((row) => row[3]));
       const centre = p4.clone().applyMatrix3(inverse).negate();
       const sign = Math.sign(m.determinant()) || 1;
-      const corner = ([u, v]) => new three.Vector3(u, v, 1).applyMatrix3(inverse).multiplyScalar(sign).normalize().multiplyScalar(0.22).add(centre);
+      const corner = ([u, v]) =>
+        new three.Vector3(u, v, 1).applyMatrix3(inverse).multiplyScalar(sign).normalize().multiplyScalar(0.22).add(
+          centre);
       const ends = [[0, 0], [width, 0], [width, height], [0, height]].map(corner), lines = [];
       ends.forEach((end, i) => lines.push(centre, end, end, ends[(i + 1) % 4]));
       const word = label(name);
       word.position.copy(centre).add(new three.Vector3(0, 0, 0.07));
-      this.deviceGroup.add(word, new three.LineSegments(new three.BufferGeometry().setFromPoints(lines), new three.LineBasicMaterial({ color: colour })));
+      this.deviceGroup.add(
+        word,
+        new three.LineSegments(
+          new three.BufferGeometry().setFromPoints(lines), new three.LineBasicMaterial({ color: colour })));
     }
     this.draw();
   }
@@ -153,8 +169,12 @@ export class Space {
     const geometry = new three.BufferGeometry();
     geometry.setAttribute("position", new three.BufferAttribute(new Float32Array(3 * vertices), 3));
     geometry.setIndex(triangles.flat());
-    this.sheet = new three.Mesh(geometry, new three.MeshStandardMaterial({ color: 0xd9c7a8, roughness: 0.85, side: three.DoubleSide, polygonOffset: true, polygonOffsetFactor: 1 }));
-    this.wires = new three.Mesh(geometry, new three.MeshBasicMaterial({ color: 0x6d5f45, wireframe: true, transparent: true, opacity: 0.22 }));
+    this.sheet = new three.Mesh(
+      geometry,
+      new three.MeshStandardMaterial(
+        { color: 0xd9c7a8, roughness: 0.85, side: three.DoubleSide, polygonOffset: true, polygonOffsetFactor: 1 }));
+    this.wires = new three.Mesh(
+      geometry, new three.MeshBasicMaterial({ color: 0x6d5f45, wireframe: true, transparent: true, opacity: 0.22 }));
     this.sheet.frustumCulled = this.wires.frustumCulled = false;
     this.scene.add(this.sheet, this.wires);
   }

@@ -13,9 +13,21 @@ export async function showTrials() {
   const text = JSON.stringify(trials);
   if (text === listed) return;
   listed = text;
-  by("trial-list").replaceChildren(...(trials.length ? trials : []).map((t) => element("button", { role: "option", class: `entry ${t.state} ${t.kept_aside ? "aside" : ""}`, "data-path": t.path, onclick: () => choose(t.path) },
-    element("b", {}, t.path.replaceAll("/", " › ")),
-    element("small", {}, [t.kind, t.frames !== undefined ? `${t.frames} frames` : null, t.frames_lost ? `${t.frames_lost} lost` : null, t.state === "complete" ? null : t.state, t.kept_aside ? "kept aside" : null, t.simulated ? "fitted" : null].filter(Boolean).join(" · ")))));
+  by("trial-list")
+    .replaceChildren(...(trials.length ? trials : [])
+                       .map(
+                         (t) => element(
+                           "button", {
+                             role: "option",
+                             class: `entry ${t.state} ${t.kept_aside ? "aside" : ""}`,
+                             "data-path": t.path,
+                             onclick: () => choose(t.path)
+                           },
+                           element("b", {}, t.path.replaceAll("/", " › ")), element("small", {}, [
+                             t.kind, t.frames !== undefined ? `${t.frames} frames` : null,
+                             t.frames_lost ? `${t.frames_lost} lost` : null, t.state === "complete" ? null : t.state,
+                             t.kept_aside ? "kept aside" : null, t.simulated ? "fitted" : null
+                           ].filter(Boolean).join(" · ")))));
   if (!trials.length) by("trial-list").append(element("p", { class: "empty-list" }, "nothing recorded yet"));
 }
 
@@ -53,16 +65,22 @@ export async function choose(path) {
   try {
     const chosen = await get(`/api/trial?path=${encodeURIComponent(path)}`);
     motion = null;
-    if (chosen.motion) motion = new Float32Array(await (await fetch(`/api/motion?path=${encodeURIComponent(path)}`)).arrayBuffer());
+    if (chosen.motion)
+      motion = new Float32Array(await (await fetch(`/api/motion?path=${encodeURIComponent(path)}`)).arrayBuffer());
     trial = chosen;
   } catch (error) {
     notice(error.message);
     return;
   }
-  for (const entry of by("trial-list").children) entry.setAttribute("aria-selected", String(entry.dataset.path === path));
+  for (const entry of by("trial-list").children)
+    entry.setAttribute("aria-selected", String(entry.dataset.path === path));
   say(by("trial-name"), trial.path.replaceAll("/", " › "));
   const badge = (text, good) => element("span", { class: `pill ${good ? "running" : "degraded"}` }, text);
-  by("trial-badges").replaceChildren(badge(trial.state, trial.state === "complete"), badge(trial.at_rest ? "began at rest" : "not at rest", trial.at_rest), ...(trial.frames !== undefined ? [badge(`${trial.frames_lost ?? 0} lost`, !trial.frames_lost)] : []));
+  by("trial-badges")
+    .replaceChildren(
+      badge(trial.state, trial.state === "complete"),
+      badge(trial.at_rest ? "began at rest" : "not at rest", trial.at_rest),
+      ...(trial.frames !== undefined ? [badge(`${trial.frames_lost ?? 0} lost`, !trial.frames_lost)] : []));
   space ??= new Space(by("trial-space"), true);
   space.hideSheet();
   if (trial.motion) space.makeSheet(trial.motion.triangles, trial.motion.vertices);
@@ -84,7 +102,8 @@ export function show() {
   if (trial.frame_time_s.length) by("recorded").src = address("frame", index);
   if (trial.motion && trial.frame_time_s.length) by("simulated").src = address("simulated", index);
   const k = nearest(trial.corners.time_s, t), at = (track) => track[k]?.[0] !== null;
-  space.setMarkers(["left", "right"].filter((n) => at(trial.corners[n])).map((name) => ({ name, at: trial.corners[name][k] })));
+  space.setMarkers(
+    ["left", "right"].filter((n) => at(trial.corners[n])).map((name) => ({ name, at: trial.corners[name][k] })));
   if (motion && trial.motion.time_s.length) {
     const size = 3 * trial.motion.vertices, frame = nearest(trial.motion.time_s, t);
     space.setSheet(motion.subarray(frame * size, (frame + 1) * size));
@@ -101,9 +120,14 @@ export function step(by_frames) {
 export function play() {
   if (playing) { clearInterval(playing); playing = null; say(by("play"), "▶"); return; }
   say(by("play"), "❚❚");
-  playing = setInterval(() => { if (Number(by("scrub").value) >= Number(by("scrub").max)) by("scrub").value = -1; step(1); }, 100);
+  playing = setInterval(() => {
+    if (Number(by("scrub").value) >= Number(by("scrub").max)) by("scrub").value = -1;
+    step(1);
+  }, 100);
 }
 
 by("scrub").addEventListener("input", show);
 by("play").addEventListener("click", play);
-new ResizeObserver(() => { if (plot && by("plot").clientWidth > 0) plot.setSize({ width: by("plot").clientWidth, height: 190 }); }).observe(by("plot"));
+new ResizeObserver(() => {
+  if (plot && by("plot").clientWidth > 0) plot.setSize({ width: by("plot").clientWidth, height: 190 });
+}).observe(by("plot"));

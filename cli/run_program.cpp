@@ -1,0 +1,105 @@
+#include "cli/run_program.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <string>
+
+#include <fmt/format.h>
+
+#include "cli/command_tree.h"
+#include "cli/siblings.h"
+#include "files/bad_input.h"
+
+namespace selvedge::cli {
+
+namespace {
+
+int report_error(std::string text, int exit_status) {
+  // One line, whatever a file name or a library's message holds.
+  std::replace_if(
+      text.begin(), text.end(), [](unsigned char c) { return c < 0x20 || c == 0x7f; }, ' ');
+  fmt::print(stderr, "selvedge: {}\n", text);
+  return exit_status;
+}
+
+// What the simulation's kernels were compiled for on the machine that built them and this one lacks; empty: nothing.
+std::string missing_instructions() {
+#ifdef SELVEDGE_NEEDS_AVX2
+  if (!__builtin_cpu_supports("avx2") || !__builtin_cpu_supports("fma")) return "AVX2 and FMA";
+#endif
+#ifdef SELVEDGE_NEEDS_AVX512
+  if (!__builtin_cpu_supports("avx512f") || !__builtin_cpu_supports("avx512vl") || !__builtin_cpu_supports("avx512dq"))
+    return "AVX-512";
+#endif
+  return "";
+}
+
+void set_up(CLI::App& app) {
+  app.footer(
+      "./selvedge test    sets up what is missing and runs every test.\n"
+      "Exit status: 0 done, 1 failed or a figure fell short, 2 input that you can mend.");
+  app.get_formatter()->column_width(30);
+  app.set_version_flag("--version", "selvedge " SELVEDGE_VERSION);
+  app.require_subcommand(0, 1);
+  app.failure_message(CLI::FailureMessage::simple);
+}
+
+bool has_command(const CLI::App& app, const std::string& name) {
+  return !app.get_subcommands([&](const CLI::App* sub) { return sub->get_name() == name; }).empty();
+}
+
+// For --help alone: their options are the siblings' own.
+void list_siblings_commands(CLI::App& app) {
+  for (const Sibling& sibling : installed_siblings())
+    for (const CommandTree& command : sibling.commands.commands)
+      app.add_subcommand(command.name, command.description)->group("Subcommands of " + sibling.program);
+}
+
+std::string what_is_not_installed(bool asks_siblings) {
+  const auto missing = asks_siblings ? missing_siblings() : std::vector<std::string>();
+  return missing.empty() ? "" : fmt::format("; not installed here, with its commands: {}", fmt::join(missing, ", "));
+}
+
+int parse(CLI::App& app, bool asks_siblings, int argc, char** argv) {
+  const std::string first = argc > 1 ? argv[1] : "";
+  if (first == "--command-tree") {
+    fmt::print("{}\n", to_json(command_tree(app)).dump());
+    return 0;
+  }
+  if (first == "--knows" && argc == 3) {  // asked by the script ./selvedge before it builds what would
+    const std::string name = argv[2];
+    const bool known = name.empty() || name.front() == '-' || has_command(app, name);
+    return known || (asks_siblings && sibling_for(name)) ? 0 : 1;
+  }
+  if (asks_siblings && (first.empty() || first == "-h" || first == "--help")) list_siblings_commands(app);
+  else if (asks_siblings && first.front() != '-' && !has_command(app, first)) become_sibling_for(argv);
+  app.parse(argc, argv);
+  if (app.get_subcommands().empty()) fmt::print("{}", app.help());
+  return 0;
+}
+
+}  // namespace
+
+int run_program(const std::vector<AddCommand>& commands, bool asks_siblings, int argc, char** argv) {
+  if (const std::string missing = missing_instructions(); !missing.empty())
+    return report_error("this processor: found none of " + missing +
+                            ", for which this program was compiled; expected a build from source on this machine",
+                        2);
+  CLI::App app("Selvedge records fabric in motion, fits a simulated fabric to it, and says why the two differ.",
+               "./selvedge");
+  set_up(app);
+  int exit_status = 0;
+  for (const AddCommand add : commands) add(app, exit_status);
+  try {
+    const int status = parse(app, asks_siblings, argc, argv);
+    return status != 0 ? status : exit_status;
+  } catch (const CLI::Success& help) { return app.exit(help); } catch (const CLI::ExtrasError& error) {
+    return report_error(error.what() + what_is_not_installed(asks_siblings) + " (--help lists what there is)", 2);
+  } catch (const CLI::ParseError& error) {
+    return report_error(std::string(error.what()) + " (--help lists what there is)", 2);
+  } catch (const BadInput& error) { return report_error(error.what(), 2); } catch (const std::exception& error) {
+    return report_error(error.what(), 1);
+  }
+}
+
+}  // namespace selvedge::cli
