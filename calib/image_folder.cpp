@@ -23,12 +23,18 @@ const std::map<Kind, std::string>& kind_names() {
   return names;
 }
 
+// Empty where the bytes are none. OpenCV throws over sizes that it does not take.
+cv::Mat decoded_image(const std::string& bytes) {
+  if (bytes.empty()) return {};
+  try {
+    return cv::imdecode(cv::Mat(1, static_cast<int>(bytes.size()), CV_8U, const_cast<char*>(bytes.data())),
+                        cv::IMREAD_UNCHANGED);
+  } catch (const cv::Exception&) { return {}; }
+}
+
 GreyImage read_image(const fs::path& path, const ImageSize& size) {
   const std::string bytes = files::read_whole(path);
-  const cv::Mat decoded =
-      bytes.empty() ? cv::Mat()
-                    : cv::imdecode(cv::Mat(1, static_cast<int>(bytes.size()), CV_8U, const_cast<char*>(bytes.data())),
-                                   cv::IMREAD_UNCHANGED);
+  const cv::Mat decoded = decoded_image(bytes);
   if (decoded.empty()) refuse(path.string(), "expected an image, found {} bytes that are none", bytes.size());
   if (decoded.type() != CV_8UC1) refuse(path.string(), "expected an 8-bit grey image, found another depth or colours");
   if (decoded.cols != size.width_px || decoded.rows != size.height_px)

@@ -81,6 +81,9 @@ std::optional<Eigen::Vector2d> pixel_or_nothing(double u, double v, const char* 
 
 void add_row(Poses& poses, std::set<std::pair<int, int>>& seen, const std::array<double, 9>& value,
              const std::string& where) {
+  for (const double number : {value[0], value[1]})
+    if (number != std::floor(number) || std::abs(number) > std::numeric_limits<int>::max())
+      refuse(where, "found {}, expected the whole numbers of a pose and a marker", number);
   Correspondence row;
   row.pose = static_cast<int>(value[0]);
   row.marker = static_cast<int>(value[1]);
@@ -107,8 +110,6 @@ void read_rows(Poses& poses, const std::filesystem::path& path) {
   for (size_t i = 0; i < table.rows(); ++i) {
     std::array<double, 9> value{};
     for (size_t column = 0; column < value.size(); ++column) value[column] = table(i, column);
-    value[0] = files::whole_number(table, i, 0, "pose");
-    value[1] = files::whole_number(table, i, 1, "marker");
     add_row(poses, seen, value, table.where(i));
   }
 }

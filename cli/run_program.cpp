@@ -15,7 +15,7 @@ namespace selvedge::cli {
 namespace {
 
 int report_error(std::string text, int exit_status) {
-  // One line, whatever a file name or a library's message holds.
+  text = printable(text);  // whatever a file name or a library's message holds, and on one line
   std::replace_if(
       text.begin(), text.end(), [](unsigned char c) { return c < 0x20 || c == 0x7f; }, ' ');
   fmt::print(stderr, "selvedge: {}\n", text);

@@ -50,20 +50,21 @@ bool LetGo::is_free(double since_start_s) const {
   return turns - std::floor(turns) < 0.5;
 }
 
-void add_pull(const Guide& guide, double mass_kg, double t_s, const double* position, const double* velocity,
-              double* force) {
+void add_nudging(const Guide& guide, double mass_kg, double t_s, const double* position, const double* velocity,
+                 double* force) {
   const GuideTrack& track = *guide.track;
   const GuideTrack::Seen seen = track.at(guide.seen_at(t_s));
   const double each = mass_kg / static_cast<double>(track.points.size());
-  const double stiffness = each * guide.pull_per_s * guide.pull_per_s, damping = 2 * kDamping * each * guide.pull_per_s;
+  const double stiffness = each * guide.nudging_per_s * guide.nudging_per_s,
+               damping = 2 * kDamping * each * guide.nudging_per_s;
   for (size_t k = 0; k < track.points.size(); ++k) {
     const SurfacePoint& point = track.points[k];
     const auto column = static_cast<Index>(k);
-    Vector3d pull = stiffness * (seen.position.col(column) - at_point(point, position));
-    if (velocity) pull += damping * (seen.velocity.col(column) - at_point(point, velocity));
-    if (!pull.allFinite()) continue;
+    Vector3d nudge = stiffness * (seen.position.col(column) - at_point(point, position));
+    if (velocity) nudge += damping * (seen.velocity.col(column) - at_point(point, velocity));
+    if (!nudge.allFinite()) continue;
     for (size_t i = 0; i < point.vertices.size(); ++i)
-      Eigen::Map<Vector3d>(force + 3 * point.vertices[i]) += point.weights[i] * pull;
+      Eigen::Map<Vector3d>(force + 3 * point.vertices[i]) += point.weights[i] * nudge;
   }
 }
 
@@ -75,7 +76,7 @@ kernel::StepFilter guided(std::shared_ptr<const Guide> guide, kernel::StepFilter
       double mass = 0;
       for (size_t v = 0; v < n; ++v) mass += step.inverse_mass[v] > 0 ? 1 / step.inverse_mass[v] : 0;
       force.assign(3 * n, 0);
-      add_pull(*guide, mass, step.start_s, step.before, step.velocity, force.data());
+      add_nudging(*guide, mass, step.start_s, step.before, step.velocity, force.data());
       for (size_t i = 0; i < 3 * n; ++i) {
         const double change = step.since_s * step.inverse_mass[i / 3] * force[i];
         step.velocity[i] += change;

@@ -1,9 +1,9 @@
 // Keeping a simulated sheet near where the real one was seen while its parameters are still wrong.
 //
 // A motion that runs free leaves the recorded one for good where a fold snaps another way, and what it does after that
-// tells nothing of the parameters. Pulled a little towards what was seen ("nudging": Hoke & Anthes 1976; for estimating
+// tells nothing of the parameters. Nudged a little towards what was seen ("nudging": Hoke & Anthes 1976; for estimating
 // parameters: Parlitz 1996) it stays in the same folds, and what is left of the error is what the model's forces lack,
-// over the square of the pull. The pull is no force of the model: it serves to find parameters, and predictions that
+// over the square of the gain. Nudging is no force of the model: it serves to find parameters, and predictions that
 // are compared with other models' run free.
 #pragma once
 
@@ -31,7 +31,7 @@ struct GuideTrack {
   Seen at(double t_s) const;
 };
 
-// The pull may let go now and then, so that what a model predicts for a short time ahead is seen.
+// The hold may let go now and then, so that what a model predicts for a short time ahead is seen.
 struct LetGo {
   double free_s = 0;   // so long at a time, and held for as long in between; 0: never
   double first_s = 0;  // the first time, after Guide::start_s
@@ -41,22 +41,22 @@ struct LetGo {
 
 struct Guide {
   std::shared_ptr<const GuideTrack> track;
-  double pull_per_s = 10;  // ω: a point that is Δ from where it was seen is accelerated by ω² Δ
-  double delay_s = 0;      // the track shows the fabric as it was so much earlier
-  double drift = 0;        // s/s: and earlier by so much more a second
-  double start_s = 0;      // from when the drift counts
-  LetGo let_go = {};       // of motions; equilibria are pulled all the same
+  double nudging_per_s = 10;  // ω: a point that is Δ from where it was seen is accelerated by ω² Δ
+  double delay_s = 0;         // the track shows the fabric as it was so much earlier
+  double drift = 0;           // s/s: and earlier by so much more a second
+  double start_s = 0;         // from when the drift counts
+  LetGo let_go = {};          // of motions; equilibria are nudged all the same
 
   // The time on the track at which the fabric is seen as it is at t.
   double seen_at(double t_s) const { return (t_s + delay_s - drift * start_s) / (1 - drift); }
 };
 
 // Forces on all vertices, N, added to 3N numbers: each point carries an equal part of mass_kg. velocity: null at rest.
-void add_pull(const Guide& guide, double mass_kg, double t_s, const double* position, const double* velocity,
-              double* force);
+void add_nudging(const Guide& guide, double mass_kg, double t_s, const double* position, const double* velocity,
+                 double* force);
 
-// A pull of ω = 10/s need not act at each step; a run may give it so seldom, s.
-inline constexpr double kPullEvery_s = 2e-3;
+// Nudging of ω = 10/s need not act at each step; a run may give it so seldom, s.
+inline constexpr double kNudgeEvery_s = 2e-3;
 
 // Pulls over each step that it is given of a run, with `after` run behind it where there is one.
 kernel::StepFilter guided(std::shared_ptr<const Guide> guide, kernel::StepFilter after);

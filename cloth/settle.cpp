@@ -38,13 +38,13 @@ class Forces {
     VectorXd f(x.size());
     field_.accelerations(x.data(), zero_.data(), kernel::kBroughtFromFlat, f.data());
     for (Index i = 0; i < f.size(); ++i) f(i) *= mass_(i / 3);
-    if (guide_) add_pull(*guide_, mass_.sum(), start_s_, x.data(), nullptr, f.data());
+    if (guide_) add_nudging(*guide_, mass_.sum(), start_s_, x.data(), nullptr, f.data());
     for (Index i = 0; i < f.size(); ++i)
       if (is_held_[static_cast<size_t>(i)]) f(i) = 0;
     return f;
   }
   // Resistance of the pull, spread over the sheet like its mass, 1/s².
-  double pull_per_s2() const { return guide_ ? guide_->pull_per_s * guide_->pull_per_s : 0; }
+  double nudging_per_s2() const { return guide_ ? guide_->nudging_per_s * guide_->nudging_per_s : 0; }
   const VectorXd& mass() const { return mass_; }
   const std::vector<char>& is_held() const { return is_held_; }
 
@@ -61,7 +61,7 @@ class Forces {
 class FirstGuess {
  public:
   FirstGuess(const Sheet& sheet, const Material& m, const Forces& forces, const VectorXd& x) {
-    StiffnessMatrix k = stiffness_matrix(sheet, m, (kInertia_per_s2 + forces.pull_per_s2()) * forces.mass(),
+    StiffnessMatrix k = stiffness_matrix(sheet, m, (kInertia_per_s2 + forces.nudging_per_s2()) * forces.mass(),
                                          x.reshaped(3, x.size() / 3), {1, 0}, true);
     hold_still(forces.is_held(), k);
     solver_.compute(k);

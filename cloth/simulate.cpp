@@ -133,7 +133,7 @@ void run_group(const Sheet& sheet, const std::vector<Experiment>& lanes, const s
   for (const Experiment* e : group)
     if (kernel::StepFilter filter = step_filter_of(*e)) in.step_filters.push_back(std::move(filter));
   if (group[0]->guide && !group[0]->make_step_filter)
-    in.filter_every = std::max(1, static_cast<int>(kPullEvery_s / step_s));
+    in.filter_every = std::max(1, static_cast<int>(kNudgeEvery_s / step_s));
   in.held_corners.reserve(members.size() * static_cast<size_t>(in.steps + 1) * 6);
   for (const Experiment* e : group)
     for (int k = 0; k <= in.steps; ++k) {

@@ -52,7 +52,7 @@ struct Trajectory {
   std::vector<Eigen::Matrix3Xd> samples;  // 3×N at each sample_s, m
   Eigen::Matrix3Xd start;                 // equilibrium, or start_shape
   bool at_rest = true;                    // relaxation came to rest
-  bool finite = true;                     // false: the motion blew up, samples are not to be used
+  bool finite = true;                     // false: the motion diverged, samples are not to be used
 };
 
 // The leapfrog step that simulates a second with the least work (step_plan.h), s.
@@ -62,7 +62,7 @@ double stable_step_s(const Sheet& sheet, const Material& material);
 double common_step_s(const Sheet& sheet, const std::vector<Experiment>& lanes);
 
 // Any number of lanes, split into SIMD groups of lanes that take their steps alike, the groups over the cores. A lane
-// that blows up is run again with half the step, up to three times. Throws std::invalid_argument where the lanes differ
+// that diverged is run again with half the step, up to three times. Throws std::invalid_argument where the lanes differ
 // in start_s or sample_s.
 std::vector<Trajectory> simulate(const Sheet& sheet, const std::vector<Experiment>& lanes, const Options& options = {});
 

@@ -15,6 +15,7 @@
 #include "capture/trial/names.h"
 #include "console/heard.h"
 #include "console/preview.h"
+#include "console/requests.h"
 #include "files/bad_input.h"
 #include "rig/arm/control_link.h"
 #include "rig/camera/frame_ring.h"
@@ -32,41 +33,6 @@ using nlohmann::json;
 constexpr double kLookAgain_s = 1;  // at the configuration file
 constexpr double kWatched_s = 1;
 constexpr double kAnswer_s = 10;  // for the rig to be there when something is asked of it
-
-// The trial that a page asks for. Refuses unknown keys and values out of range as a session file would.
-session::TrialPlan trial_of(const json& wanted) {
-  static const std::vector<std::string> known = {"name",   "kind",        "duration_s",   "lead_in_s",
-                                                 "tail_s", "amplitude_m", "frequency_hz", "ramp_s"};
-  if (!wanted.is_object()) refuse("trial", "expected an object");
-  for (const auto& [key, value] : wanted.items())
-    if (std::find(known.begin(), known.end(), key) == known.end()) refuse("trial " + key, "unknown key");
-  const auto number = [&](const char* key, double fallback, double least, double most) {
-    const json value = wanted.value(key, json(fallback));
-    if (!value.is_number() || value.get<double>() < least || value.get<double>() > most)
-      refuse(std::string("trial ") + key, "found {}, expected {} to {}", value.dump(), least, most);
-    return value.get<double>();
-  };
-  session::TrialPlan plan;
-  const json name = wanted.value("name", json("trial"));
-  if (!name.is_string() || !trial::is_plain_name(name) || name.get<std::string>().size() > 60)
-    refuse("trial name", "found {:.80}, expected small letters, digits, - and _", name.dump());
-  plan.name = name;
-  const json kind = wanted.value("kind", json("static"));
-  const auto known_kind = kind.is_string() ? trial::experiment_named(kind) : std::nullopt;
-  if (!known_kind) refuse("trial kind", "found {:.60}, expected static, waving or robot", kind.dump());
-  plan.kind = *known_kind;
-  plan.duration_s = number("duration_s", 3, 1, 120);
-  plan.lead_in_s = number("lead_in_s", 0.3, 0.1, 10);
-  plan.tail_s = number("tail_s", plan.tail_s, 0, 60);
-  if (plan.kind != trial::Experiment::static_hang && plan.lead_in_s + plan.tail_s + 0.5 > plan.duration_s)
-    refuse("trial duration_s", "found {} s, expected at least half a second beyond lead_in_s and tail_s",
-           plan.duration_s);
-  plan.amplitude_m = number("amplitude_m", 0.035, 0.001, 0.2);
-  plan.frequency_hz = number("frequency_hz", 0.9, 0.05, 5);
-  plan.ramp_s = number("ramp_s", 0.4, 0.1, 5);
-  plan.attempts = 1;
-  return plan;
-}
 
 }  // namespace
 

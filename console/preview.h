@@ -3,7 +3,7 @@
 //
 // Stripe quality of a tile of 16 px within the silhouette: the grey levels between its dark and its bright stripes
 // (10th and 90th percentile), and the share of its pixels that are white out. Edges are found from 20 grey levels on
-// (fit/stripe_observation.h).
+// (observe/stripe_observation.h).
 #pragma once
 
 #include <cstdint>

@@ -12,7 +12,7 @@
 #include "files/whole_file.h"
 #include "render/stripe_renderer.h"
 #include "station/journal.h"
-#include "station/simulated_motion.h"
+#include "station/motion_file.h"
 
 namespace selvedge::console {
 
@@ -38,10 +38,17 @@ std::vector<fs::path> found(const fs::path& folder, const std::string& name) {
 
 json parsed(const fs::path& path) {
   try {
-    return files::read_json(path);
+    json value = files::read_json(path);
+    return value.is_object() ? value : json::object();
   } catch (const std::exception&) {
     return json::object();  // being written, or no good: the console shows what there is
   }
+}
+
+// Empty where it is no text.
+std::string text_at(const json& object, const char* key) {
+  const json value = object.value(key, json());
+  return value.is_string() ? value.get<std::string>() : "";
 }
 
 json track(const Eigen::Matrix3Xd& positions) {
@@ -52,26 +59,37 @@ json track(const Eigen::Matrix3Xd& positions) {
   return out;
 }
 
+// A trial.json whose keys are of another kind than ours has no name here but its folder's.
+json about_trial(const fs::path& trial_json) {
+  json out = json::object();
+  const json about = parsed(trial_json);
+  try {
+    out = {{"kind", about.value("experiment", "")},
+           {"state", about.value("state", "complete")},
+           {"at_rest", about.value("starts_at_rest", false)}};
+    if (about.contains("fabric")) out["fabric"] = about["fabric"].value("name", "");
+    if (about.contains("cut_because")) out["why"] = about["cut_because"].get<std::string>();
+    if (!about.contains("frames") || !about["frames"].is_object()) return out;
+    out["frames"] = about["frames"].value("count", 0);
+    double lost = 0;
+    for (const json& gap : about["frames"].value("gaps", json::array()))
+      lost += gap.at(1).get<double>() - gap.at(0).get<double>() + 1;
+    out["frames_lost"] = lost;
+  } catch (const json::exception&) {
+    out["state"] = "unreadable";
+    out["why"] = "trial.json says something else than a trial's does";
+  }
+  return out;
+}
+
 // What the trial's own files say of its checks.
 json trial_entry(const fs::path& folder, const fs::path& trial_json) {
-  const json about = parsed(trial_json);
   const fs::path trial = trial_json.parent_path();
   const std::string name = trial.filename().string();
-  json out = {{"path", fs::relative(trial, folder).generic_string()},
-              {"name", name},
-              {"kind", about.value("experiment", "")},
-              {"state", about.value("state", "complete")},
-              {"at_rest", about.value("starts_at_rest", false)},
-              {"kept_aside", name.find("-spoiled-") != std::string::npos}};
-  if (about.contains("fabric")) out["fabric"] = about["fabric"].value("name", "");
-  if (about.contains("cut_because")) out["why"] = about["cut_because"];
-  if (about.contains("frames") && about["frames"].is_object()) {
-    out["frames"] = about["frames"].value("count", 0);
-    int64_t lost = 0;
-    for (const json& gap : about["frames"].value("gaps", json::array()))
-      lost += gap[1].get<int64_t>() - gap[0].get<int64_t>() + 1;
-    out["frames_lost"] = lost;
-  }
+  json out = about_trial(trial_json);
+  out["path"] = fs::relative(trial, folder).generic_string();
+  out["name"] = name;
+  out["kept_aside"] = name.find("-spoiled-") != std::string::npos;
   out["simulated"] = fs::exists(station::motion_path(trial.parent_path(), name));
   return out;
 }
@@ -165,16 +183,16 @@ json RunFolder::session() const {
   for (const fs::path& file : found(folder_, "fit.json")) {
     const json fit = parsed(file);
     out["fits"].push_back({{"path", name_of(file)},
-                           {"campaign", fit.value("campaign", "")},
+                           {"campaign", text_at(fit, "campaign")},
                            {"parameters", fit.value("parameters", json::object())},
                            {"held_out", fit.value("held_out", json::object())}});
   }
   for (const fs::path& file : found(folder_, "diagnosis.json")) {
     const json d = parsed(file);
     out["diagnoses"].push_back({{"path", name_of(file)},
-                                {"campaign", d.value("campaign", "")},
-                                {"cause", d.value("cause", "")},
-                                {"side", d.value("side", "")},
+                                {"campaign", text_at(d, "campaign")},
+                                {"cause", text_at(d, "cause")},
+                                {"side", text_at(d, "side")},
                                 {"gap", d.value("gap", json::object())},
                                 {"probabilities", d.value("probabilities", json::object())},
                                 {"next_experiment", d.value("next_experiment", json::object())}});
@@ -182,7 +200,7 @@ json RunFolder::session() const {
   for (const fs::path& file : found(folder_, "report.html"))
     out["reports"].push_back(fs::relative(file, folder_).generic_string());
   if (const json calibration = parsed(folder_ / "calibration.json"); !calibration.empty())
-    out["calibration"] = {{"verdict", calibration.value("verdict", "")},
+    out["calibration"] = {{"verdict", text_at(calibration, "verdict")},
                           {"camera", calibration.value("camera", json::object())},
                           {"projector", calibration.value("projector", json::object())}};
   return out;

@@ -4,16 +4,18 @@
 #include <thread>
 
 #include <fmt/format.h>
-#include <httplib.h>
 #include <nlohmann/json.hpp>
 
 #include "console/gate.h"
 #include "console/page_watch.h"
 #include "console/request_log.h"
+#include "console/requests.h"
 #include "console/stop_port.h"
 #include "files/bad_input.h"
 #include "files/whole_file.h"
 #include "report/base64.h"
+
+#include <httplib.h>  // behind Eigen: what it includes has a macro _res
 
 namespace selvedge::console {
 
@@ -50,12 +52,7 @@ std::string event(const char* name, const std::string& data) {
   return fmt::format("event: {}\ndata: {}\n\n", name, data);
 }
 
-size_t index_of(const Request& request) {
-  const std::string text = request.get_param_value("index");
-  if (text.empty() || text.size() > 7 || text.find_first_not_of("0123456789") != std::string::npos)
-    refuse("index", "found {}, expected a frame's number", in_quotes(text));
-  return std::stoul(text);
-}
+size_t index_of(const Request& request) { return frame_index_of(request.get_param_value("index")); }
 
 constexpr const char* kNotBuilt =
     "<!DOCTYPE html><meta charset=utf-8><title>Selvedge</title><body style=\"font:16px "
@@ -179,11 +176,8 @@ struct Server::Impl {
     server.Post(path, [this, path, handler](const Request& request, Response& response) {
       const std::string page = request.get_header_value("X-Selvedge-Page");
       try {
-        const json body = request.body.empty() ? json::object() : json::parse(request.body);
-        handler(page, body);
+        handler(page, read_body(request.body));
         answer(response, {{"ok", true}});
-      } catch (const json::exception& error) {
-        answer(response, {{"error", error.what()}}, 400);
       } catch (const BadInput& error) {
         answer(response, {{"error", error.what()}}, 400);
       } catch (const std::exception& error) { answer(response, {{"error", error.what()}}, 409); }
@@ -252,7 +246,8 @@ struct Server::Impl {
     post("/api/record", [this](const std::string&, const json& body) { link.record(body); });
     post("/api/record/stop", [this](const std::string&, const json&) { link.stop_recording(); });
     post("/api/answer", [this](const std::string&, const json& body) {
-      link.answer(body.value("prompt", int64_t{0}), body.value("answer", ""));
+      const PromptAnswer given = prompt_answer_of(body);
+      link.answer(given.prompt, given.text);
     });
   }
 

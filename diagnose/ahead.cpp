@@ -4,7 +4,6 @@
 #include <cmath>
 #include <limits>
 
-#include "diagnose/study.h"
 #include "model/trial_error.h"
 #include "estimate/robust_cost.h"
 
@@ -16,19 +15,17 @@ using Eigen::VectorXd;
 
 namespace {
 
-constexpr double kHold_per_s = 20;
-
-double cut_rms_mm(const model::ObservedTrial& trial, std::vector<double> mm) {
+double cut_rms_mm(const model::ObservedTrial& trial, const Protocol& protocol, std::vector<double> mm) {
   const auto count = static_cast<Index>(mm.size());
   if (count == 0) return std::numeric_limits<double>::quiet_NaN();
   const Eigen::Map<VectorXd> r(mm.data(), count);
-  const double cut = kSampleCut * estimate::robust_scale(r);
+  const double cut = protocol.sample_cut * estimate::robust_scale(r);
   return std::sqrt((trial.markers ? 3 : 1) * r.cwiseMax(-cut).cwiseMin(cut).squaredNorm() / static_cast<double>(count));
 }
 
 }  // namespace
 
-MatrixXd ahead_mm(const model::Simulation& simulation, const model::State& state,
+MatrixXd ahead_mm(const model::Simulation& simulation, const model::State& state, const Protocol& protocol,
                   const std::vector<model::Parameter>& parameters, const MatrixXd& coordinates,
                   const std::vector<size_t>& trials) {
   const size_t count = simulation.trials().size();
@@ -38,9 +35,10 @@ MatrixXd ahead_mm(const model::Simulation& simulation, const model::State& state
   std::vector<bool> blew_up(static_cast<size_t>(coordinates.cols()), false);
   model::State held = state;
   held.grid_correction_mm.clear();
-  for (size_t i = 0; i < count; ++i) held.pull_per_s[i] = simulation.trials()[i].still ? 0 : kHold_per_s;
-  for (const double first_s : {0.0, kAhead_s}) {
-    const cloth::LetGo let_go{kAhead_s, first_s};
+  for (size_t i = 0; i < count; ++i)
+    held.nudging_per_s[i] = simulation.trials()[i].still ? 0 : protocol.ahead_nudging_per_s;
+  for (const double first_s : {0.0, protocol.ahead_s}) {
+    const cloth::LetGo let_go{protocol.ahead_s, first_s};
     held.let_go = let_go;
     const std::vector<model::Residuals> r = simulation.evaluate(held, parameters, coordinates, wanted);
     for (const size_t trial : wanted) {
@@ -63,7 +61,7 @@ MatrixXd ahead_mm(const model::Simulation& simulation, const model::State& state
     for (Index set = 0; set < coordinates.cols(); ++set)
       if (!blew_up[static_cast<size_t>(set)])
         out(set, static_cast<Index>(trial)) =
-            cut_rms_mm(simulation.trials()[trial],
+            cut_rms_mm(simulation.trials()[trial], protocol,
                        std::move(mm[trial * static_cast<size_t>(coordinates.cols()) + static_cast<size_t>(set)]));
   return out;
 }

@@ -16,9 +16,13 @@
 
 #include <Eigen/Cholesky>
 
+#include <nlohmann/json.hpp>
+
 #include "diagnose/ahead.h"
+#include "estimate/kept_input.h"
 #include "estimate/least_squares.h"
 #include "estimate/robust_cost.h"
+#include "fit/fit_report.h"
 
 namespace selvedge::diagnose {
 
@@ -28,18 +32,9 @@ using Eigen::VectorXd;
 
 namespace {
 
-constexpr double kAbsorbed = 0.995;  // share of an effect's trace beyond which a refit of the base hides it
-constexpr int kBootstraps = 2000;
-constexpr double kCredible = 0.9;      // of the confusable set
-constexpr size_t kRunFree = 2;         // effects whose shrink is looked at; where the answer is none, one
-constexpr double kPlainlyNone = 0.65;  // probability of none from which no effect is fitted further
-constexpr double kPlainlyNamed = 0.9;  // and of any answer, on one fine mesh
-constexpr double kPairGain =
-    0.2;  // ln of the error's square that a second effect could win on held-out trials, for it to be sought
-
 // Shares of the work that are done when stages begin, as they were measured of seven trials of markers.
 struct SharesAt {
-  double screening, refitting, finer_mesh, held_out, in_earnest, two_effects, ahead, free, next;
+  double screening, refitting, finer_mesh, held_out, in_full, two_effects, ahead, free, next;
 };
 constexpr SharesAt kOnTwoMeshes = {0.40, 0.49, 0.61, 0.74, 0.75, 0.83, 0.89, 0.92, 0.98};
 constexpr SharesAt kOnOneMesh = {0.14, 0.22, 0.25, 0.29, 0.33, 0.68, 0.84, 0.85, 0.98};
@@ -105,19 +100,18 @@ void refit_from_other_start(Study& study, std::vector<Hypothesis>& all) {
 
 // Derivatives afresh for those that came far from the base fit.
 void relinearise_far(Study& study, std::vector<Hypothesis>& arms) {
-  constexpr double kFar = 0.3;  // ln, of a base coordinate
   const auto n = static_cast<Index>(study.base_count);
   for (Hypothesis& arm : arms) {
-    if ((arm.x - study.base).head(n).cwiseAbs().maxCoeff() < kFar) continue;
+    if ((arm.x - study.base).head(n).cwiseAbs().maxCoeff() < study.protocol.far) continue;
     std::vector<Hypothesis> one = {std::move(arm)};
     relinearise(study, one);
     arm = std::move(one[0]);
   }
 }
 
-// What to fit in earnest: the effect that predicts best, that of the others whose finite change explains most, and the
+// What to fit in full: the effect that predicts best, that of the others whose finite change explains most, and the
 // base, which is to have every chance that an effect has.
-std::vector<size_t> in_earnest(const std::vector<Hypothesis>& few, const std::vector<double>& log_ratio) {
+std::vector<size_t> in_full(const std::vector<Hypothesis>& few, const std::vector<double>& log_ratio) {
   std::vector<size_t> order;
   for (size_t i = 1; i < few.size(); ++i) order.push_back(i);
   std::stable_sort(order.begin(), order.end(), [&](size_t a, size_t b) { return log_ratio[a] > log_ratio[b]; });
@@ -134,13 +128,13 @@ std::string best_of(const std::map<std::string, double>& probability) {
       ->first;
 }
 
-// Whether to fit in earnest before it is said what scores say. On one fine mesh hypotheses have come there by fewer
+// Whether to fit in full before it is said what scores say. On one fine mesh hypotheses have come there by fewer
 // refits: so nothing is named in doubt, either.
 bool is_in_doubt(const Study& study, const Scores& scores) {
   const std::string first = best_of(scores.probability);
   const double p = scores.probability.at(first);
-  return first == "unknown" || (first == "none" && study.pulled && p < kPlainlyNone) ||
-         (study.has_one_mesh() && p < kPlainlyNamed);
+  return first == "unknown" || (first == "none" && study.nudged && p < study.protocol.plainly_none) ||
+         (study.has_one_mesh() && p < study.protocol.plainly_named);
 }
 
 size_t least_cost(const std::vector<Hypothesis>& arms) {
@@ -176,8 +170,7 @@ VectorXd as_usual(const Study& study, VectorXd x) {
 // and shear, but for two effects, which go on from one that was fitted so; once more those that came far.
 void fit_further(Study& study, std::vector<Hypothesis>& arms, std::vector<size_t> few,
                  const report::ProgressCallback& progress) {
-  constexpr double kFar = 0.15, kEnough = 2e-4;  // of the cost
-  constexpr double kFirstRound = 0.8;            // of the time
+  constexpr double kFirstRound = 0.8;  // of the time
   const double round_share = kFirstRound / static_cast<double>(few.size());
   double done = 0;
   // On one fine mesh hypotheses come here from fewer refits.
@@ -185,7 +178,7 @@ void fit_further(Study& study, std::vector<Hypothesis>& arms, std::vector<size_t
   for (const int iterations : study.has_one_mesh() ? std::array{5, 3} : std::array{3, 2}) {
     std::vector<Hypothesis> moving;
     for (const size_t i : few) {
-      progress(done, "fitting in earnest: " + name_of(study, arms[i]));
+      progress(done, "fitting in full: " + name_of(study, arms[i]));
       std::vector<Hypothesis> tried = {arms[i]};
       if (is_first && arms[i].effects.size() < 2) {
         tried.push_back(arms[i]);
@@ -195,7 +188,7 @@ void fit_further(Study& study, std::vector<Hypothesis>& arms, std::vector<size_t
         model::State state = state_of(study, h);
         const estimate::LeastSquaresResult fitted =
             minimise(*study.simulation, state, model::only(study.parameters, h.active, h.x), h.x(h.active),
-                     search_options(iterations, kEnough));
+                     search_options(iterations, study.protocol.full_refit_enough));
         h.x(h.active) = fitted.coordinates;
         study.evaluations += fitted.evaluations;
       }
@@ -207,7 +200,7 @@ void fit_further(Study& study, std::vector<Hypothesis>& arms, std::vector<size_t
     std::vector<size_t> far;
     for (size_t k = 0; k < few.size(); ++k) {
       Hypothesis& arm = arms[few[k]];
-      if (moving[k].cost < (1 - kFar) * arm.cost) far.push_back(few[k]);
+      if (moving[k].cost < (1 - study.protocol.far_cost) * arm.cost) far.push_back(few[k]);
       if (moving[k].cost < arm.cost) arm = std::move(moving[k]);
     }
     few = std::move(far);
@@ -254,11 +247,11 @@ std::vector<size_t> in_order(size_t count) {
 
 // 5 % and 95 % of a figure under resampled groups.
 template <class Figure>
-std::pair<double, double> bootstrap(size_t groups, const Figure& figure) {
+std::pair<double, double> bootstrap(size_t groups, long count, const Figure& figure) {
   std::mt19937 generator(20260101);
   std::uniform_int_distribution<size_t> pick(0, groups - 1);
   std::vector<double> values;
-  for (int b = 0; b < kBootstraps; ++b) {
+  for (long b = 0; b < count; ++b) {
     std::vector<size_t> draw(groups);
     for (size_t& g : draw) g = pick(generator);
     const double v = figure(draw);
@@ -289,7 +282,7 @@ double half_width(size_t groups) {
   return boost::math::quantile(boost::math::students_t(static_cast<double>(groups - 1)), 0.95);
 }
 
-Shrink shrink_of(const GroupErrors& before, const GroupErrors& after, const GroupErrors& floor) {
+GapReduction reduction_of(const GroupErrors& before, const GroupErrors& after, const GroupErrors& floor) {
   const size_t groups = before.square.size();
   const auto fraction = [&](const std::vector<size_t>& draw) {
     const double gap = before.mm(draw) - floor.mm(draw);
@@ -305,10 +298,10 @@ Shrink shrink_of(const GroupErrors& before, const GroupErrors& after, const Grou
 // Value at the fit to all trials; its interval joins what the jackknife over groups shows and what no trial shows: a
 // model of another form than nature's has its best fit at another size.
 std::vector<SizedParameter> size_of(const Study& study, const Hypothesis& h, const MatrixXd& folds, size_t effect,
-                                    const Calibration& calibration) {
+                                    const Protocol& protocol) {
   std::vector<SizedParameter> out;
   const Effect& e = study.effects[effect];
-  const double form_share = boost::math::quantile(boost::math::normal(), 0.95) * size_form_share(calibration, e.side);
+  const double form_share = boost::math::quantile(boost::math::normal(), 0.95) * size_form_share(protocol, e.side);
   for (size_t k = 0; k < e.parameters.size(); ++k) {
     const model::Parameter& p = e.parameters[k];
     const auto at = static_cast<Index>(study.first_parameter[effect] + k);
@@ -332,8 +325,8 @@ std::vector<SizedParameter> size_of(const Study& study, const Hypothesis& h, con
   return out;
 }
 
-// The smallest set of effects that holds kCredible of what the effects have together.
-std::vector<std::string> credible_set(const std::map<std::string, double>& probability) {
+// The smallest set of effects that holds credible of what the effects have together.
+std::vector<std::string> credible_set(const std::map<std::string, double>& probability, double credible) {
   std::vector<std::pair<double, std::string>> effects;
   double sum = 0;
   for (const auto& [name, p] : probability)
@@ -345,7 +338,7 @@ std::vector<std::string> credible_set(const std::map<std::string, double>& proba
   std::vector<std::string> set;
   double held = 0;
   for (const auto& [p, name] : effects) {
-    if (held >= kCredible * sum) break;
+    if (held >= credible * sum) break;
     set.push_back(name);
     held += p;
   }
@@ -355,7 +348,6 @@ std::vector<std::string> credible_set(const std::map<std::string, double>& proba
 // Two effects at once: the best one with those of all others whose change of a finite size, from where it was fitted,
 // explains most of what it leaves. An effect that a larger one hides is no finalist of its own.
 std::vector<Hypothesis> pairs_with(Study& study, const Hypothesis& best) {
-  constexpr size_t kTried = 3;
   std::vector<size_t> others;
   for (size_t e = 0; e < study.effects.size(); ++e)
     if (e != best.effects[0] && study.effects[e].name != "mesh_resolution") others.push_back(e);
@@ -367,7 +359,7 @@ std::vector<Hypothesis> pairs_with(Study& study, const Hypothesis& best) {
   }
   std::stable_sort(pairs.begin(), pairs.end(),
                    [](const Hypothesis& a, const Hypothesis& b) { return a.screened_gain > b.screened_gain; });
-  pairs.resize(std::min(pairs.size(), kTried), best);
+  pairs.resize(std::min(pairs.size(), static_cast<size_t>(study.protocol.pairs)), best);
   return pairs;
 }
 
@@ -406,7 +398,7 @@ HeldOut only_rows(const HeldOut& all, const std::vector<size_t>& others) {
   return out;
 }
 
-// Predictions kAhead_s ahead of what was held out, arms × trial.
+// Predictions Protocol::ahead_s ahead of what was held out, arms × trial.
 MatrixXd held_out_ahead(Study& study, const HeldOut& held) {
   MatrixXd mm = MatrixXd::Constant(static_cast<Index>(held.coordinates.size()),
                                    static_cast<Index>(study.rows->trials()), std::numeric_limits<double>::quiet_NaN());
@@ -414,14 +406,15 @@ MatrixXd held_out_ahead(Study& study, const HeldOut& held) {
     MatrixXd sets(study.base.size(), mm.rows());
     for (Index k = 0; k < sets.cols(); ++k)
       sets.col(k) = held.coordinates[static_cast<size_t>(k)].col(static_cast<Index>(g));
-    const MatrixXd found = ahead_mm(*study.fine, study.fine_state, study.parameters, sets, study.groups[g]);
+    const MatrixXd found =
+        ahead_mm(*study.fine, study.fine_state, study.protocol, study.parameters, sets, study.groups[g]);
     for (const size_t t : study.groups[g]) mm.col(static_cast<Index>(t)) = found.col(static_cast<Index>(t));
   }
   study.evaluations += 2 * static_cast<int>(mm.rows());
   return mm;
 }
 
-// Each refitted from where the pull has led it, and held out, without the pull.
+// Each refitted from where nudging has led it, and held out, without nudging.
 HeldOut held_out_free(Study& study, std::vector<Hypothesis>& arms) {
   run_free(study);
   MatrixXd sets(study.base.size(), static_cast<Index>(arms.size()));
@@ -463,7 +456,8 @@ void fill_gap(Diagnosis& out, const GroupErrors& before, const GroupErrors& nois
   out.right_floor_mm = right.mm(all);
   out.gap_mm = out.before_mm - out.noise_floor_mm;
   std::tie(out.low_mm, out.high_mm) =
-      bootstrap(all.size(), [&](const std::vector<size_t>& draw) { return before.mm(draw) - noise.mm(draw); });
+      bootstrap(all.size(), out.protocol.bootstraps,
+                [&](const std::vector<size_t>& draw) { return before.mm(draw) - noise.mm(draw); });
 }
 
 Judged judged_by(const Study& study, const std::vector<Hypothesis>& few, const HeldOut& held, const Floor& floor) {
@@ -488,15 +482,35 @@ std::map<std::string, double> values_of(const Study& study, const Hypothesis& h)
 
 }  // namespace
 
-void keep_base_fit(DiagnosisOptions& options, const std::filesystem::path& file, size_t trials,
-                   const std::string& input) {
+namespace {
+
+std::string settings_of(const StudyOptions& study) {
+  std::string text = std::string(model::to_text(study.drag)) + ' ' + nlohmann::json(study.protocol).dump();
+  if (study.fitted)
+    for (const double x : *study.fitted) text += fmt::format(" {}", x);
+  return text;
+}
+
+}  // namespace
+
+void keep_base_fit(DiagnosisOptions& options, const std::filesystem::path& file, const trial::Campaign& campaign) {
   const std::filesystem::path finer_file =
       file.parent_path() / (file.stem().string() + "_finer" + file.extension().string());
-  options.on_finer = [finer_file, trials, input](DiagnosisOptions& finer) {
-    keep_base_fit(finer, finer_file, trials, input);
-  };
-  options.study.base_fit = read_base_fit(file, trials, input);
+  options.on_finer = [finer_file, &campaign](DiagnosisOptions& finer) { keep_base_fit(finer, finer_file, campaign); };
+  const std::string input = estimate::input_hash(campaign, settings_of(options.study));
+  options.study.base_fit = read_base_fit(file, input);
   options.on_base_fit = [file, input](const BaseFit& fit) { write_base_fit(file, fit, input); };
+}
+
+std::optional<std::filesystem::path> begin_with_fit(DiagnosisOptions& options, const trial::Campaign& campaign,
+                                                    const std::vector<std::filesystem::path>& folders) {
+  for (const std::filesystem::path& folder : folders) {
+    const std::filesystem::path file = folder / "fit.json";
+    if (!std::filesystem::exists(file)) continue;
+    options.study.fitted = fit::read_fit(file, campaign, options.study.drag);
+    if (options.study.fitted) return file;
+  }
+  return {};
 }
 
 namespace {
@@ -508,24 +522,27 @@ Diagnosis diagnose_on_mesh(const trial::Campaign& campaign, const std::vector<Ef
   const std::clock_t cpu = std::clock();
   const report::ProgressCallback& progress = options.study.progress;
   StudyOptions study_options = options.study;
-  const SharesAt& at = study_options.columns == study_options.fine_columns ? kOnOneMesh : kOnTwoMeshes;
+  const SharesAt& at =
+      study_options.protocol.columns == study_options.protocol.fine_columns ? kOnOneMesh : kOnTwoMeshes;
   study_options.progress = part(progress, 0, at.screening);
-  Study study = make_study(campaign, effects, study_options);
-  out.base_fit = {study.base.head(static_cast<Index>(study.base_count)), study.state.pull_per_s};
+  FittedStudy fitted = make_study(campaign, effects, study_options);
+  Study& study = fitted.study;
+  out.protocol = study.protocol;
+  out.base_fit = fitted.base_fit;
   if (options.on_base_fit) options.on_base_fit(out.base_fit);
   out.campaign = study.campaign;
-  out.columns = options.study.columns;
-  out.fine_columns = options.study.fine_columns;
+  out.columns = static_cast<int>(study.protocol.columns);
+  out.fine_columns = static_cast<int>(study.protocol.fine_columns);
   for (const model::ObservedTrial& t : study.simulation->trials())
     if (!t.still) out.motion_s += t.experiment.sample_s.back() - t.experiment.start_s;
   const auto still = std::count_if(study.simulation->trials().begin(), study.simulation->trials().end(),
                                    [](const model::ObservedTrial& t) { return t.still; });
-  out.meshes_part = 2 * study.pulled_harder.size() > study.rows->trials() - static_cast<size_t>(still);
-  if (!study.pulled_harder.empty())
+  out.meshes_part = 2 * study.nudged_harder.size() > study.rows->trials() - static_cast<size_t>(still);
+  if (!study.nudged_harder.empty())
     out.remarks.push_back(
-        fmt::format("pulled twice as hard as the others, as the base model leaves the recorded folds there, or a finer "
+        fmt::format("nudged harder than the others, as the base model leaves the recorded folds there, or a finer "
                     "mesh goes another way: {}",
-                    fmt::join(study.pulled_harder, ", ")));
+                    fmt::join(study.nudged_harder, ", ")));
   out.base = model::to_text(options.study.drag);
   stages.done("base fit");
 
@@ -544,18 +561,18 @@ Diagnosis diagnose_on_mesh(const trial::Campaign& campaign, const std::vector<Ef
     found.side = effect.side;
     found.absorbed = absorbed_share(study, all[e + 1]);
     found.screened_gain = all[e + 1].screened_gain;
-    if (out.effects.back().absorbed > kAbsorbed) out.cannot_tell.push_back(effect.name);
+    if (out.effects.back().absorbed > study.protocol.absorbed) out.cannot_tell.push_back(effect.name);
   }
 
   progress(at.refitting, "refitting with every effect");
-  if (all.size() > options.refitted + 1) {
+  if (all.size() > static_cast<size_t>(study.protocol.refitted) + 1) {
     std::stable_sort(all.begin() + 1, all.end(),
                      [](const Hypothesis& a, const Hypothesis& b) { return a.screened_gain > b.screened_gain; });
-    all.resize(options.refitted + 1, all[0]);
+    all.resize(static_cast<size_t>(study.protocol.refitted) + 1, all[0]);
   }
   refit(study, all, 1);
   if (study.other_start) refit_from_other_start(study, all);
-  std::vector<Hypothesis> few = finalists(all, options.finalists);
+  std::vector<Hypothesis> few = finalists(all, static_cast<size_t>(study.protocol.finalists));
   refit(study, few, 1);
   stages.done("refitting");
   progress(at.finer_mesh, "finer mesh for the best");
@@ -567,25 +584,25 @@ Diagnosis diagnose_on_mesh(const trial::Campaign& campaign, const std::vector<Ef
   HeldOut held = hold_out(study, few);
   stages.done("held-out trials");
 
-  const Floor floor = floor_of(study, options.calibration);
+  const Floor floor = floor_of(study, options.study.protocol);
   out.replicate_mm = floor.replicate_mm;
-  Scores scores = score(study, few, held, floor, options.calibration);
-  const auto fit_in_earnest = [&](const std::vector<size_t>& which) {
-    fit_further(study, few, which, part(progress, at.in_earnest, at.two_effects));
+  Scores scores = score(study, few, held, floor, options.study.protocol);
+  const auto fit_in_full = [&](const std::vector<size_t>& which) {
+    fit_further(study, few, which, part(progress, at.in_full, at.two_effects));
     held = hold_out(study, few);
-    scores = score(study, few, held, floor, options.calibration);
-    stages.done("nearest in earnest");
+    scores = score(study, few, held, floor, options.study.protocol);
+    stages.done("nearest in full");
   };
   const auto best = [&] { return few.size() > 1 ? nearest_by(scores.log_ratio, 1)[0] : 0; };
   // A large effect lies far from the base fit: nothing is called unknown, nor none in doubt, before the likeliest were
-  // fitted in earnest; nor is one named, sized and found to leave something to a second.
-  if (few.size() > 1 && is_in_doubt(study, scores)) fit_in_earnest(in_earnest(few, scores.log_ratio));
-  else if (best() > 0 && best_of(scores.probability) != "none") fit_in_earnest({0, best()});
+  // fitted in full; nor is one named, sized and found to leave something to a second.
+  if (few.size() > 1 && is_in_doubt(study, scores)) fit_in_full(in_full(few, scores.log_ratio));
+  else if (best() > 0 && best_of(scores.probability) != "none") fit_in_full({0, best()});
   std::vector<Hypothesis> pairs, one_and_two = few;
   const Hypothesis* two = nullptr;
   // A second effect, where the best one leaves a gap that an effect could still close.
   if (best() > 0 && best_of(scores.probability) != "none" &&
-      scores.log_ratio_right - scores.log_ratio[best()] > kPairGain) {
+      scores.log_ratio_right - scores.log_ratio[best()] > study.protocol.pair_gain) {
     progress(at.two_effects, "two effects at once");
     pairs = pairs_with(study, few[best()]);
   }
@@ -594,7 +611,7 @@ Diagnosis diagnose_on_mesh(const trial::Campaign& campaign, const std::vector<Ef
     fit_further(study, pairs, {least_cost(pairs)}, part(progress, 0.5 * (at.two_effects + at.ahead), at.ahead));
     append(held, hold_out(study, pairs));
     one_and_two.insert(one_and_two.end(), pairs.begin(), pairs.end());
-    scores = score(study, one_and_two, held, floor, options.calibration);
+    scores = score(study, one_and_two, held, floor, options.study.protocol);
     for (size_t k = 0; k < pairs.size(); ++k)
       if (name_of(study, pairs[k]) == scores.likeliest) {
         two = &pairs[k];
@@ -602,10 +619,10 @@ Diagnosis diagnose_on_mesh(const trial::Campaign& campaign, const std::vector<Ef
         out.pair_probability = scores.of_two.at(out.pair);
         out.fit[out.pair] = values_of(study, *two);
         const HeldOut pair = only_rows(held, {few.size() + k});
-        const MatrixXd mm = study.pulled ? held_out_ahead(study, pair) : pair.mm;
-        out.pair_shrink =
-            shrink_of(errors_of(study, mm.row(0)), errors_of(study, mm.row(1)), errors_of(study, floor.noise_mm));
-        out.pair_shrink.is_ahead = study.pulled;
+        const MatrixXd mm = study.nudged ? held_out_ahead(study, pair) : pair.mm;
+        out.pair_reduction =
+            reduction_of(errors_of(study, mm.row(0)), errors_of(study, mm.row(1)), errors_of(study, floor.noise_mm));
+        out.pair_reduction.is_ahead = study.nudged;
       }
     scores.log_ratio.resize(few.size());
     stages.done("two effects");
@@ -617,21 +634,22 @@ Diagnosis diagnose_on_mesh(const trial::Campaign& campaign, const std::vector<Ef
   for (EffectFinding& f : out.effects) f.probability = out.probability.at(f.name);
 
   // How far the nearest effects close the gap.
-  const std::vector<size_t> nearest = nearest_by(scores.log_ratio, out.cause == "none" ? 1 : kRunFree);
+  const std::vector<size_t> nearest =
+      nearest_by(scores.log_ratio, out.cause == "none" ? size_t{1} : static_cast<size_t>(study.protocol.run_free));
   std::vector<Hypothesis> arms = {few[0]};
   for (const size_t i : nearest) arms.push_back(few[i]);
   for (const Hypothesis& h : arms) out.fit[name_of(study, h)] = values_of(study, h);
   MatrixXd ahead;
-  if (study.pulled) {
+  if (study.nudged) {
     progress(at.ahead, "predicting a short time ahead");
     ahead = held_out_ahead(study, only_rows(held, nearest));
     stages.done("a short time ahead");
   }
 
-  // How large it is in motions that nothing pulls.
+  // How large it is in motions that run free.
   progress(at.free, "running free");
-  const HeldOut free = study.pulled ? held_out_free(study, arms) : only_rows(held, nearest);
-  const Floor free_floor = floor_of(study, options.calibration);
+  const HeldOut free = study.nudged ? held_out_free(study, arms) : only_rows(held, nearest);
+  const Floor free_floor = floor_of(study, options.study.protocol);
   const GroupErrors before = errors_of(study, free.mm.row(0)), noise = errors_of(study, free_floor.noise_mm);
   fill_gap(out, before, noise, errors_of(study, free_floor.right_mm));
   for (const Hypothesis& h : arms) out.free_fit[name_of(study, h)] = values_of(study, h);
@@ -639,18 +657,18 @@ Diagnosis diagnose_on_mesh(const trial::Campaign& campaign, const std::vector<Ef
     const Hypothesis& h = few[nearest[k]];
     EffectFinding& f = out.effects[h.effects[0]];
     f.finalist = true;
-    f.size = size_of(study, h, held.coordinates[nearest[k]], h.effects[0], options.calibration);
+    f.size = size_of(study, h, held.coordinates[nearest[k]], h.effects[0], options.study.protocol);
     const auto arm = static_cast<Index>(k + 1);
-    f.free_shrink = shrink_of(before, errors_of(study, free.mm.row(arm)), noise);
-    f.shrink = f.free_shrink;
+    f.free_reduction = reduction_of(before, errors_of(study, free.mm.row(arm)), noise);
+    f.reduction = f.free_reduction;
     if (ahead.size() > 0 && f.name != "mesh_resolution") {  // predictions ahead are made on the fine mesh alone
-      f.shrink =
-          shrink_of(errors_of(study, ahead.row(0)), errors_of(study, ahead.row(arm)), errors_of(study, floor.noise_mm));
-      f.shrink.is_ahead = true;
+      f.reduction = reduction_of(errors_of(study, ahead.row(0)), errors_of(study, ahead.row(arm)),
+                                 errors_of(study, floor.noise_mm));
+      f.reduction.is_ahead = true;
     }
     if (f.name == out.cause)
-      out.forecast =
-          forecast(study, arms[0], free.coordinates[0], arms[k + 1], free.coordinates[k + 1], f.free_shrink.after_mm);
+      out.forecast = forecast(study, arms[0], free.coordinates[0], arms[k + 1], free.coordinates[k + 1],
+                              f.free_reduction.after_mm);
   }
   stages.done("running free");
 
@@ -663,7 +681,7 @@ Diagnosis diagnose_on_mesh(const trial::Campaign& campaign, const std::vector<Ef
   if (named)
     for (const EffectFinding& f : out.effects)
       if (f.name == out.cause) out.side = to_text(f.side);
-  if (out.cause != "none") out.confusable = credible_set(out.probability);
+  if (out.cause != "none") out.confusable = credible_set(out.probability, study.protocol.credible);
   const Where where = split_residual(study, free.residual[0], free_floor.noise_mm);
   out.where = where.cells;
   out.map = where.map;
@@ -689,31 +707,34 @@ constexpr double kMotionAnHour_s = 10;  // on 33 columns, two threads of one cor
 
 bool wants_finer_meshes(const Diagnosis& first, const DiagnosisOptions& options) {
   const bool in_doubt =
-      first.cause == "unknown" || (first.cause == "none" && first.p_value < options.calibration.plain_gap);
-  return in_doubt && first.meshes_part && options.study.columns < options.finer_columns;
+      first.cause == "unknown" || (first.cause == "none" && first.p_value < options.study.protocol.plain_gap);
+  return in_doubt && first.meshes_part && options.study.protocol.columns < options.study.protocol.finer_columns;
 }
 
 Diagnosis diagnose(const trial::Campaign& campaign, const std::vector<Effect>& effects,
                    const DiagnosisOptions& options) {
   Diagnosis first = diagnose_on_mesh(campaign, effects, options);
-  const bool lasts_too_long = first.motion_s > options.finer_longest_s;
+  const bool lasts_too_long = first.motion_s > options.study.protocol.finer_longest_s;
   if (wants_finer_meshes(first, options) && lasts_too_long)
     first.remarks.push_back(fmt::format(
         "most moving trials follow different folds on meshes of {} and {} columns; nothing was done on finer ones, "
         "which takes an hour for each {:.0f} s of motion: found {:.0f} s (--columns {} --fine-columns {} does it)",
-        first.columns, first.fine_columns, kMotionAnHour_s, first.motion_s, options.finer_columns,
-        options.finer_columns));
+        first.columns, first.fine_columns, kMotionAnHour_s, first.motion_s, options.study.protocol.finer_columns,
+        options.study.protocol.finer_columns));
   if (!wants_finer_meshes(first, options) || lasts_too_long) {
     options.study.progress(1, "done");
     return first;
   }
   DiagnosisOptions finer = options;
-  finer.study.columns = finer.study.fine_columns = std::max(options.finer_columns, options.study.fine_columns);
-  finer.study.coarse_columns = options.finer_coarse_columns;
-  finer.study.skipped_s = options.finer_skipped_s;
+  Protocol& protocol = finer.study.protocol;
+  protocol.columns = protocol.fine_columns =
+      std::max(options.study.protocol.finer_columns, options.study.protocol.fine_columns);
+  protocol.coarse_columns = options.study.protocol.finer_coarse_columns;
+  protocol.skipped_s = options.study.protocol.finer_skipped_s;
   finer.study.start = first.base_fit;
   finer.study.base_fit.reset();
-  finer.refitted = options.finer_refitted;
+  finer.study.fitted.reset();
+  protocol.refitted = options.study.protocol.finer_refitted;
   finer.on_base_fit = {};
   if (options.on_finer) options.on_finer(finer);
   constexpr double kFirstShare = 0.06;  // of the time of both
@@ -725,7 +746,7 @@ Diagnosis diagnose(const trial::Campaign& campaign, const std::vector<Effect>& e
       "answered {} ({:.2f}, p {:.2g}) on meshes of {} and {} columns, which follow different folds in most moving "
       "trials: this is the answer of {} columns, which leaves out the first {} s of each motion, and what hangs still",
       first.cause, first.probability.at(first.cause), first.p_value, first.columns, first.fine_columns, out.columns,
-      finer.study.skipped_s));
+      protocol.skipped_s));
   out.stage_s.insert(out.stage_s.begin(), {"coarser meshes", first.wall_s});
   out.wall_s += first.wall_s;
   out.cpu_s += first.cpu_s;

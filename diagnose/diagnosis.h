@@ -5,9 +5,9 @@
 //   2. screen    change every effect by a finite size; keep what a refit of the base does not absorb
 //   3. refit     every effect together with the base; the best few on the fine mesh as well
 //   4. hold out  predict each group of trials from the others, with and without each effect
-//   5. judge     probabilities, confusable set, shrink, size (verdict.h); two effects where one does not suffice
+//   5. judge     probabilities, confusable set, gap reduction, size (verdict.h); two effects where one does not suffice
 //   6. ahead     how far the gap shrinks, in predictions for a quarter of a second (ahead.h)
-//   7. free      the gap, without the pull towards the markers that steps 1 to 5 have (cloth/guide.h)
+//   7. free      the gap, without nudging towards the markers that steps 1 to 5 have (cloth/guide.h)
 //   7. where     the base's residual split by region, time, frequency, regime and image row (where.h)
 #pragma once
 
@@ -21,6 +21,7 @@
 #include "capture/trial/trial.h"
 #include "diagnose/effects/effect.h"
 #include "diagnose/next_experiment.h"
+#include "diagnose/base_fit.h"
 #include "diagnose/study.h"
 #include "diagnose/verdict.h"
 #include "diagnose/where.h"
@@ -29,28 +30,20 @@ namespace selvedge::diagnose {
 
 struct DiagnosisOptions {
   StudyOptions study;
-  Calibration calibration;
   std::function<void(const BaseFit&)> on_base_fit;  // called once it is there
-  int finer_columns = 33;  // of the one mesh on which all is done again where study's part (`diagnose`); 0: never
-  int finer_coarse_columns = 19;  // StudyOptions::coarse_columns there
-  double finer_longest_s = 30;    // of motion in a campaign: what lasts longer would take all day there
-  double finer_skipped_s = 0.5;   // StudyOptions::skipped_s there
-  size_t finer_refitted = 8;      // `refitted` there, where a simulation takes twenty times as long
-  std::function<void(DiagnosisOptions&)> on_finer;  // called with the options of that second pass, before it begins
-  size_t refitted = 1000;  // effects that are refitted, of those whose finite change explains most
-  size_t finalists = 4;    // of these, effects that are refitted on the fine mesh and held out
+  std::function<void(DiagnosisOptions&)> on_finer;  // with the options of a second pass, before it begins
 };
 
 struct SizedParameter {
   std::string name, unit;
   double value = 0, low = 0,
-         high = 0;  // 90 %: jackknife over groups of trials, and Calibration::rig_size_share or fabric_size_share
+         high = 0;  // 90 %: jackknife over groups of trials, and Protocol::rig_size_share or fabric_size_share
 };
 
-struct Shrink {
+struct GapReduction {
   double before_mm = 0, after_mm = 0, fraction = 0, low = 0,
          high = 0;        // 90 % for as many trials again, jackknife over groups; NaN where there is one group
-  bool is_ahead = false;  // told of predictions kAhead_s ahead, else of motions that run free
+  bool is_ahead = false;  // told of predictions Protocol::ahead_s ahead, else of motions that run free
 };
 
 // What is known of one effect.
@@ -61,8 +54,9 @@ struct EffectFinding {
   double screened_gain = 0;  // share of the base's squared residual that it explains beyond that, linearly
   bool finalist = false;
   std::vector<SizedParameter> size;
-  Shrink shrink;       // of motions that run free where no markers were seen, or where the effect is that of the mesh
-  Shrink free_shrink;  // of motions that run free
+  GapReduction
+      reduction;  // of motions that run free where no markers were seen, or where the effect is that of the mesh
+  GapReduction free_reduction;  // of motions that run free
   double probability = 0;
 };
 
@@ -80,6 +74,7 @@ struct Judged {
 };
 
 struct Diagnosis {
+  Protocol protocol;
   std::string campaign, base;
   double gap_mm = 0, low_mm = 0, high_mm = 0, noise_floor_mm = 0, right_floor_mm = 0, replicate_mm = 0, p_value = 1;
   double before_mm = 0;
@@ -90,7 +85,7 @@ struct Diagnosis {
   std::vector<EffectFinding> effects;    // by probability
   std::string pair;  // "a+b" where two effects at once are likelier than any one, none and unknown, else empty
   double pair_probability = 0;  // the two share it in `probability`, half and half
-  Shrink pair_shrink;
+  GapReduction pair_reduction;
   std::vector<BaseParameter> parameters;
   Judged judged;
   std::map<std::string, std::map<std::string, double>> fit;  // by hypothesis ("none": the base), parameters
@@ -112,13 +107,17 @@ struct Diagnosis {
   double wall_s = 0, cpu_s = 0;
 };
 
-// Goes on from the base fit that `file` holds of this input and so many trials, and keeps it there once it is found;
-// that of a second pass, on finer meshes, beside it.
-void keep_base_fit(DiagnosisOptions& options, const std::filesystem::path& file, size_t trials,
-                   const std::string& input = "");
+// Goes on from the base fit that `file` holds of this campaign, these settings and this code, and keeps it there once
+// it is found; that of a second pass, on finer grids, beside it.
+void keep_base_fit(DiagnosisOptions& options, const std::filesystem::path& file, const trial::Campaign& campaign);
+
+// Begins with the parameters of the campaign's fit.json, where one of the folders has one of this very campaign and
+// drag law. Returns its path, or nothing.
+std::optional<std::filesystem::path> begin_with_fit(DiagnosisOptions& options, const trial::Campaign& campaign,
+                                                    const std::vector<std::filesystem::path>& folders);
 
 // Nothing is called unknown because of the mesh, and nothing none: where the answer is `unknown`, or `none` beside a
-// gap that one in twenty campaigns that lack nothing would show, and more than half of the moving trials leave the
+// gap that one in twenty null campaigns would show, and more than half of the moving trials leave the
 // recorded folds, or follow others on the finer mesh, all is done once more on one finer mesh, which takes twenty times
 // as long.
 bool wants_finer_meshes(const Diagnosis& first, const DiagnosisOptions& options);

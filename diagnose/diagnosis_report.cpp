@@ -19,12 +19,12 @@ using nlohmann::json;
 
 json number(double value) { return std::isfinite(value) ? json(value) : json(nullptr); }
 
-json shrink_json(const Shrink& s) {
+json reduction_json(const GapReduction& s, const Protocol& protocol) {
   json out = {{"held_out_before_mm", number(s.before_mm)},
               {"held_out_after_mm", number(s.after_mm)},
               {"fraction", number(s.fraction)},
               {"interval", {number(s.low), number(s.high)}}};
-  if (s.is_ahead) out["ahead_s"] = kAhead_s;
+  if (s.is_ahead) out["ahead_s"] = protocol.ahead_s;
   return out;
 }
 
@@ -42,8 +42,8 @@ std::string answer_in_words(const Diagnosis& d) {
         "There is a gap, and no single effect of the library closes it; consistent with two at once: {} (probability "
         "{}). Added to the model they take the error of held-out trials{} from {:.2f} to {:.2f} mm, {} of the gap. {}",
         d.pair, percent(d.pair_probability),
-        d.pair_shrink.is_ahead ? fmt::format(", predicted {:g} s ahead,", kAhead_s) : "", d.pair_shrink.before_mm,
-        d.pair_shrink.after_mm, percent(d.pair_shrink.fraction), sizes);
+        d.pair_reduction.is_ahead ? fmt::format(", predicted {:g} s ahead,", d.protocol.ahead_s) : "",
+        d.pair_reduction.before_mm, d.pair_reduction.after_mm, percent(d.pair_reduction.fraction), sizes);
   if (d.cause == "unknown")
     return fmt::format("There is a gap, and no effect of the library closes it: unknown (probability {}). {}",
                        percent(p), sizes);
@@ -53,11 +53,11 @@ std::string answer_in_words(const Diagnosis& d) {
           "Consistent with {}: {} (probability {}, {} side). Added to the model it takes the error of held-out "
           "trials{} from {:.2f} to {:.2f} mm, {} of the gap{}. {}",
           f.name, f.summary, percent(p), d.side,
-          f.shrink.is_ahead ? fmt::format(", predicted {:g} s ahead,", kAhead_s) : "", f.shrink.before_mm,
-          f.shrink.after_mm, percent(f.shrink.fraction),
-          f.shrink.is_ahead
-              ? fmt::format("; that of whole motions from {:.2f} to {:.2f} mm, {}", f.free_shrink.before_mm,
-                            f.free_shrink.after_mm, percent(f.free_shrink.fraction))
+          f.reduction.is_ahead ? fmt::format(", predicted {:g} s ahead,", d.protocol.ahead_s) : "",
+          f.reduction.before_mm, f.reduction.after_mm, percent(f.reduction.fraction),
+          f.reduction.is_ahead
+              ? fmt::format("; that of whole motions from {:.2f} to {:.2f} mm, {}", f.free_reduction.before_mm,
+                            f.free_reduction.after_mm, percent(f.free_reduction.fraction))
               : "",
           sizes);
   return sizes;
@@ -72,13 +72,13 @@ void add_effects(report::HtmlReport& html, const Diagnosis& d) {
       size += fmt::format("{}{} {:.3g} {} ({:.3g} … {:.3g})", size.empty() ? "" : "; ", p.name, p.value, p.unit, p.low,
                           p.high);
     rows.push_back({f.name, to_text(f.side), fmt::format("{:.3f}", f.probability), percent(f.absorbed),
-                    percent(f.screened_gain), f.shrink.is_ahead ? before_and_after(f.shrink) : "–",
-                    f.finalist ? share_closed(f.shrink) : "–", f.finalist ? before_and_after(f.free_shrink) : "–",
+                    percent(f.screened_gain), f.reduction.is_ahead ? before_and_after(f.reduction) : "–",
+                    f.finalist ? share_closed(f.reduction) : "–", f.finalist ? before_and_after(f.free_reduction) : "–",
                     size.empty() ? "–" : size});
   }
   html.table({"effect", "side", "probability", "absorbed by refitting the base", "explains of the rest, linearly",
-              fmt::format("error of predictions {:g} s ahead, mm", kAhead_s), "share of the gap it closes (90 %)",
-              "error of whole motions, mm", "size (90 %)"},
+              fmt::format("error of predictions {:g} s ahead, mm", d.protocol.ahead_s),
+              "share of the gap it closes (90 %)", "error of whole motions, mm", "size (90 %)"},
              rows);
   html.paragraph(fmt::format("none {:.3f}, unknown {:.3f}. Held-out error without any: {:.2f} mm.",
                              d.probability.at("none"), d.probability.at("unknown"), d.before_mm));
@@ -88,10 +88,10 @@ void add_effects(report::HtmlReport& html, const Diagnosis& d) {
         "mm.",
         d.forecast.motion, d.forecast.before_mm, d.forecast.low_mm, d.forecast.high_mm, d.cause, d.forecast.after_mm));
   if (!d.pair.empty())
-    html.paragraph(
-        fmt::format("Two effects predict better than one: {} (probability {}, which the two share above) takes the "
-                    "held-out error to {:.2f} mm, {} of the gap.",
-                    d.pair, percent(d.pair_probability), d.pair_shrink.after_mm, percent(d.pair_shrink.fraction)));
+    html.paragraph(fmt::format(
+        "Two effects predict better than one: {} (probability {}, which the two share above) takes the "
+        "held-out error to {:.2f} mm, {} of the gap.",
+        d.pair, percent(d.pair_probability), d.pair_reduction.after_mm, percent(d.pair_reduction.fraction)));
   if (!d.cannot_tell.empty()) {
     std::string names;
     for (const std::string& name : d.cannot_tell) names += (names.empty() ? "" : ", ") + name;
@@ -143,9 +143,9 @@ void add_parameters(report::HtmlReport& html, const Diagnosis& d) {
 
 }  // namespace
 
-std::string before_and_after(const Shrink& s) { return fmt::format("{:.2f} → {:.2f}", s.before_mm, s.after_mm); }
+std::string before_and_after(const GapReduction& s) { return fmt::format("{:.2f} → {:.2f}", s.before_mm, s.after_mm); }
 
-std::string share_closed(const Shrink& s) {
+std::string share_closed(const GapReduction& s) {
   return std::isfinite(s.low) ? fmt::format("{:.2f} ({:.2f} … {:.2f})", s.fraction, s.low, s.high)
                               : fmt::format("{:.2f}", s.fraction);
 }
@@ -162,8 +162,8 @@ json to_json(const Diagnosis& d) {
     if (!f.finalist) continue;
     for (const SizedParameter& p : f.size)
       sizes[f.name][p.name] = {{"value", p.value}, {"unit", p.unit}, {"interval", {p.low, p.high}}};
-    shrink[f.name] = shrink_json(f.shrink);
-    shrink[f.name]["free"] = shrink_json(f.free_shrink);
+    shrink[f.name] = reduction_json(f.reduction, d.protocol);
+    shrink[f.name]["free"] = reduction_json(f.free_reduction, d.protocol);
   }
   for (const BaseParameter& p : d.parameters)
     parameters[p.name] = {{"base", p.value}, {"corrected", p.corrected}, {"unit", p.unit}};
@@ -208,7 +208,7 @@ json to_json(const Diagnosis& d) {
                        {"interval_mm", {d.forecast.low_mm, d.forecast.high_mm}},
                        {"after_mm", d.forecast.after_mm}};
   if (!d.pair.empty()) {
-    out["pair"] = shrink_json(d.pair_shrink);
+    out["pair"] = reduction_json(d.pair_reduction, d.protocol);
     out["pair"]["effects"] = d.pair;
     out["pair"]["probability"] = d.pair_probability;
   }

@@ -22,7 +22,7 @@ std::vector<size_t> others(const Study& study, const std::vector<size_t>& left_o
 }
 
 double still_weight(const Study& study, size_t trial) {
-  return study.simulation->trials()[trial].still ? std::sqrt(kStillSamples) : 1;
+  return study.simulation->trials()[trial].still ? std::sqrt(study.protocol.still_samples) : 1;
 }
 
 // Each hypothesis fitted to some trials alone, from where it was fitted to all: one step. On one fine mesh, where
@@ -61,7 +61,7 @@ double trial_rms_mm(const Study& study, const VectorXd& whitened, size_t trial) 
   const Index first = study.rows->first(trial), count = study.rows->count(trial);
   const VectorXd r = whitened.segment(first, count);
   if (!r.allFinite()) return std::numeric_limits<double>::quiet_NaN();
-  const double cut = kSampleCut * estimate::robust_scale(r);
+  const double cut = study.protocol.sample_cut * estimate::robust_scale(r);
   double sum = 0, seen = 0;
   for (Index k = 0; k < count; ++k) {
     if (study.rows->seen()(first + k) == 0) continue;

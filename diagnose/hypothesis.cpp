@@ -231,7 +231,8 @@ void refine_mesh(Study& study, std::vector<Hypothesis>& hypotheses) {
       const VectorXd sd = study.rows->sd_mm().segment(first, count);
       const VectorXd change = h.mesh_offset.segment(first, count).cwiseProduct(sd),
                      left = coarse.col(i).segment(first, count).cwiseProduct(sd);
-      if (!is_mesh_correction(*study.simulation, trial, change, left)) h.mesh_offset.segment(first, count).setZero();
+      if (!is_mesh_correction(*study.simulation, study.protocol, trial, change, left))
+        h.mesh_offset.segment(first, count).setZero();
     }
     h.residual = coarse.col(i) + h.mesh_offset;
     h.cost = estimate::cauchy_cost(h.residual, c);
@@ -239,7 +240,7 @@ void refine_mesh(Study& study, std::vector<Hypothesis>& hypotheses) {
 }
 
 void relinearise(Study& study, std::vector<Hypothesis>& hypotheses) {
-  constexpr double kBaseStep = 0.08, kEffectStep = 0.3;  // coordinates: ln of the base's, scales of an effect's
+  const double base_step = study.protocol.base_step, effect_step = study.protocol.effect_step;
   Index columns = 0;
   for (const Hypothesis& h : hypotheses) columns += static_cast<Index>(h.active.size());
   MatrixXd sets(study.base.size(), columns);
@@ -248,7 +249,7 @@ void relinearise(Study& study, std::vector<Hypothesis>& hypotheses) {
   for (const Hypothesis& h : hypotheses)
     for (const Index k : h.active) {
       const bool of_base = k < static_cast<Index>(study.base_count);
-      const double step = of_base ? kBaseStep : kEffectStep;
+      const double step = of_base ? base_step : effect_step;
       steps(at) = h.x(k) + step > bound(study.parameters[static_cast<size_t>(k)], true) ? -step : step;
       sets.col(at) = h.x;
       sets(k, at) += steps(at);

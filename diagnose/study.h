@@ -5,7 +5,6 @@
 // their neutral value. Coordinates of effects are zero at neutral.
 #pragma once
 
-#include <filesystem>
 #include <memory>
 #include <optional>
 #include <string>
@@ -13,49 +12,21 @@
 
 #include "capture/trial/trial.h"
 #include "diagnose/effects/effect.h"
+#include "diagnose/protocol.h"
 #include "estimate/rows.h"
 #include "estimate/least_squares.h"
 #include "geometry/projection.h"
-#include "report/progress.h"
 
 namespace selvedge::diagnose {
 
-// Where a base fit ended.
-struct BaseFit {
-  Eigen::VectorXd coordinates;
-  std::vector<double> pulls_per_s;  // a trial
-};
-
-// input: what the fit rests on, as its keeper names it.
-void write_base_fit(const std::filesystem::path& file, const BaseFit& fit, const std::string& input = "");
-// Nothing where there is no such file, or where it is of another form, another input or another number of trials.
-std::optional<BaseFit> read_base_fit(const std::filesystem::path& file, size_t trials, const std::string& input = "");
-
 // Descents of the base and of hypotheses.
 estimate::LeastSquaresOptions search_options(int max_iterations, double least_decrease);
-
-inline constexpr double kStillSamples = 6;  // RowOptions::still_samples of a diagnosis
-// Robust standard deviations of a trial's residual, at which single samples of an error are cut.
-inline constexpr double kSampleCut = 6;
-
-struct StudyOptions {
-  model::Drag drag = model::Drag::nonlinear;
-  int coarse_columns = 7, columns = 13, fine_columns = 25;  // start, derivatives, and what they are derivatives of
-  double rate_hz = 30, image_rate_hz = 10;
-  double pull_per_s =
-      10;  // fits and judging: simulations are pulled towards the markers (cloth/guide.h); 0: they run free
-  double skipped_s = 0;  // from each trial's start: how the fabric came to hang, which its friction remembers, counts
-                         // there; and nothing but that in still ones, which are then left out
-  std::optional<BaseFit> base_fit;  // found before: it is taken as it is
-  std::optional<BaseFit>
-      start;  // found on other meshes: the base fit begins there, with those pulls, and seeks no other start
-  report::ProgressCallback progress = [](double, const std::string&) {};
-};
 
 struct Hypothesis;
 
 struct Study {
   std::string campaign;
+  Protocol protocol;
   std::vector<Effect> effects;
   std::vector<model::Parameter> parameters;  // base, then every effect's
   size_t base_count = 0;
@@ -75,9 +46,9 @@ struct Study {
   // there and derivatives of its own: shear may have swallowed what an effect in the plane of the fabric does, where no
   // derivative finds the way back.
   std::shared_ptr<const Hypothesis> other_start;
-  bool pulled = false;  // simulations are pulled towards markers
+  bool nudged = false;  // simulations are nudged towards markers
   std::vector<std::string>
-      pulled_harder;  // trials that leave the recorded folds all the same, or where the meshes part
+      nudged_harder;  // trials that leave the recorded folds all the same, or where the meshes part
   std::vector<Eigen::VectorXd> mesh_change;  // mm, what the fine mesh adds, one a trial
   int evaluations = 0;
 
@@ -97,13 +68,16 @@ void correct_mesh(Study& study);
 // stay those of before.
 void run_free(Study& study);
 
-// Fits the base model; effects that the campaign cannot show are left out.
-Study make_study(const trial::Campaign& campaign, const std::vector<Effect>& effects, const StudyOptions& options);
-
 // Whether what a finer mesh adds to a trial's residuals (mm) is a correction. A change that is larger than what the fit
 // leaves (left_mm), and than any mesh's error of a motion that both follow, says that one of them went another way.
-bool is_mesh_correction(const model::Simulation& simulation, size_t trial, const Eigen::VectorXd& change_mm,
-                        const Eigen::VectorXd& left_mm);
+bool is_mesh_correction(const model::Simulation& simulation, const Protocol& protocol, size_t trial,
+                        const Eigen::VectorXd& change_mm, const Eigen::VectorXd& left_mm);
+
+// Residuals and their derivatives at the base fit, by central differences.
+void linearise(Study& study);
+
+// The base's parameters, of study.parameters.
+std::vector<model::Parameter> base_of(const Study& study);
 
 // Residuals of many coordinate sets (columns), whitened; a column of NaN where a simulation diverged.
 Eigen::MatrixXd residuals_at(const Study& study, const Eigen::MatrixXd& coordinates,

@@ -88,21 +88,21 @@ double marker_noise_mm(const model::ObservedTrial& trial) {
   return std::sqrt(3.0) * 1e3 * trial.markers->noise_m / (trial.still ? std::sqrt(20.0) : 1);
 }
 
-double size_form_share(const Calibration& calibration, Side side) {
+double size_form_share(const Protocol& protocol, Side side) {
   const bool of_the_rig = side == Side::measurement || side == Side::boundary || side == Side::aerodynamic;
-  return of_the_rig ? calibration.rig_size_share : calibration.fabric_size_share;
+  return of_the_rig ? protocol.rig_size_share : protocol.fabric_size_share;
 }
 
-Floor floor_of(const Study& study, const Calibration& calibration) {
+Floor floor_of(const Study& study, const Protocol& protocol) {
   const auto trials = static_cast<Index>(study.rows->trials());
   Floor floor{VectorXd(trials), VectorXd(trials), replicate_mm(study)};
   for (Index t = 0; t < trials; ++t) {
     const auto trial = static_cast<size_t>(t);
     floor.noise_mm(t) = std::max(stated_noise(study, trial), noise_from_differences(study, trial));
     const bool still = study.simulation->trials()[trial].still;
-    const double share = still ? calibration.still_mesh_share : calibration.mesh_share;
-    const double pulled_form_mm = !still && study.has_one_mesh() ? calibration.one_mesh_form_mm : calibration.form_mm;
-    const double form_mm = still || study.pulled ? pulled_form_mm : calibration.free_form_mm;
+    const double share = still ? protocol.still_grid_share : protocol.grid_share;
+    const double nudged_form_mm = !still && study.has_one_mesh() ? protocol.one_grid_form_mm : protocol.form_mm;
+    const double form_mm = still || study.nudged ? nudged_form_mm : protocol.free_form_mm;
     floor.right_mm(t) =
         std::sqrt(std::pow(floor.noise_mm(t), 2) + std::pow(share * mesh_mm(study, trial), 2) + std::pow(form_mm, 2));
   }
@@ -116,9 +116,9 @@ std::vector<double> group_mm(const Study& study, const VectorXd& mm_of_trial) {
 }
 
 Scores score(const Study& study, const std::vector<Hypothesis>& hypotheses, const HeldOut& held_out, const Floor& floor,
-             const Calibration& c) {
+             const Protocol& c) {
   Scores out;
-  const double kappa = study.pulled ? c.kappa : c.free_kappa;
+  const double kappa = study.nudged ? c.kappa : c.free_kappa;
   const std::vector<double> base = group_mm(study, held_out.mm.row(0)), right = group_mm(study, floor.right_mm),
                             noise = group_mm(study, floor.noise_mm);
   const auto form2 = [&](size_t g) { return right[g] * right[g] - noise[g] * noise[g]; };
@@ -155,11 +155,11 @@ Scores score(const Study& study, const std::vector<Hypothesis>& hypotheses, cons
   out.log_ratio_right = mean_log_ratio(right);
   score_of["none"] = std::log(c.prior_none);
   score_of["unknown"] = std::log(c.prior_unknown) + kappa * out.log_ratio_unknown - c.cost_unknown;
-  // How often a campaign that lacks nothing lies so far above what a right model leaves; few are known, so tails are
+  // How often a null campaign lies so far above what a right model leaves; few are known, so tails are
   // heavy.
   double above = 0;
   for (size_t g = 0; g < base.size(); ++g) above += std::log(base[g] / right[g]) / static_cast<double>(base.size());
-  const double z = study.pulled ? (above - c.null_mean) / c.null_sd : (above - c.free_null_mean) / c.free_null_sd;
+  const double z = study.nudged ? (above - c.null_mean) / c.null_sd : (above - c.free_null_mean) / c.free_null_sd;
   out.p_value =
       std::isfinite(z) ? boost::math::cdf(boost::math::complement(boost::math::students_t(c.null_freedom), z)) : 0;
   score_of["none"] += std::log(std::clamp(out.p_value / c.plain_gap, 1e-12, 1.0));

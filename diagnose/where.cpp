@@ -19,8 +19,6 @@ using Eigen::VectorXd;
 
 namespace {
 
-constexpr double kFastShare = 0.5;  // of the held corners' top speed: faster is fast
-
 struct Sum {
   double square = 0, noise = 0, count = 0;
   void add(double mm2, double noise2) {
@@ -46,7 +44,7 @@ struct Look {
 };
 
 double value_mm(const Study& study, const VectorXd& residual, size_t trial, Index row) {
-  const double still = study.simulation->trials()[trial].still ? std::sqrt(kStillSamples) : 1;
+  const double still = study.simulation->trials()[trial].still ? std::sqrt(study.protocol.still_samples) : 1;
   return residual(row) * study.rows->sd_mm()(row) / still;
 }
 
@@ -62,13 +60,13 @@ std::string quarter(double t, double begin, double end) {
   return names[std::clamp(static_cast<int>(4 * (t - begin) / std::max(end - begin, 1e-9)), 0, 3)];
 }
 
-std::string regime(const model::ObservedTrial& trial, double t) {
+std::string regime(const model::ObservedTrial& trial, double t, double fast_share) {
   if (trial.still) return "static";
   if (trial.kind == trial::Experiment::robot) return "robot";
   double top = 0;
   for (const double s : trial.experiment.path.time_s)
     top = std::max(top, trial.experiment.path.velocity_at(s).colwise().norm().maxCoeff());
-  return trial.experiment.path.velocity_at(t).colwise().norm().maxCoeff() > kFastShare * top ? "fast" : "slow";
+  return trial.experiment.path.velocity_at(t).colwise().norm().maxCoeff() > fast_share * top ? "fast" : "slow";
 }
 
 std::string image_third(double row_px, double height_px) {
@@ -118,7 +116,7 @@ void look_at_markers(Look& look, ResidualMap& map, const VectorXd& residual, siz
       if (look.study.rows->seen()(row) == 0) continue;
       const double time = m.time_s[static_cast<size_t>(j)], mm2 = d.squaredNorm();
       look.add("region", region(m.uv[k], t.width_m, t.height_m), group, mm2, noise2);
-      look.add("regime", regime(t, time), group, mm2, noise2);
+      look.add("regime", regime(t, time, look.study.protocol.fast_share), group, mm2, noise2);
       if (!t.still) look.add("time", quarter(time, m.time_s.front(), m.time_s.back()), group, mm2, noise2);
       at_time[static_cast<size_t>(j)].add(mm2, noise2);
       spots[{m.uv[k].x(), m.uv[k].y()}].add(mm2, noise2);
@@ -201,7 +199,7 @@ void look_at_stripes(Look& look, ResidualMap& map, const VectorXd& residual, siz
     const auto point = [&](const auto& p) {
       const Eigen::Vector2d& pixel = p.pixel;
       const double mm = value_mm(look.study, residual, trial, row++), mm2 = mm * mm;
-      look.add("regime", regime(t, f.time_s), group, mm2, noise2);
+      look.add("regime", regime(t, f.time_s, look.study.protocol.fast_share), group, mm2, noise2);
       if (!t.still)
         look.add("time", quarter(f.time_s, t.stripes->frames.front().time_s, t.stripes->frames.back().time_s), group,
                  mm2, noise2);

@@ -106,9 +106,9 @@ class Minimiser {
     if (options_.only_coordinates) return std::move(result_);
     const VectorXd w = cauchy_weights(r_, options_.cauchy * result_.scale);
     const MatrixXd inverse = result_.information.inverse();
-    // In earnest, the prior is a piece of evidence like the others, as uncertain as it says.
+    // As evidence, the prior is a piece of evidence like the others, as uncertain as it says.
     MatrixXd prior = MatrixXd::Zero(at_.x.size(), at_.x.size());
-    if (options_.prior_in_earnest) prior.diagonal() = prior_weights() * result_.scale * result_.scale * alike_;
+    if (options_.prior_as_evidence) prior.diagonal() = prior_weights() * result_.scale * result_.scale * alike_;
     result_.covariance = inverse * (gradient_squares(jacobian_, w.cwiseProduct(r_), rows_, false) + prior) * inverse;
     result_.covariance_between_trials =
         inverse * (gradient_squares(jacobian_, w.cwiseProduct(r_), rows_, true) + prior) * inverse;
@@ -149,7 +149,7 @@ class Minimiser {
     simulation_.take_branches(state_, evaluated[0].start);
     result_.scale = robust_scale(r_);
     result_.residuals = std::move(evaluated[0]);
-    if (options_.prior_in_earnest) alike_ = rows_alike();
+    if (options_.prior_as_evidence) alike_ = rows_alike();
     weigh();
     result_.history.push_back(result_.cost);
   }

@@ -2,8 +2,8 @@
 //
 // Minimises Σ ρ((r/sd)²) with Cauchy's ρ, so that samples that are centimetres off do not steer the fit, plus
 // a pull (prior_sd in coordinates) towards the start, or prior_centre, that keeps undetermined parameters where they
-// are; weak, or in earnest. Parameter sets of one iteration run side by side in SIMD lanes: the differences, then four
-// dampings at once.
+// are; weak, or evidence like the rest. Parameter sets of one iteration run side by side in SIMD lanes: the
+// differences, then four dampings at once.
 #pragma once
 
 #include <optional>
@@ -23,7 +23,7 @@ struct LeastSquaresOptions {
   double difference = 0.03;                     // in coordinates
   std::optional<double> prior_sd;               // in coordinates; without: each parameter's own
   std::optional<Eigen::VectorXd> prior_centre;  // without: where this fit starts
-  bool prior_in_earnest =
+  bool prior_as_evidence =
       false;          // residuals of 0.2 s of a trial count as one, not one by one: the prior's odds are what they say
   double cauchy = 3;  // in robust standard deviations
   std::vector<size_t> trials;  // fitted ones; empty: all

@@ -53,7 +53,8 @@ struct TrialProtocol {
 enum class ErrorKind { folds, residuals };
 
 struct FitPlan {
-  std::vector<std::string> optimisers = {"annealing"};  // "least_squares", or as fit/optimisers/search.h names them
+  std::vector<std::string> optimisers = {
+      "annealing"};  // "least_squares", or as estimate/optimisers/registry.h names them
   ErrorKind error = ErrorKind::folds;
   int evaluations = 600;  // of a search, a trial
   int iterations = 25;    // of least squares, at most

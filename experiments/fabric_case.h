@@ -47,7 +47,7 @@ std::vector<size_t> trials_of(const FabricCase& c, trial::Experiment kind);
 bool goes_on(const FabricCase& c, size_t trial);
 
 // Error of whole parameter sets (columns) in each of the trials (columns of the result): E per frame, or mm. Infinity
-// where a simulation blew up.
+// where a simulation diverged.
 Eigen::MatrixXd errors(const FabricCase& c, const Eigen::MatrixXd& sets, const std::vector<size_t>& trials);
 Eigen::MatrixXd later_errors(const FabricCase& c, const Eigen::MatrixXd& sets, const std::vector<size_t>& trials);
 

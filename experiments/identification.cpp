@@ -100,7 +100,7 @@ OneFit fit_together(const FabricCase& c, const std::vector<size_t>& trials, Inde
     squares.max_iterations = options.iterations;
     squares.prior_sd = kUsual;
     squares.prior_centre = c.start.head(searched);
-    squares.prior_in_earnest = true;
+    squares.prior_as_evidence = true;
     squares.least_decrease = 2e-3;  // the error of folds does not fall by what comes after
     squares.progress = fit::part_of(options.progress, 0, 0.4, "beginnings");
     const fit::Start near = fit::fit_beginnings(scenes, state, some, c.start.head(searched), squares, {0.25, 0.5});

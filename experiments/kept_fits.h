@@ -2,7 +2,7 @@
 // search that was under way goes on after its last evaluation.
 //
 // FOLDER/NAME.json holds a finished fit, FOLDER/NAME.evaluations.txt the journal of a search
-// (fit/optimisers/journal.h). Both open with what was fitted; those of other inputs are refused.
+// (estimate/optimisers/journal.h). Both open with what was fitted; those of other inputs are refused.
 #pragma once
 
 #include <filesystem>

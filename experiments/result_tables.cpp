@@ -91,7 +91,7 @@ ResultTable skirt_table(const ExperimentOutcome& out) {
                     {}};
   for (const SkirtOutcome& s : out.skirts) {
     if (!s.finite) {
-      table.rows.push_back({s.fabric, std::to_string(s.triangles), "blew up", "", "", "", "", ""});
+      table.rows.push_back({s.fabric, std::to_string(s.triangles), "diverged", "", "", "", "", ""});
       continue;
     }
     table.rows.push_back({s.fabric, std::to_string(s.triangles), std::to_string(s.frames),

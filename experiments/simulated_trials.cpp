@@ -85,7 +85,7 @@ void record_trial(const Fabric& fabric, const TrialPlan& plan, const TrialProtoc
   if (!run.finite)
     throw std::runtime_error(
         fabric.name + ", " + plan.name +
-        ": the simulated recording blew up; a stiffer or heavier fabric, or less motion, may help");
+        ": the simulated recording diverged; a stiffer or heavier fabric, or less motion, may help");
 
   render::StripeRenderer renderer(*t.camera, *t.projector);
   renderer.set_pattern({true, t.pattern->period_px, t.pattern->duty, t.pattern->first_bright_row_px});

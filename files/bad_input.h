@@ -12,9 +12,13 @@
 
 namespace selvedge {
 
+// The text as UTF-8 that a terminal or a page shows: bytes that are none, and control characters but line breaks, as
+// \xNN.
+std::string printable(std::string_view text);
+
 class BadInput : public std::runtime_error {
  public:
-  explicit BadInput(const std::string& text) : std::runtime_error(text) {}
+  explicit BadInput(const std::string& text) : std::runtime_error(printable(text)) {}
 };
 
 // Throws BadInput "WHERE: TEXT", the text formatted with fmt.
@@ -24,7 +28,7 @@ template <class... Arguments>
   throw BadInput(where + ": " + fmt::format(text, std::forward<Arguments>(arguments)...));
 }
 
-// Found text as an error shows it: in quotes, on one line, cut after 60 bytes.
+// Found text as an error shows it: in quotes, printable, on one line, cut after 60 bytes at most.
 std::string in_quotes(std::string_view text);
 
 }  // namespace selvedge

@@ -28,8 +28,10 @@ bool is_as_written(std::string_view line) {
 }  // namespace
 
 CheckedLines read_checked_lines(const std::filesystem::path& path, std::string_view header) {
-  const std::string bytes = read_whole(path);
-  std::string_view left = bytes;
+  return parse_checked_lines(read_whole(path), header);
+}
+
+CheckedLines parse_checked_lines(std::string_view left, std::string_view header) {
   CheckedLines result;
   result.text = header;
   result.header_damaged = left.substr(0, header.size()) != header;

@@ -33,5 +33,7 @@ struct CheckedLines {
 // header: the file's first line as it was written, with its line break; `text` begins with it even where the file does
 // not. Throws BadInput where there is no such file, or nothing that can be read as one.
 CheckedLines read_checked_lines(const std::filesystem::path& path, std::string_view header);
+// The same of text that was read already.
+CheckedLines parse_checked_lines(std::string_view text, std::string_view header);
 
 }  // namespace selvedge::files

@@ -5,9 +5,9 @@
 #include <sstream>
 
 #include <fmt/ranges.h>
-#include <toml++/toml.h>
 
 #include "files/bad_input.h"
+#include "files/toml_text.h"
 #include "files/whole_file.h"
 
 namespace selvedge::files {
@@ -139,13 +139,7 @@ void Section::finish() const {
 TomlFile TomlFile::parse(const std::string& text, const std::string& name, const std::vector<std::string>& sections) {
   TomlFile result;
   result.name_ = name;
-  try {
-    result.root_ = to_json(toml::parse(text, name));
-  } catch (const toml::parse_error& error) {
-    const auto& begin = error.source().begin;
-    refuse(fmt::format("{}:{}:{}", name, begin.line, begin.column), "found text that is not TOML: {}",
-           error.description());
-  }
+  result.root_ = to_json(parse_toml(text, name));
   for (const auto& [key, value] : result.root_.items()) {
     if (!sections.empty() && std::find(sections.begin(), sections.end(), key) == sections.end())
       refuse(name, "unknown section or key \"{}\", expected sections {}", key, fmt::join(sections, ", "));

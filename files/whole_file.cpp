@@ -12,6 +12,7 @@
 #include "files/bad_input.h"
 #include "files/durable.h"
 #include "files/file_error.h"
+#include "files/nesting.h"
 
 namespace selvedge::files {
 
@@ -64,8 +65,10 @@ void write_whole(const fs::path& path, const std::string& bytes) {
   sync_folder(folder_of(path));
 }
 
-nlohmann::json read_json(const fs::path& path) {
-  const std::string text = read_whole(path);
+nlohmann::json read_json(const fs::path& path) { return parse_json(read_whole(path), path.string()); }
+
+nlohmann::json parse_json(const std::string& text, const std::string& where) {
+  refuse_deep_json(text, where);
   try {
     return nlohmann::json::parse(text);
   } catch (const nlohmann::json::parse_error& error) {
@@ -74,10 +77,10 @@ nlohmann::json read_json(const fs::path& path) {
       column = text[i] == '\n' ? 1 : column + 1;
       line += text[i] == '\n';
     }
-    refuse(fmt::format("{}:{}:{}", path.string(), line, column), "found text that is not JSON, expected {}",
+    refuse(fmt::format("{}:{}:{}", where, line, column), "found text that is not JSON, expected {}",
            text.empty() ? "a JSON object, the file is empty" : "valid JSON");
   } catch (const nlohmann::json::out_of_range&) {
-    refuse(path.string(), "found a number beyond the range of a double, expected finite numbers");
+    refuse(where, "found a number beyond the range of a double, expected finite numbers");
   }
 }
 

@@ -16,8 +16,11 @@ std::string read_whole(const std::filesystem::path& path);
 // Throws std::runtime_error naming path and cause where the disk refuses; `path` is then unchanged.
 void write_whole(const std::filesystem::path& path, const std::string& bytes);
 
-// Parses JSON. Throws BadInput naming path, line and column of the first error.
+// Parses JSON. Throws BadInput naming path, line and column of the first error, and where it nests deeper than 64
+// (nesting.h).
 nlohmann::json read_json(const std::filesystem::path& path);
+// The same of text that was read already; `where` is for errors.
+nlohmann::json parse_json(const std::string& text, const std::string& where);
 
 // write_whole with two-space indentation and a closing newline.
 void write_json(const std::filesystem::path& path, const nlohmann::json& value);

@@ -10,7 +10,7 @@
 #include "fit/fold_objective.h"
 #include "estimate/optimisers/registry.h"
 #include "estimate/optimisers/journal.h"
-#include "fit/spread/ranks.h"
+#include "estimate/spread_costs.h"
 
 namespace selvedge::fit {
 
@@ -112,7 +112,7 @@ estimate::SearchResult run_search(const CampaignSearch& search, const trial::Cam
   } else {
     costs = residual_costs(objective, state, parameters, options);
   }
-  const std::shared_ptr<Ranks>& ranks = objective.options().ranks;
+  const std::shared_ptr<model::Ranks>& ranks = objective.options().ranks;
   const std::string identity = identity_of(search, campaign, objective, start, parameters, rows, costs(start).front());
   // The first rank alone writes.
   std::unique_ptr<estimate::Journal> journal;
@@ -121,7 +121,7 @@ estimate::SearchResult run_search(const CampaignSearch& search, const trial::Cam
   estimate::SearchProblem problem;
   std::tie(problem.lower, problem.upper) = bounds_of(searched);
   problem.start = VectorXd(start(rows)).cwiseMax(problem.lower).cwiseMin(problem.upper);
-  problem.costs = spread(
+  problem.costs = estimate::spread_costs(
       ranks, [&](const MatrixXd& points) { return costs(filled_in(points, start, rows)); },
       [&](estimate::BatchCosts shared) { return journal->recorded(std::move(shared)); });
 

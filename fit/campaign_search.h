@@ -1,4 +1,5 @@
-// A campaign fitted by one of the optimisers that need costs alone (fit/optimisers), in the place of least squares.
+// A campaign fitted by one of the optimisers that need costs alone (estimate/optimisers), in the place of least
+// squares.
 //
 // The search starts where least squares would, and runs on the final mesh. Its error is either `residuals`, the robust
 // cost in whitened millimetres that least squares minimise, or `folds`, E of the fold metric per frame, summed over the
@@ -17,7 +18,7 @@ namespace selvedge::fit {
 enum class SearchError { residuals, folds };
 
 struct CampaignSearch {
-  std::string optimiser = "annealing";  // as fit/optimisers/search.h names them
+  std::string optimiser = "annealing";  // as estimate/optimisers/registry.h names them
   SearchError error = SearchError::residuals;
   std::vector<std::string> parameters;  // searched; the others stay at the start. Empty: all
   int evaluations = 600;

@@ -42,7 +42,7 @@ Eigen::MatrixXd all_combinations(const std::vector<model::Parameter>& parameters
   return columns;
 }
 
-// Infinity where a simulation blew up.
+// Infinity where a simulation diverged.
 std::vector<double> costs_of(const model::Simulation& simulation, const model::State& state,
                              const std::vector<model::Parameter>& parameters, const Eigen::MatrixXd& sets,
                              const estimate::LeastSquaresOptions& options, const std::string& name) {

@@ -12,7 +12,7 @@ struct CoarseResult {
   int evaluations = 0;
 };
 
-// keep: how many of the best come back. Sets whose simulation blew up are left out.
+// keep: how many of the best come back. Sets whose simulation diverged are left out.
 CoarseResult coarse_search(const model::Simulation& simulation, const model::State& state,
                            const std::vector<model::Parameter>& parameters,
                            const estimate::LeastSquaresOptions& options, size_t keep = 1);

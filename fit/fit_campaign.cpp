@@ -1,10 +1,8 @@
 #include "fit/fit_campaign.h"
 
 #include <algorithm>
-#include <bit>
 #include <chrono>
 #include <cmath>
-#include <cstdint>
 #include <limits>
 
 #include <fmt/format.h>
@@ -12,6 +10,7 @@
 #include <Eigen/Eigenvalues>
 
 #include "estimate/journal.h"
+#include "estimate/kept_input.h"
 #include "model/trial_error.h"
 #include "fit/stages.h"
 #include "observe/stripe_residual.h"
@@ -81,42 +80,13 @@ std::optional<double> plate_error(const model::ObservedTrial& trial) {
   return 1e3 * std::sqrt(sum / static_cast<double>(std::max<size_t>(count, 1)));
 }
 
-// FNV-1a over the bits of what was observed and of how the fabric was held.
-class Checksum {
- public:
-  void add(const double* numbers, Index count) {
-    for (Index i = 0; i < count; ++i) {
-      value_ ^= std::bit_cast<std::uint64_t>(numbers[i]);
-      value_ *= 1099511628211u;
-    }
-  }
-  std::uint64_t value() const { return value_; }
-
- private:
-  std::uint64_t value_ = 14695981039346656037u;
-};
-
-std::uint64_t checksum_of(const std::vector<model::ObservedTrial>& trials) {
-  Checksum sum;
-  for (const model::ObservedTrial& t : trials) {
-    for (const double s : t.experiment.sample_s) sum.add(t.experiment.path.at(s).data(), 6);
-    sum.add(&t.experiment.material.density, 1);
-    if (t.markers) sum.add(t.markers->position.data(), t.markers->position.size());
-    if (t.stripes)
-      for (const observe::StripeFrame& f : t.stripes->frames)
-        for (const observe::DepthPoint& p : f.depth) sum.add(&p.depth_m, 1);
-  }
-  return sum.value();
-}
-
 // One line: what would make it another fit.
-std::string identity_of(const FitOptions& o, int columns, const std::vector<model::ObservedTrial>& trials) {
-  std::string text =
-      fmt::format("{} drag {} columns {} after {} iterations {} hold-out {} integrator {} trials",
-                  o.search ? "start of a search" : "least_squares", static_cast<int>(o.drag), columns, o.coarse_columns,
-                  o.max_iterations, static_cast<int>(o.hold_out), static_cast<int>(o.integrator));
-  for (const model::ObservedTrial& t : trials) text += " " + t.name;
-  return text + fmt::format(" observed {:016x}", checksum_of(trials));
+std::string identity_of(const FitOptions& o, int columns, const trial::Campaign& campaign) {
+  const std::string settings = fmt::format(
+      "{} drag {} columns {} after {} rates {} {} iterations {} hold-out {} integrator {}",
+      o.search ? "start of a search" : "least_squares", static_cast<int>(o.drag), columns, o.coarse_columns, o.rate_hz,
+      o.image_rate_hz, o.max_iterations, static_cast<int>(o.hold_out), static_cast<int>(o.integrator));
+  return settings + " input " + estimate::input_hash(campaign, settings);
 }
 
 estimate::LeastSquaresOptions search_options(const FitOptions& options, double cut_s,
@@ -245,10 +215,15 @@ const char* drag_text(model::Drag drag) {
 
 }  // namespace
 
+std::string input_of(const trial::Campaign& campaign, model::Drag drag) {
+  return estimate::input_hash(campaign, std::string("fit with ") + model::to_text(drag));
+}
+
 FitOutcome fit_campaign(const trial::Campaign& campaign, const FitOptions& options) {
   const auto begin = std::chrono::steady_clock::now();
   FitOutcome out;
   out.campaign = campaign.folder.filename().string();
+  out.input = input_of(campaign, options.drag);
   const std::vector<model::Parameter> parameters = model::base_parameters(options.drag);
   const std::vector<model::ObservedTrial> trials = observe_campaign(campaign, options.rate_hz, options.image_rate_hz,
                                                                     part_of(options.progress, 0, 0.05, "campaign"));
@@ -263,8 +238,8 @@ FitOutcome fit_campaign(const trial::Campaign& campaign, const FitOptions& optio
                   : trials[moving(trials).front()].experiment.start_s + 2.0 / 3 * last_observed_s(trials);
 
   std::shared_ptr<estimate::FitJournal> journal;
-  if (!options.journal.empty() && !options.ranks)
-    journal = std::make_shared<estimate::FitJournal>(options.journal, identity_of(options, columns, trials));
+  if (!options.journal.empty())
+    journal = estimate::FitJournal::shared(options.journal, identity_of(options, columns, campaign), options.ranks);
 
   const auto on_mesh_of = [&](int columns) {
     model::SimulationOptions o;

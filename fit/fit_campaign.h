@@ -36,9 +36,8 @@ struct FitOptions {
   HoldOut hold_out = HoldOut::automatic;  // trials where at least four move, else the last third of the frames
   int max_iterations = 10;
   CampaignSearchFunction search;  // where set, takes the place of step 3 (campaign_search.h)
-  std::filesystem::path
-      journal;  // of what is found before a search, and by least squares (fit_journal.h); empty, or with ranks: none
-  std::shared_ptr<Ranks> ranks;  // that share out evaluations (fit/spread/ranks.h); empty: this process alone
+  std::filesystem::path journal;  // of what is found before a search, and by least squares (fit_journal.h); empty: none
+  std::shared_ptr<model::Ranks> ranks;  // that share out evaluations (model/ranks/ranks.h); empty: this process alone
   cloth::Options::Integrator integrator = cloth::Options::Integrator::leapfrog;
   report::ProgressCallback progress = [](double, const std::string&) {};
 };
@@ -67,6 +66,7 @@ struct TrialError {
 
 struct FitOutcome {
   std::string campaign, model, hold_out;
+  std::string input;  // input_of what was fitted
   std::vector<FittedParameter> parameters;
   Eigen::VectorXd coordinates;
   std::vector<TrialError> trials;
@@ -81,6 +81,9 @@ struct FitOutcome {
   model::State state;                                   // in which it ended
   std::vector<std::string> remarks;  // what a reader should know: bounds, combinations not told apart
 };
+
+// The hash of what a fit with this drag law rests on: recordings, pictures too, and code (estimate/kept_input.h).
+std::string input_of(const trial::Campaign& campaign, model::Drag drag);
 
 FitOutcome fit_campaign(const trial::Campaign& campaign, const FitOptions& options = {});
 

@@ -4,6 +4,8 @@
 
 #include <fmt/format.h>
 
+#include "files/bad_input.h"
+#include "files/json_reader.h"
 #include "files/json_number.h"
 #include "files/whole_file.h"
 #include "fit/fit_pictures.h"
@@ -164,8 +166,23 @@ json to_json(const FitOutcome& out) {
                    {"remarks", out.remarks},
                    {"held_out", {{"by", out.hold_out}, {"error", files::finite_or_null(held_out_mm(out))}}}};
   out_json["optimiser"] = out.optimiser;
+  out_json["input"] = out.input;
   if (const auto plate = rigid_plate_mm(out)) out_json["held_out"]["rigid_plate_error"] = *plate;
   return out_json;
+}
+
+std::optional<Eigen::VectorXd> read_fit(const std::filesystem::path& file, const trial::Campaign& campaign,
+                                        model::Drag drag) {
+  const files::JsonReader fit(file);
+  if (fit.text("format") != "fit/1") refuse(fit.where("format"), "found {}, expected fit/1", fit.text("format"));
+  if (!fit.has("input") || fit.text("input") != input_of(campaign, drag)) return std::nullopt;
+  const std::vector<model::Parameter> base = model::base_parameters(drag);
+  const files::JsonReader parameters = fit.child("parameters");
+  Eigen::VectorXd coordinates(static_cast<Eigen::Index>(base.size()));
+  for (size_t k = 0; k < base.size(); ++k)
+    coordinates(static_cast<Eigen::Index>(k)) =
+        model::to_coordinate(base[k], parameters.child(base[k].name).positive("value"));
+  return coordinates;
 }
 
 void write_fit(const FitOutcome& out, const trial::Campaign& campaign, const std::filesystem::path& folder) {

@@ -95,7 +95,7 @@ class FoldBench {
   std::vector<float> row_, column_, depth_;
 };
 
-// Of one parameter set and trial: the sheet at each compared frame; empty where the simulation blew up.
+// Of one parameter set and trial: the sheet at each compared frame; empty where the simulation diverged.
 using Sheets = std::vector<Eigen::Matrix3Xd>;
 
 std::vector<Sheets> simulate_sheets(const model::Simulation& scenes, const model::State& state, const FoldTrack& track,

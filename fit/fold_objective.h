@@ -41,7 +41,7 @@ class FoldObjective {
                 FoldPicture picture = FoldPicture::row_map, const FoldMetricOptions& metric = {});
 
   // E per frame, sets × trials (all of them where `trials` is empty, otherwise those, in that order); infinity where
-  // a simulation blew up. coordinates: parameters × sets.
+  // a simulation diverged. coordinates: parameters × sets.
   Eigen::MatrixXd energy(const std::vector<model::Parameter>& parameters, const Eigen::MatrixXd& coordinates,
                          const std::vector<size_t>& trials = {}) const;
 

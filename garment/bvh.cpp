@@ -15,11 +15,13 @@ namespace selvedge::garment {
 namespace {
 
 constexpr double kPoseRunUp_s = 0.25;
+constexpr int kDeepestJoint = 128;         // joints above one another
+constexpr size_t kMostPoses = 10'000'000;  // joints times frames: over half a gigabyte in memory
 
-// Words of the file with the line each stands in.
+// Words of the text with the line each stands in.
 class Words {
  public:
-  explicit Words(const std::filesystem::path& path) : path_(path.string()), text_(files::read_whole(path)) {}
+  Words(std::string text, std::string where) : path_(std::move(where)), text_(std::move(text)) {}
 
   std::string where() const { return path_ + ":" + std::to_string(line_); }
 
@@ -93,7 +95,9 @@ int channel_of(const std::string& name, const std::string& where) {
   return static_cast<int>(found - names.begin());
 }
 
-void read_joint(Words& words, const std::string& name, int parent, Motion& motion) {
+void read_joint(Words& words, const std::string& name, int parent, Motion& motion, int depth = 1) {
+  if (depth > kDeepestJoint)
+    refuse(words.where(), "found joints nested deeper than {}, expected at most {}", kDeepestJoint, kDeepestJoint);
   const auto index = static_cast<int>(motion.joints.size());
   motion.joints.push_back({name, parent, Eigen::Vector3d::Zero(), {}});
   words.expect("{");
@@ -111,10 +115,10 @@ void read_joint(Words& words, const std::string& name, int parent, Motion& motio
     } else if (word == "JOINT") {
       const std::string child = words.rest_of_line();
       if (child.empty()) refuse(words.where(), "found JOINT without a name, expected one");
-      read_joint(words, child, index, motion);
+      read_joint(words, child, index, motion, depth + 1);
     } else if (word == "End") {
       words.expect("Site");
-      read_joint(words, name + "-end", index, motion);
+      read_joint(words, name + "-end", index, motion, depth + 1);
     } else {
       refuse(words.where(), "found {}, expected OFFSET, CHANNELS, JOINT, End or \"}}\"", in_quotes(word));
     }
@@ -182,7 +186,11 @@ double taken_up(double time_s, double over_s) {
 }  // namespace
 
 Motion read_bvh(const std::filesystem::path& path, const BvhOptions& options) {
-  Words words(path);
+  return parse_bvh(files::read_whole(path), path.string(), options);
+}
+
+Motion parse_bvh(const std::string& text, const std::string& where, const BvhOptions& options) {
+  Words words(text, where);
   Motion motion;
   words.expect("HIERARCHY");
   words.expect("ROOT");
@@ -193,6 +201,9 @@ Motion read_bvh(const std::filesystem::path& path, const BvhOptions& options) {
   words.expect("Frames:");
   const int frames = words.whole("a number of frames", 10'000'000);
   if (frames < 2) refuse(words.where(), "found {} frames, expected at least 2", frames);
+  if (static_cast<size_t>(frames) > kMostPoses / motion.joints.size())
+    refuse(words.where(), "found {} frames of {} joints, expected at most {} poses of a joint", frames,
+           motion.joints.size(), kMostPoses);
   words.expect("Frame");
   words.expect("Time:");
   motion.frame_s = words.number("the time of a frame, s");

@@ -37,8 +37,11 @@ struct BvhOptions {
 };
 
 // Throws BadInput naming the file and line of what is wrong: an unknown word, a channel that is none, a line of
-// values that is too short or holds no numbers, frames that are missing.
+// values that is too short or holds no numbers, frames that are missing, joints nested deeper than 128, and more than
+// ten million poses of a joint.
 Motion read_bvh(const std::filesystem::path& path, const BvhOptions& options = {});
+// The same of text that was read already; `where` is for errors.
+Motion parse_bvh(const std::string& text, const std::string& where, const BvhOptions& options = {});
 
 // Throws BadInput naming the joints that there are, where `name` is none.
 int joint_index(const Motion& motion, const std::string& name, const std::string& where);

@@ -97,6 +97,18 @@ Seam read_seam(const Pattern& pattern, const JsonReader& json) {
   return seam;
 }
 
+// A spacing that is too fine, or an edge that is too long, would take all memory once it is meshed.
+void require_meshable(const JsonReader& json, const Pattern& pattern) {
+  constexpr double kMostVertices = 1e6;
+  double vertices = 0;
+  for (const Panel& p : pattern.panels)
+    vertices += std::max(length_of(p.top), length_of(p.bottom)) / pattern.spacing_m *
+                std::max(length_of(p.left), length_of(p.right)) / pattern.spacing_m;
+  if (!(vertices <= kMostVertices))
+    refuse(json.where("spacing_m"), "found a spacing of {} m, which takes {:.3g} vertices, expected at most {:.0g}",
+           pattern.spacing_m, vertices, kMostVertices);
+}
+
 }  // namespace
 
 Pattern read_pattern(const std::filesystem::path& path, double spacing_m) {
@@ -110,6 +122,7 @@ Pattern read_pattern(const std::filesystem::path& path, double spacing_m) {
   pattern.spacing_m = spacing_m > 0 ? spacing_m : json.positive("spacing_m");
   for (const JsonReader& panel : json.children("panels")) pattern.panels.push_back(read_panel(panel));
   if (pattern.panels.empty()) refuse(json.where("panels"), "found none, expected at least one");
+  require_meshable(json, pattern);
   for (const JsonReader& seam : json.children("seams")) pattern.seams.push_back(read_seam(pattern, seam));
   for (const std::string& edge : json.texts("held"))
     pattern.held.push_back(read_edge(pattern, edge, json.where("held")));

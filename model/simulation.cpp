@@ -8,8 +8,8 @@
 
 #include <tbb/parallel_for.h>
 
-#include "fit/spread/bytes.h"
-#include "fit/spread/ranks.h"
+#include "model/ranks/bytes.h"
+#include "model/ranks/ranks.h"
 #include "observe/stripe_residual.h"
 
 namespace selvedge::model {
@@ -108,8 +108,8 @@ Simulation::Simulation(std::vector<ObservedTrial> trials, const SimulationOption
 }
 
 State Simulation::state_at(const std::vector<Parameter>& parameters, const Eigen::VectorXd& coordinates,
-                           double pull_per_s) const {
-  State none{std::vector<Eigen::Matrix3Xd>(trials_.size()), std::vector<double>(trials_.size(), pull_per_s), {}, {}};
+                           double nudging_per_s) const {
+  State none{std::vector<Eigen::Matrix3Xd>(trials_.size()), std::vector<double>(trials_.size(), nudging_per_s), {}, {}};
   State out = none;
   tbb::parallel_for(size_t{0}, trials_.size(),
                     [&](size_t i) { out.branch[i] = branch_of(none, i, parameters, coordinates); });
@@ -117,7 +117,7 @@ State Simulation::state_at(const std::vector<Parameter>& parameters, const Eigen
 }
 
 State Simulation::state_of(const Simulation& other, const State& there) const {
-  State out{std::vector<Eigen::Matrix3Xd>(trials_.size()), there.pull_per_s, there.let_go, {}};
+  State out{std::vector<Eigen::Matrix3Xd>(trials_.size()), there.nudging_per_s, there.let_go, {}};
   take_branches(out, other, there);
   return out;
 }
@@ -238,10 +238,10 @@ std::vector<Prediction> Simulation::predictions(const State& state, const std::v
     p.experiment.start_shape = state.branch[trial];
     for (size_t k = 0; k < parameters.size(); ++k)
       parameters[k].apply(p, to_value(parameters[k], coordinates(static_cast<Index>(k), set)));
-    if (state.pull_per_s[trial] > 0 && guide_tracks_[trial])
-      p.experiment.guide =
-          std::make_shared<cloth::Guide>(cloth::Guide{guide_tracks_[trial], state.pull_per_s[trial], p.sensor.delay_s,
-                                                      p.sensor.drift, p.experiment.start_s, state.let_go});
+    if (state.nudging_per_s[trial] > 0 && guide_tracks_[trial])
+      p.experiment.guide = std::make_shared<cloth::Guide>(cloth::Guide{guide_tracks_[trial], state.nudging_per_s[trial],
+                                                                       p.sensor.delay_s, p.sensor.drift,
+                                                                       p.experiment.start_s, state.let_go});
     out.push_back(std::move(p));
   }
   return out;
@@ -380,7 +380,6 @@ void Simulation::evaluate_groups(const Call& call, const std::vector<Group>& gro
 }
 
 void Simulation::evaluate_on_ranks(const Call& call, std::vector<Residuals>& out) const {
-  using namespace fit;  // fit/spread
   const Eigen::MatrixXd& coordinates = call.coordinates;
   const std::vector<Group>& groups = call.groups;
   // A share: which groups, and at which coordinates; a rank whose own are others must not answer.
@@ -409,13 +408,13 @@ void Simulation::evaluate_on_ranks(const Call& call, std::vector<Residuals>& out
     }
   };
   Ranks& ranks = *options_.ranks;
-  const size_t parts = std::min<size_t>(static_cast<size_t>(ranks.alive()), groups.size());
   if (!ranks.is_first()) {
     const std::string bytes = ranks.follow(compute);
     TakenBytes in(bytes);
     for (const Group& g : groups) take(in, g);
     return;
   }
+  const size_t parts = ranks.parts_of(groups.size(), 1);
   std::vector<std::string> shares(parts);
   for (std::string& share : shares) {
     put(share, static_cast<std::uint64_t>(Batch::residuals));

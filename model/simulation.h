@@ -18,17 +18,15 @@
 #include "model/observed_trial.h"
 #include "model/parameter.h"
 
-namespace selvedge::fit {
-class Ranks;
-}
-
 namespace selvedge::model {
+
+class Ranks;
 
 // One entry a trial.
 struct State {
   std::vector<Eigen::Matrix3Xd> branch;  // the shape from which its equilibrium is sought, 3 × vertices of the grid, m
-  std::vector<double> pull_per_s;  // the hold, towards the markers that were seen (cloth/guide.h); 0: it runs free
-  cloth::LetGo let_go;             // when the hold lets go of moving trials
+  std::vector<double> nudging_per_s;  // the hold, towards the markers that were seen (cloth/guide.h); 0: it runs free
+  cloth::LetGo let_go;                // when the hold lets go of moving trials
   // What a finer grid adds to the residuals, mm; empty: nothing. It is added to all residuals, so that a coarse grid
   // serves for derivatives and a fine one for what they are derivatives of.
   std::vector<Eigen::VectorXd> grid_correction_mm;
@@ -45,7 +43,7 @@ struct SimulationOptions {
   int columns = 17;          // of the mesh along the width
   double model_sd_mm = 0.5;  // what the mesh alone may be off by, added to sensor noise
   cloth::Options cloth;
-  std::shared_ptr<fit::Ranks> ranks;  // that share out evaluate() (fit/spread/ranks.h); empty: this process alone
+  std::shared_ptr<Ranks> ranks;  // that share out evaluate() (model/ranks/ranks.h); empty: this process alone
   bool shared_rests = false;  // sets that differ in parameters of motion alone start from one equilibrium, sought once
   // From each trial's start: residuals are NaN there. Where it is not 0, still trials are left out as a whole.
   double skipped_s = 0;
@@ -60,10 +58,10 @@ class Simulation {
   const SimulationOptions& options() const { return options_; }
 
   // The state in which each trial hangs on its recorded branch: of the shapes tried, the equilibrium nearest to the
-  // first observation, at these coordinates. pull_per_s: of all trials.
+  // first observation, at these coordinates. nudging_per_s: of all trials.
   State state_at(const std::vector<Parameter>& parameters, const Eigen::VectorXd& coordinates,
-                 double pull_per_s = 0) const;
-  // The branches of `other` in the state `there`, over the same trials on another grid; pulled as there, uncorrected.
+                 double nudging_per_s = 0) const;
+  // The branches of `other` in the state `there`, over the same trials on another grid; held as there, uncorrected.
   State state_of(const Simulation& other, const State& there) const;
 
   // Goes on from the branches of another grid for some trials (empty: all).

@@ -5,7 +5,6 @@
 #include <map>
 
 #include "files/bad_input.h"
-#include "observe/stripe_observation.h"
 #include "render/row_map.h"
 
 namespace selvedge::observe {
@@ -39,28 +38,6 @@ render::StripePattern pattern_of(const trial::StripePattern& recorded) {
   return pattern;
 }
 
-std::vector<DepthPoint> depth_points(const StripeObservation& seen, const Optics& o) {
-  std::vector<DepthPoint> points;
-  for (const StripeEdge& edge : seen.edges) {
-    if (!edge.labelled) continue;
-    const auto at = triangulate(o.camera, o.projector, o.pattern, edge.pixel, edge.projector_px);
-    // What a shift by the edge's deviation does to the triangulated point is its deviation.
-    const auto shifted =
-        triangulate(o.camera, o.projector, o.pattern, edge.pixel + Eigen::Vector2d(0, 0.1), edge.projector_px);
-    if (!at || !shifted) continue;
-    DepthPoint p;
-    p.pixel = edge.pixel;
-    p.projector_px = edge.projector_px;
-    p.depth_m = geometry::depth(o.camera, *at);
-    const Eigen::Vector3d centre = geometry::centre(o.camera);
-    p.ray_m_per_depth_m = (*at - centre).norm() / p.depth_m;
-    p.sd_mm = std::max(
-        1e3 * std::abs(geometry::depth(o.camera, *shifted) - p.depth_m) * p.ray_m_per_depth_m * edge.sd_px / 0.1, 0.05);
-    points.push_back(p);
-  }
-  return points;
-}
-
 double median_depth(const std::vector<DepthPoint>& points) {
   std::vector<double> depth;
   for (const DepthPoint& p : points) depth.push_back(p.depth_m);
@@ -80,7 +57,7 @@ StripeFrame track_frame(const trial::Trial& trial, size_t index, const Optics& o
   auto k = std::min<Eigen::Index>(corner - trial.corners.time_s.begin(), trial.corners.left.cols() - 1);
   while (k > 0 && !(trial.corners.left.col(k).allFinite() && trial.corners.right.col(k).allFinite())) --k;
   label_edges(seen, o.camera, o.projector, o.pattern, trial.corners.left.col(k), trial.corners.right.col(k));
-  out.depth = every_nth(depth_points(seen, o), kDepthPointsAFrame);
+  out.depth = every_nth(depth_points(seen, o.camera, o.projector, o.pattern), kDepthPointsAFrame);
   const double mm_per_px = 1e3 * median_depth(out.depth) / o.focal_px;
   std::vector<OutlinePoint> outline;
   for (const SilhouettePoint& p : seen.silhouette)
@@ -131,6 +108,30 @@ Eigen::Vector2d nearest_on(const std::vector<Eigen::Vector2d>& line, const Eigen
 }
 
 }  // namespace
+
+std::vector<DepthPoint> depth_points(const StripeObservation& seen, const geometry::Projection& camera,
+                                     const geometry::Projection& projector, const render::StripePattern& pattern) {
+  constexpr double kShift_px = 0.1;
+  const Eigen::Vector2d shift = seen.scans_columns ? Eigen::Vector2d(0, kShift_px) : Eigen::Vector2d(kShift_px, 0);
+  const Eigen::Vector3d centre = geometry::centre(camera);
+  std::vector<DepthPoint> points;
+  for (const StripeEdge& edge : seen.edges) {
+    if (!edge.labelled) continue;
+    const auto at = triangulate(camera, projector, pattern, edge.pixel, edge.projector_px);
+    // What a shift by the edge's deviation, along the axis that it was sought on, does to the triangulated point.
+    const auto shifted = triangulate(camera, projector, pattern, edge.pixel + shift, edge.projector_px);
+    if (!at || !shifted) continue;
+    DepthPoint p;
+    p.pixel = edge.pixel;
+    p.projector_px = edge.projector_px;
+    p.depth_m = geometry::depth(camera, *at);
+    p.ray_m_per_depth_m = (*at - centre).norm() / p.depth_m;
+    const double along_ray_m = std::abs(geometry::depth(camera, *shifted) - p.depth_m) * p.ray_m_per_depth_m;
+    p.sd_mm = std::max(1e3 * along_ray_m * edge.sd_px / kShift_px, 0.05);
+    points.push_back(p);
+  }
+  return points;
+}
 
 std::shared_ptr<const StripeTrack> track_stripes(const trial::Trial& trial, const ObserveOptions& options, bool still) {
   const std::string where = (trial.folder / "trial.json").string();

@@ -12,6 +12,7 @@
 #include "geometry/triangle_mesh.h"
 #include "observe/marker_track.h"
 #include "observe/sensor_model.h"
+#include "observe/stripe_observation.h"
 
 namespace selvedge::observe {
 
@@ -42,6 +43,10 @@ struct StripeTrack {
   trial::StripePattern pattern;
   std::vector<StripeFrame> frames;
 };
+
+// The labelled edges as points in space, each with its deviation along the ray.
+std::vector<DepthPoint> depth_points(const StripeObservation& seen, const geometry::Projection& camera,
+                                     const geometry::Projection& projector, const render::StripePattern& pattern);
 
 // Reads the frames in the window, thinned to options.rate_hz. Throws BadInput where a trial with frames lacks
 // camera, projector or pattern, or where no stripe could be labelled in any frame.

@@ -7,7 +7,7 @@
 
 #include "files/bad_input.h"
 #include "files/whole_file.h"
-#include "station/session_steps.h"
+#include "station/diagnosis_folder.h"
 
 namespace selvedge::station {
 

@@ -24,15 +24,28 @@ State state_of(const std::string& text) {
   return State::none;
 }
 
+// Empty where there is none, or something else than a text.
+std::string text_at(const json& line, const char* key) {
+  const auto found = line.find(key);
+  return found != line.end() && found->is_string() ? found->get<std::string>() : "";
+}
+
 void take_up(std::map<std::string, StepRecord>& records, const json& line) {
-  const State state = state_of(line.value("state", ""));
+  const State state = state_of(text_at(line, "state"));
   if (state == State::none) return;
-  StepRecord& record = records[line.value("step", "")];
+  StepRecord& record = records[text_at(line, "step")];
   record.state = state;
   if (state == State::begun) ++record.attempts;
-  if (state == State::failed || state == State::skipped) record.why = line.value("why", "");
-  if (line.contains("seconds")) record.seconds = line["seconds"].get<double>();
+  if (state == State::failed || state == State::skipped) record.why = text_at(line, "why");
+  if (line.contains("seconds") && line["seconds"].is_number()) record.seconds = line["seconds"].get<double>();
   if (line.contains("result")) record.result = line["result"];
+}
+
+// Null where it is no JSON, or nests too deep.
+json parsed(const std::string& line) {
+  try {
+    return files::parse_json(line, kJournalFile);
+  } catch (const BadInput&) { return nullptr; }
 }
 
 }  // namespace
@@ -53,8 +66,8 @@ std::map<std::string, StepRecord> read_journal(const fs::path& folder) {
   if (!fs::is_regular_file(folder / kJournalFile)) return records;
   std::istringstream lines(files::read_whole(folder / kJournalFile));
   for (std::string line; std::getline(lines, line);) {
-    const json parsed = json::parse(line, nullptr, false);
-    if (parsed.is_object()) take_up(records, parsed);
+    const json entry = parsed(line);
+    if (entry.is_object()) take_up(records, entry);
   }
   return records;
 }

@@ -4,11 +4,11 @@
 #include <sstream>
 
 #include <fmt/format.h>
-#include <toml++/toml.h>
 
 #include "capture/trial/names.h"
 #include "files/bad_input.h"
 #include "files/toml_file.h"
+#include "files/toml_text.h"
 #include "files/whole_file.h"
 
 namespace selvedge::station {
@@ -21,14 +21,6 @@ const std::vector<std::string>& sections() {
   static const std::vector<std::string> all = {"session", "fabric",    "calibration", "checks",
                                                "fit",     "diagnosis", "on_failure"};
   return all;
-}
-
-toml::table parsed(const fs::path& path) {
-  try {
-    return toml::parse(files::read_whole(path), path.string());
-  } catch (const toml::parse_error& error) {
-    refuse(path.string(), "line {}: {}", error.source().begin.line, error.description());
-  }
 }
 
 std::string text_of(const toml::table& table) {
@@ -120,7 +112,7 @@ void read_steps(const files::TomlFile& toml, SessionFile& file) {
 // The rig's own file with this session's trials and one fabric in their place. repeats: of each trial, taken out.
 toml::table rig_for(const SessionFile& file, const toml::table& session, const std::string& fabric,
                     std::vector<std::vector<std::string>>& replicates) {
-  toml::table rig = parsed(file.rig);
+  toml::table rig = files::read_toml(file.rig);
   toml::table about = *session["fabric"][fabric].as_table();
   about.erase("world");
   about.insert_or_assign("name", fabric);
@@ -164,7 +156,7 @@ session::SessionPlan plan_of(const toml::table& rig, const std::string& name) {
 }
 
 std::string world_of(const SessionFile& file, const toml::table& session, const std::vector<std::string>& fabrics) {
-  toml::table world = parsed(*file.world);
+  toml::table world = files::read_toml(*file.world);
   toml::table swatches;
   toml::array names;
   for (const std::string& fabric : fabrics) {
@@ -188,7 +180,7 @@ SessionFile read_session_file(const fs::path& path) {
   file.path = path;
   file.text = files::read_whole(path);
   const files::TomlFile toml = files::TomlFile::load(path, sections());
-  const toml::table table = parsed(path);
+  const toml::table table = files::read_toml(path);
   files::Section session = toml.section("session");
   file.rig = path.parent_path() / session.text("rig", std::nullopt);
   if (session.has("world")) file.world = path.parent_path() / session.text("world", std::nullopt);
@@ -230,8 +222,8 @@ std::optional<session::SessionPlan> read_follow_up(const SessionFile& file, size
   if (!fs::is_regular_file(proposal)) return std::nullopt;
   if (files::read_whole(proposal).find("By hand") != std::string::npos) return std::nullopt;
   std::vector<std::vector<std::string>> replicates;
-  toml::table rig = rig_for(file, parsed(file.path), file.fabrics[fabric].name, replicates);
-  const toml::table next = parsed(proposal);
+  toml::table rig = rig_for(file, files::read_toml(file.path), file.fabrics[fabric].name, replicates);
+  const toml::table next = files::read_toml(proposal);
   const toml::table* trials = next["session"].as_table();
   if (trials == nullptr || !trials->contains("trials")) return std::nullopt;
   for (const auto& [key, value] : *trials) child(rig, "session").insert_or_assign(key, value);

@@ -60,16 +60,6 @@ void run_step(const SessionFile& file, const Step& step, Journal& journal, Sessi
 
 }  // namespace
 
-std::string diagnosis_folder_name(int round) {
-  return round == 0 ? "diagnosis" : fmt::format("diagnosis-{}", round + 1);
-}
-
-std::filesystem::path newest_diagnosis_folder(const std::filesystem::path& fabric) {
-  int newest = 0;
-  while (std::filesystem::exists(fabric / diagnosis_folder_name(newest + 1) / "diagnosis.json")) ++newest;
-  return fabric / diagnosis_folder_name(newest);
-}
-
 std::string Step::id(const SessionFile& file) const {
   const std::string& name = file.fabrics[fabric].name;
   if (kind == "calibrate") return file.calibration == CalibrationPolicy::each ? name + "/calibrate" : kind;

@@ -16,6 +16,7 @@
 #include <nlohmann/json_fwd.hpp>
 
 #include "report/progress.h"
+#include "station/diagnosis_folder.h"
 #include "station/journal.h"
 #include "station/session_file.h"
 
@@ -33,11 +34,6 @@ struct Step {
 };
 
 inline constexpr double kFit_s = 90, kDiagnosis_s = 300;  // expected, of a usual campaign
-
-// "diagnosis", "diagnosis-2" after the first follow-up …: folder of a round's diagnosis.
-std::string diagnosis_folder_name(int round);
-// The newest diagnosis of a fabric's folder: that of the last follow-up. The first one's name where there is none.
-std::filesystem::path newest_diagnosis_folder(const std::filesystem::path& fabric);
 
 // Nothing can go on: a step failed for good, or the operator said so. The session can be run again and goes on there.
 class SessionStopped : public std::runtime_error {

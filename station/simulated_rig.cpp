@@ -2,10 +2,10 @@
 
 #include <sstream>
 
-#include <toml++/toml.h>
 #include <unistd.h>
 
 #include "files/bad_input.h"
+#include "files/toml_text.h"
 #include "files/whole_file.h"
 #include "rig/camera/frame_ring.h"
 #include "station/free_addresses.h"
@@ -17,14 +17,6 @@ namespace selvedge::station {
 namespace {
 
 namespace fs = std::filesystem;
-
-toml::table read_toml(const fs::path& path) {
-  try {
-    return toml::parse(files::read_whole(path), path.string());
-  } catch (const toml::parse_error& error) {
-    refuse(path.string(), "line {}: {}", error.source().begin.line, error.description());
-  }
-}
 
 void write_toml(const fs::path& path, const toml::table& table) {
   std::ostringstream text;
@@ -45,7 +37,7 @@ fs::path socket_path() {
 }  // namespace
 
 void write_simulated_rig(const SimulatedRigFiles& files, const fs::path& folder) {
-  toml::table rig = read_toml(files.rig), world = read_toml(files.world);
+  toml::table rig = files::read_toml(files.rig), world = files::read_toml(files.world);
   const int bus_port = free_bus_port(), tracker_port = free_tcp_port(), arm_port = free_tcp_port(),
             script_port = free_tcp_port();
   const std::string camera_address = free_camera_address(), socket = socket_path().string();

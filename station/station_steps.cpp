@@ -14,17 +14,13 @@
 #include "capture/session/operator_stop.h"
 #include "capture/session/terminal.h"
 #include "capture/trial/trial.h"
-#include "diagnose/diagnosis.h"
-#include "diagnose/diagnosis_report.h"
-#include "diagnose/effects/library.h"
 #include "files/bad_input.h"
 #include "files/json_number.h"
 #include "files/whole_file.h"
-#include "fit/fit_report.h"
 #include "rig/channels.h"
 #include "rig/clock.h"
 #include "station/automated_session.h"
-#include "station/simulated_motion.h"
+#include "station/file_steps.h"
 
 namespace selvedge::station {
 
@@ -55,21 +51,6 @@ void check(const session::TrialRecord& record, const SessionChecks& checks) {
     throw CheckFailed(fmt::format("the fabric did not come to rest within {:.0f} s", record.rest_s));
 }
 
-// What the diagnosis may name.
-std::vector<diagnose::Effect> effects_of(const SessionFile& file) {
-  std::vector<diagnose::Effect> chosen;
-  for (const diagnose::Effect& effect : diagnose::effect_library())
-    if (file.effects.empty() || std::find(file.effects.begin(), file.effects.end(), effect.name) != file.effects.end())
-      chosen.push_back(effect);
-  if (!file.effects.empty() && chosen.size() != file.effects.size()) {
-    std::string names;
-    for (const diagnose::Effect& effect : diagnose::effect_library())
-      names += (names.empty() ? "" : ", ") + effect.name;
-    refuse(file.path.string() + " [diagnosis] effects", "found a name that is none of {}", names);
-  }
-  return chosen;
-}
-
 }  // namespace
 
 // What is said on the bus beside the RigClient, and what the operator answers.
@@ -98,7 +79,7 @@ struct StationSteps::Desk {
 StationSteps::StationSteps(const SessionFile& file, const Journal& journal, const fs::path& folder,
                            const fs::path& source)
     : file_(file), journal_(journal), folder_(folder), source_(source) {
-  effects_of(file);  // refused before anything is recorded
+  diagnosed_effects(file);  // refused before anything is recorded
   if (file.world) {
     fs::create_directories(folder);
     files::write_whole(folder / "swatches.toml", file.simulated_world);
@@ -208,9 +189,8 @@ json StationSteps::run(const Step& step, const report::ProgressCallback& progres
   tell(step, 0, "begins");
   if (step.kind == "calibrate") return calibrate(step, told);
   if (step.kind == "record") return record(step, told);
-  if (step.round == 0) let_go_of_rig();
-  if (step.kind == "fit") return fit(step, told);
-  return diagnose(step, told);
+  prepare(step);
+  return run_on_files(file_, step, folder_, told);
 }
 
 json StationSteps::calibrate(const Step& step, const report::ProgressCallback& progress) {
@@ -277,34 +257,9 @@ void StationSteps::write_campaign(const Step& step) {
   write_session_campaign(swatch.name, names, replicates, fabric_folder(step));
 }
 
-json StationSteps::fit(const Step& step, const report::ProgressCallback& progress) {
+void StationSteps::prepare(const Step& step) {
+  if (step.round == 0) let_go_of_rig();
   write_campaign(step);
-  const fs::path folder = fabric_folder(step);
-  const trial::Campaign campaign = trial::read_campaign(folder);
-  write_watch(watch_calibration(campaign, [](double, const std::string&) {}), folder);
-  fit::FitOptions options;
-  options.columns = file_.fit_columns;
-  options.progress = progress;
-  const fit::FitOutcome outcome = fit::fit_campaign(campaign, options);
-  fit::write_fit(outcome, campaign, folder);
-  write_simulated_motions(outcome, campaign, folder);
-  return {{"held_out_mm", files::finite_or_null(fit::held_out_mm(outcome))}, {"simulations", outcome.evaluations}};
-}
-
-json StationSteps::diagnose(const Step& step, const report::ProgressCallback& progress) {
-  write_campaign(step);
-  const fs::path folder = fabric_folder(step) / diagnosis_folder_name(step.round);
-  fs::create_directories(folder);
-  diagnose::DiagnosisOptions options;
-  options.study.columns = file_.diagnosis_columns;
-  options.study.fine_columns = file_.diagnosis_fine_columns;
-  options.study.progress = progress;
-  // An attempt that was cut off goes on from its base fit.
-  const trial::Campaign campaign = trial::read_campaign(fabric_folder(step));
-  diagnose::keep_base_fit(options, folder / "base_fit.json", campaign.trials.size());
-  const diagnose::Diagnosis found = diagnose::diagnose(campaign, effects_of(file_), options);
-  diagnose::write_diagnosis(found, folder);
-  return {{"cause", found.cause}, {"probability", found.probability.at(found.cause)}, {"side", found.side}};
 }
 
 std::vector<Step> StationSteps::follow_up(const Step& diagnosed) {

@@ -28,6 +28,11 @@ class StationSteps : public SessionSteps {
   void set_aside(const Step& step) override;
   std::vector<Step> follow_up(const Step& diagnosed) override;
 
+  // Before a fit or diagnosis, here or elsewhere: lets go of the rig and writes FABRIC/campaign.json.
+  void prepare(const Step& step);
+  // How far a step is, on the bus.
+  void tell(const Step& step, double done, const std::string& message);
+
   // Asks on the bus (OPERATOR_PROMPT "ask", answered by OPERATOR_ANSWER) and at the terminal, where there is one.
   // No answer within an hour: stop.
   Answer ask(const std::string& question);
@@ -45,9 +50,6 @@ class StationSteps : public SessionSteps {
 
   nlohmann::json calibrate(const Step& step, const report::ProgressCallback& progress);
   nlohmann::json record(const Step& step, const report::ProgressCallback& progress);
-  nlohmann::json fit(const Step& step, const report::ProgressCallback& progress);
-  nlohmann::json diagnose(const Step& step, const report::ProgressCallback& progress);
-  void tell(const Step& step, double done, const std::string& message);
 
   const SessionFile& file_;
   const Journal& journal_;

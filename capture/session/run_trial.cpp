@@ -31,7 +31,7 @@ constexpr double kStatus_s = 0.1;
 constexpr double kStartDelay_s = 0.05;  // from the decision to record to the first frame
 
 // A trial that must be recorded again; the text says why.
-class Spoiled : public std::runtime_error {
+class AttemptFailed : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
 };
@@ -254,7 +254,7 @@ void record(Recording& recording, Motion& motion, const TrialPlan& plan, double 
       end_s = origin_s + std::max(plan.duration_s, since_s + plan.tail_s);
     if (recording.whole(end_s)) return;
     if (since_s > plan.duration_s + kPatience_s)
-      throw Spoiled(std::isfinite(end_s) ? "frames or tracker samples stopped coming" : "the motion did not end");
+      throw AttemptFailed(std::isfinite(end_s) ? "frames or tracker samples stopped coming" : "the motion did not end");
     progress(std::min(1.0, since_s / plan.duration_s), fmt::format("{} frames", recording.frames()));
   }
 }
@@ -262,9 +262,10 @@ void record(Recording& recording, Motion& motion, const TrialPlan& plan, double 
 void require_usable(const Recording& recording, const SessionPlan& session, const TrialPlan& plan) {
   const double expected = session.frame_rate_hz * plan.duration_s;
   if (static_cast<double>(recording.frames()) < kFewestFrames * expected)
-    throw Spoiled(fmt::format("{} frames arrived, expected {:.0f}", recording.frames(), expected));
+    throw AttemptFailed(fmt::format("{} frames arrived, expected {:.0f}", recording.frames(), expected));
   if (recording.occluded_share() > kMostOccluded)
-    throw Spoiled(fmt::format("a corner was hidden in {:.0f} % of the samples", 100 * recording.occluded_share()));
+    throw AttemptFailed(
+        fmt::format("a corner was hidden in {:.0f} % of the samples", 100 * recording.occluded_share()));
 }
 
 // "clocks": offset_s is the host's clock less the device's at the trial's origin; the tracker counts frames.
@@ -282,7 +283,7 @@ nlohmann::json clocks_json(const RigClient& rig, double origin_s) {
   return {{"clocks", clocks}};
 }
 
-// One attempt. Throws Spoiled and ArmStopped where another may do better.
+// One attempt. Throws AttemptFailed and ArmStopped where another may do better.
 TrialRecord attempt_trial(RigClient& rig, const rig::Configuration& configuration, const SessionPlan& session,
                           const TrialPlan& plan, const RigOptics& optics, const std::filesystem::path& folder,
                           const report::ProgressCallback& progress, const std::function<void()>& at_rest, int attempt) {
@@ -348,7 +349,7 @@ TrialRecord run_trial(RigClient& rig, const rig::Configuration& configuration, c
       TrialRecord record = attempt_trial(rig, configuration, session, plan, optics, folder, progress, at_rest, attempt);
       record.attempts = attempt;
       return record;
-    } catch (const Spoiled& error) {
+    } catch (const AttemptFailed& error) {
       spdlog::warn("{}, attempt {}: {}", plan.name, attempt, error.what());
       count_spoiled(error.what());
     } catch (const ArmStopped& error) {

@@ -123,16 +123,19 @@ PngSize read_png_size(const std::filesystem::path& path) {
 }
 
 GreyImage read_grey_png(const std::filesystem::path& path) {
-  const std::string bytes = files::read_whole(path);
-  const PngSize size = parse_header(bytes.data(), bytes.size(), path.string());
+  return decode_grey_png(files::read_whole(path), path.string());
+}
+
+GreyImage decode_grey_png(const std::string& bytes, const std::string& where) {
+  const PngSize size = parse_header(bytes.data(), bytes.size(), where);
   // No image compresses by more than deflate's 1032 : 1; keeps a forged header from taking all memory.
   if (static_cast<double>(size.width_px) * size.height_px > 1100.0 * static_cast<double>(bytes.size()))
-    refuse(path.string(), "found {} bytes, expected more for {}x{} px", bytes.size(), size.width_px, size.height_px);
+    refuse(where, "found {} bytes, expected more for {}x{} px", bytes.size(), size.width_px, size.height_px);
   GreyImage image(size.height_px, size.width_px);
   Session session;
   session.source = &bytes;
   if (!decode(session, image))
-    refuse(path.string(), "found damaged image data ({}), expected a whole PNG image", session.message);
+    refuse(where, "found damaged image data ({}), expected a whole PNG image", session.message);
   return image;
 }
 

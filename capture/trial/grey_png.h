@@ -21,6 +21,8 @@ PngSize read_png_size(const std::filesystem::path& path);
 
 // Throws BadInput where the file is missing, damaged, or not 8-bit grey.
 GreyImage read_grey_png(const std::filesystem::path& path);
+// The same of a file that was read already; `where` is for errors.
+GreyImage decode_grey_png(const std::string& bytes, const std::string& where);
 
 // PNG bytes of an image, row major without padding. level: zlib's, 0 (stored) to 9; 1 is made
 // for recording: run lengths and Huffman codes alone.

@@ -69,12 +69,22 @@ StripePattern read_pattern(const JsonReader& json) {
   return pattern;
 }
 
+// What can be a fabric in a rig: no fit runs on what lies far beyond.
+constexpr double kSmallest_m = 1e-3, kLargest_m = 100, kLightest_kg = 1e-6, kHeaviest_kg = 1e3;
+
+double between(const JsonReader& json, const std::string& key, double low, double high, const char* unit) {
+  const double value = json.positive(key);
+  if (value < low || value > high)
+    refuse(json.where(key), "found {} {}, expected {} to {} {}", value, unit, low, high, unit);
+  return value;
+}
+
 Fabric read_fabric(const JsonReader& json) {
   Fabric fabric;
   if (json.has("name")) fabric.name = json.text("name");
-  fabric.width_m = json.positive("width_m");
-  fabric.height_m = json.positive("height_m");
-  fabric.mass_kg = json.positive("mass_kg");
+  fabric.width_m = between(json, "width_m", kSmallest_m, kLargest_m, "m");
+  fabric.height_m = between(json, "height_m", kSmallest_m, kLargest_m, "m");
+  fabric.mass_kg = between(json, "mass_kg", kLightest_kg, kHeaviest_kg, "kg");
   fabric.mass_known = json.truth_or("mass_known", true);
   return fabric;
 }

@@ -10,13 +10,9 @@
 #include "capture/trial/trial.h"
 #include "cli/command.h"
 #include "cli/output_folder.h"
-#include "diagnose/ahead.h"
-#include "diagnose/blind.h"
 #include "diagnose/diagnosis_report.h"
 #include "diagnose/effects/library.h"
 #include "files/bad_input.h"
-#include "files/sha256.h"
-#include "files/whole_file.h"
 #include "report/progress.h"
 
 namespace selvedge::cli {
@@ -24,7 +20,7 @@ namespace selvedge::cli {
 namespace {
 
 struct DiagnoseArguments {
-  std::filesystem::path path, out;
+  std::filesystem::path path, out, fit;
   std::vector<std::filesystem::path> with;
   std::string base = "nonlinear_drag";
   std::vector<std::string> effects, without;
@@ -51,17 +47,6 @@ std::vector<diagnose::Effect> chosen_effects(const DiagnoseArguments& a) {
   return out;
 }
 
-// What the base fit rests on: every file of the campaign but its pictures, and the options.
-std::string input_hash(const trial::Campaign& campaign, const DiagnoseArguments& a) {
-  std::string all = fmt::format("{} {} {} {}\n", a.base, a.options.study.columns, a.options.study.fine_columns,
-                                a.options.study.pull_per_s);
-  for (const trial::Trial& trial : campaign.trials)
-    for (const char* name : {"trial.json", "corners.csv", "markers.csv", "frames.csv"})
-      if (std::filesystem::exists(trial.folder / name))
-        all += files::sha256_hex(files::read_whole(trial.folder / name));
-  return files::sha256_hex(all);
-}
-
 void print_diagnosis(const diagnose::Diagnosis& d) {
   fmt::print("{}: cause {} (probability {:.2f}), side {}\n", d.campaign, d.cause, d.probability.at(d.cause), d.side);
   fmt::print(
@@ -70,7 +55,7 @@ void print_diagnosis(const diagnose::Diagnosis& d) {
       d.before_mm, d.noise_floor_mm, d.right_floor_mm, d.gap_mm, d.low_mm, d.high_mm, d.p_value);
   fmt::print("none {:.3f}, unknown {:.3f}\n", d.probability.at("none"), d.probability.at("unknown"));
   fmt::print("{:<20} {:>11} {:>11} {:>20} {:>12} {:>8}  {}\n", "effect", "probability",
-             fmt::format("{:g} s ahead", diagnose::kAhead_s), "of the gap (90 %)", "running free", "absorbed",
+             fmt::format("{:g} s ahead", d.protocol.ahead_s), "of the gap (90 %)", "running free", "absorbed",
              "size (90 %)");
   for (const diagnose::EffectFinding& f : d.effects) {
     if (!f.finalist) continue;
@@ -78,12 +63,12 @@ void print_diagnosis(const diagnose::Diagnosis& d) {
     for (const diagnose::SizedParameter& p : f.size)
       size += fmt::format(" {} {:.3g} {} ({:.2g} … {:.2g})", p.name, p.value, p.unit, p.low, p.high);
     fmt::print("{:<20} {:>11.3f} {:>11} {:>20} {:>12} {:>8.2f} {}\n", f.name, f.probability,
-               f.shrink.is_ahead ? diagnose::before_and_after(f.shrink) : "–", diagnose::share_closed(f.shrink),
-               diagnose::before_and_after(f.free_shrink), f.absorbed, size);
+               f.reduction.is_ahead ? diagnose::before_and_after(f.reduction) : "–",
+               diagnose::share_closed(f.reduction), diagnose::before_and_after(f.free_reduction), f.absorbed, size);
   }
   if (!d.pair.empty())
     fmt::print("two effects at once: {} (probability {:.2f}, shared by the two) leave {:.2f} of {:.2f} mm\n", d.pair,
-               d.pair_probability, d.pair_shrink.after_mm, d.pair_shrink.before_mm);
+               d.pair_probability, d.pair_reduction.after_mm, d.pair_reduction.before_mm);
   if (!d.forecast.motion.empty())
     fmt::print("forecast: in {} the base model will be {:.1f} mm off ({:.1f} … {:.1f}), with {} {:.1f} mm\n",
                d.forecast.motion, d.forecast.before_mm, d.forecast.low_mm, d.forecast.high_mm, d.cause,
@@ -104,7 +89,17 @@ void run_diagnose(DiagnoseArguments& a) {
   const std::vector<diagnose::Effect> effects = chosen_effects(a);
   a.options.study.drag = model::drag_named(a.base);
   a.options.study.progress = report::terminal_progress("diagnose " + campaign.folder.filename().string());
-  diagnose::keep_base_fit(a.options, a.out / "base_fit.json", campaign.trials.size(), input_hash(campaign, a));
+  if (!a.fit.empty() && !std::filesystem::exists(a.fit / "fit.json"))
+    refuse("--fit", "found no fit.json in {}, expected what ./selvedge fit wrote", a.fit.string());
+  const auto begun = diagnose::begin_with_fit(a.options, campaign,
+                                              a.fit.empty() ? std::vector{a.out, campaign.folder} : std::vector{a.fit});
+  if (begun) fmt::print("begins with the parameters of {}\n", begun->string());
+  else if (!a.fit.empty())
+    refuse("--fit",
+           "found a fit of other recordings, of another drag law or by another version of Selvedge in {}, expected "
+           "one of {}",
+           (a.fit / "fit.json").string(), campaign.folder.string());
+  diagnose::keep_base_fit(a.options, a.out / "base_fit.json", campaign);
   const diagnose::Diagnosis d = diagnose::diagnose(campaign, effects, a.options);
   diagnose::write_diagnosis(d, a.out);
   print_diagnosis(d);
@@ -121,6 +116,9 @@ void add_diagnose(CLI::App& app, int&) {
   auto a = std::make_shared<DiagnoseArguments>();
   command->add_option("CAMPAIGN", a->path, "folder of a campaign (or of one trial)")->required();
   command->add_option("--out", a->out, "folder for diagnosis.json and report.html")->required();
+  command->add_option("--fit", a->fit,
+                      "folder with the campaign's fit.json, to begin with its parameters; by default where it lies in "
+                      "--out or in the campaign");
   command->add_option(
       "--with", a->with,
       "a further campaign of the same fabric on the same rig, diagnosed together with it; may be given more than once");
@@ -129,16 +127,18 @@ void add_diagnose(CLI::App& app, int&) {
       ->capture_default_str();
   command->add_option("--effects", a->effects, "try these effects alone, comma between")->delimiter(',');
   command->add_option("--without", a->without, "leave these effects out, comma between")->delimiter(',');
-  command->add_option("--columns", a->options.study.columns, "mesh vertices along the width, for derivatives (9 to 33)")
+  command
+      ->add_option("--columns", a->options.study.protocol.columns,
+                   "mesh vertices along the width, for derivatives (9 to 33)")
       ->check(CLI::Range(9, 33))
       ->capture_default_str();
   command
-      ->add_option("--fine-columns", a->options.study.fine_columns,
+      ->add_option("--fine-columns", a->options.study.protocol.fine_columns,
                    "of the mesh that predictions are brought to (13 to 65)")
       ->check(CLI::Range(13, 65))
       ->capture_default_str();
   command->add_flag_callback(
-      "--one-pass", [a] { a->options.finer_columns = 0; },
+      "--one-pass", [a] { a->options.study.protocol.finer_columns = 0; },
       "never once more on finer meshes, as is done before most trials that follow other folds there are called "
       "unknown");
   command->callback([a] { run_diagnose(*a); });

@@ -13,7 +13,7 @@
 #include "files/bad_input.h"
 #include "fit/campaign_search.h"
 #include "fit/fit_report.h"
-#include "fit/spread/ranks.h"
+#include "model/ranks/ranks.h"
 #include "report/progress.h"
 #include "station/simulated_motion.h"
 
@@ -65,10 +65,7 @@ void fall_silent() {
   ::close(nowhere);
 }
 
-void run_fit(FitArguments& a, const CLI::App& command) {
-  a.options.ranks = fit::Ranks::join();
-  const bool speaks = !a.options.ranks || a.options.ranks->is_first();
-  if (!speaks) fall_silent();
+void fit_and_write(FitArguments& a, const CLI::App& command, bool speaks) {
   if (a.optimiser == "least_squares") refuse_what_least_squares_has_not(command);
   expect_folder("--out", a.out);
   const trial::Campaign campaign = trial::read_campaign(a.path);
@@ -89,6 +86,7 @@ void run_fit(FitArguments& a, const CLI::App& command) {
     a.options = fit::with_search(a.options, a.search, campaign, a.out);
   }
   fit::FitOutcome out = fit::fit_campaign(campaign, a.options);
+  if (a.options.ranks) a.options.ranks->end();
   if (!speaks) return;
   out.optimiser = a.optimiser;
   fit::write_fit(out, campaign, a.out);
@@ -96,6 +94,18 @@ void run_fit(FitArguments& a, const CLI::App& command) {
   std::filesystem::remove(a.options.journal);  // of a fit that ended, nothing is to be gone on with
   print_outcome(out);
   fmt::print("wrote {} and {}\n", (a.out / "fit.json").string(), (a.out / "report.html").string());
+}
+
+void run_fit(FitArguments& a, const CLI::App& command) {
+  a.options.ranks = model::Ranks::join();
+  if (!a.options.ranks || a.options.ranks->is_first()) return fit_and_write(a, command, true);
+  fall_silent();
+  try {
+    fit_and_write(a, command, false);
+  } catch (const std::exception& error) {
+    a.options.ranks->give_up(error.what());
+    throw;
+  }
 }
 
 }  // namespace

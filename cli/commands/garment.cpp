@@ -44,7 +44,7 @@ void run_garment(const GarmentArguments& a) {
                     {a.seconds, a.frames_per_s, report::terminal_progress("garment " + a.pattern.stem().string())});
   if (!worn.finite)
     throw std::runtime_error(
-        "garment: the motion of the fabric blew up; a smaller spacing or a softer fabric may help");
+        "garment: the motion of the fabric diverged; a smaller spacing or a softer fabric may help");
   fs::create_directories(a.out);
   garment::write_obj_sequence(garment, wearer, worn, a.out);
   garment::write_report(pattern, garment, wearer, worn, a.out / "report.html");

@@ -11,10 +11,12 @@
 #include "cli/command.h"
 #include "cli/output_folder.h"
 #include "cli/shared_files.h"
+#include "cli/slurm_options.h"
 #include "report/progress.h"
 #include "rig/network.h"
 #include "station/free_addresses.h"
 #include "station/session_report.h"
+#include "station/slurm_steps.h"
 #include "station/station_steps.h"
 
 namespace selvedge::cli {
@@ -23,6 +25,8 @@ namespace {
 
 struct SessionArguments {
   std::filesystem::path file, out;
+  std::string step;  // that one alone; empty: all
+  station::SlurmOptions slurm;
 };
 
 void log_to(const std::filesystem::path& folder) {
@@ -34,15 +38,18 @@ void log_to(const std::filesystem::path& folder) {
 int run_session(const SessionArguments& a) {
   const std::filesystem::path folder = a.out.empty() ? std::filesystem::path("runs") / a.file.stem() : a.out;
   expect_folder("--out", folder);
+  if (!a.step.empty()) return station::run_array_task(station::read_session_file(a.file), folder, a.step);
   rig::ensure_local_multicast(static_cast<uint16_t>(station::free_bus_port()));
   const station::SessionFile file = station::read_session_file(a.file);
   station::Journal journal(folder, file.text);
   log_to(folder);
   station::StationSteps steps(file, journal, folder, shared_folder());
+  station::SlurmSteps by_array(steps, file, journal, folder, a.slurm);
+  station::SessionSteps& used = a.slurm.used ? static_cast<station::SessionSteps&>(by_array) : steps;
   int status = 0;
   try {
     station::run_steps(
-        file, journal, steps, [&](const std::string& question) { return steps.ask(question); },
+        file, journal, used, [&](const std::string& question) { return steps.ask(question); },
         report::terminal_progress("session " + a.file.stem().string()));
   } catch (const station::SessionStopped& stopped) {
     fmt::print(stderr, "stopped: {}\nrun the same command again to go on from there\n", stopped.what());
@@ -66,6 +73,10 @@ void add_session(CLI::App& app, int& exit_status) {
                                       "exit 1 where a step was given up");
   run->add_option("FILE", a->file, "the session (TOML), see examples/four-fabrics.toml")->required();
   run->add_option("--out", a->out, "folder for everything that is recorded and found; default: runs/ and FILE's name");
+  auto* step =
+      run->add_option("--step", a->step, "one fit or diagnosis alone, as a task of a job array does")->type_name("ID");
+  add_slurm_options(*run, a->slurm);
+  run->get_option("--slurm")->excludes(step);
   run->callback([a, &exit_status] { exit_status = run_session(*a); });
 }
 

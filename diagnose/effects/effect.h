@@ -1,7 +1,7 @@
 // One thing that a base model may lack: what it adds to a prediction, and how large a change is worth trying.
 //
 // An effect is one file, NAME.cpp, with one function `Effect NAME()`; library.h lists them all. Its parameters are
-// those of a fit (fit/model.h): unit, neutral value (start), bounds, and scale, the finite size at which it is
+// those of a fit (model/parameter.h): unit, neutral value (start), bounds, and scale, the finite size at which it is
 // screened. Friction and slip are one-sided: their lower bound is the neutral value.
 #pragma once
 

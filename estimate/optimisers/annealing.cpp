@@ -4,7 +4,7 @@
 #include <cmath>
 #include <random>
 
-#include "estimate/optimisers/ledger.h"
+#include "estimate/optimisers/search_budget.h"
 
 namespace selvedge::estimate {
 
@@ -14,14 +14,14 @@ using Eigen::Index;
 
 class Simplex {
  public:
-  Simplex(Ledger& ledger, unsigned seed)
-      : ledger_(ledger), random_(seed), corners_(ledger.parameters(), ledger.parameters() + 1) {}
+  Simplex(SearchBudget& budget, unsigned seed)
+      : budget_(budget), random_(seed), corners_(budget.parameters(), budget.parameters() + 1) {}
 
   // Around a point: one corner there, the others a step along each axis, inwards where the box ends.
   void build(const Eigen::VectorXd& centre, double edge) {
     for (Index k = 0; k < corners_.cols(); ++k) corners_.col(k) = centre;
     for (Index k = 0; k < centre.size(); ++k) corners_(k, k + 1) += centre(k) + edge > 1 ? -edge : edge;
-    costs_ = ledger_.costs(corners_);
+    costs_ = budget_.costs(corners_);
   }
 
   double spread() const {
@@ -61,12 +61,12 @@ class Simplex {
 
   // Moves a corner by `factor` through the face opposite; kept where its felt cost is below felt_worst.
   double replace(Index corner, double factor, double& felt_worst, double temperature) {
-    if (ledger_.over()) return felt_worst;
+    if (budget_.over()) return felt_worst;
     const auto n = static_cast<double>(corners_.rows());
     const Eigen::VectorXd others = corners_.rowwise().sum() - corners_.col(corner);
     const double share = (1 - factor) / n;
     const Eigen::VectorXd tried = (share * others + factor * corners_.col(corner)).cwiseMax(0.0).cwiseMin(1.0);
-    const double cost = ledger_.costs(tried).front(), felt = cost - fluctuation(temperature);
+    const double cost = budget_.costs(tried).front(), felt = cost - fluctuation(temperature);
     if (felt < felt_worst) {
       corners_.col(corner) = tried;
       costs_[static_cast<size_t>(corner)] = cost;
@@ -76,12 +76,12 @@ class Simplex {
   }
 
   void draw_in(Index best) {
-    if (ledger_.over()) return;
+    if (budget_.over()) return;
     const Eigen::VectorXd centre = corners_.col(best);
     Eigen::MatrixXd drawn(corners_.rows(), corners_.cols() - 1);
     for (Index k = 0, to = 0; k < corners_.cols(); ++k)
       if (k != best) drawn.col(to++) = 0.5 * (corners_.col(k) + centre);
-    const std::vector<double> costs = ledger_.costs(drawn);
+    const std::vector<double> costs = budget_.costs(drawn);
     for (Index k = 0, from = 0; k < corners_.cols(); ++k)
       if (k != best) {
         corners_.col(k) = drawn.col(from);
@@ -89,7 +89,7 @@ class Simplex {
       }
   }
 
-  Ledger& ledger_;
+  SearchBudget& budget_;
   std::mt19937_64 random_;
   std::uniform_real_distribution<double> uniform_{0, 1};
   Eigen::MatrixXd corners_;  // parameters × corners, in the unit box
@@ -99,24 +99,24 @@ class Simplex {
 }  // namespace
 
 SearchResult anneal(const SearchProblem& problem, const SearchLimits& limits, const AnnealingOptions& options) {
-  Ledger ledger(problem, limits);
-  Simplex simplex(ledger, limits.seed);
-  simplex.build(ledger.unit_start(), options.edge);
+  SearchBudget budget(problem, limits);
+  Simplex simplex(budget, limits.seed);
+  simplex.build(budget.unit_start(), options.edge);
   const double first = options.first_temperature > 0 ? options.first_temperature : 0.5 * simplex.spread();
   const double steps = std::log(options.last_temperature) / std::log(options.cooling);
-  const int each = std::max(1, static_cast<int>(ledger.left() / steps));  // evaluations a temperature
+  const int each = std::max(1, static_cast<int>(budget.left() / steps));  // evaluations a temperature
   double temperature = first, at_reset = first;
-  while (!ledger.over()) {
-    ledger.set_temperature(temperature);
-    const int until = ledger.left() - each;
-    while (!ledger.over() && ledger.left() > until) simplex.move(temperature);
+  while (!budget.over()) {
+    budget.set_temperature(temperature);
+    const int until = budget.left() - each;
+    while (!budget.over() && budget.left() > until) simplex.move(temperature);
     temperature *= options.cooling;
-    if (at_reset / temperature >= options.reset_factor && !ledger.over()) {
+    if (at_reset / temperature >= options.reset_factor && !budget.over()) {
       at_reset = temperature;
-      simplex.build(ledger.best_unit_point(), options.edge * std::sqrt(temperature / first));
+      simplex.build(budget.best_unit_point(), options.edge * std::sqrt(temperature / first));
     }
   }
-  return ledger.result();
+  return budget.result();
 }
 
 }  // namespace selvedge::estimate

@@ -10,7 +10,7 @@
 #include <pagmo/population.hpp>
 #include <pagmo/problem.hpp>
 
-#include "estimate/optimisers/ledger.h"
+#include "estimate/optimisers/search_budget.h"
 
 namespace selvedge::estimate {
 
@@ -41,12 +41,12 @@ struct UnitBox {
   }
 };
 
-void look_up(Ledger& ledger, Rehearsal& rehearsal, const Points& points) {
-  Eigen::MatrixXd columns(ledger.parameters(), static_cast<Eigen::Index>(points.size()));
+void look_up(SearchBudget& budget, Rehearsal& rehearsal, const Points& points) {
+  Eigen::MatrixXd columns(budget.parameters(), static_cast<Eigen::Index>(points.size()));
   for (size_t i = 0; i < points.size(); ++i)
     columns.col(static_cast<Eigen::Index>(i)) =
-        Eigen::Map<const Eigen::VectorXd>(points[i].data(), ledger.parameters());
-  const std::vector<double> costs = ledger.costs(columns);
+        Eigen::Map<const Eigen::VectorXd>(points[i].data(), budget.parameters());
+  const std::vector<double> costs = budget.costs(columns);
   for (size_t i = 0; i < points.size(); ++i)
     rehearsal.costs[points[i]] = std::isfinite(costs[i]) ? costs[i] : 1e300;  // pagmo sums them
 }
@@ -66,8 +66,8 @@ bool has_converged(const pagmo::population& population, double tolerance) {
 }  // namespace
 
 SearchResult search_cma(const SearchProblem& problem, const SearchLimits& limits, const CmaOptions& options) {
-  Ledger ledger(problem, limits);
-  const auto n = static_cast<size_t>(ledger.parameters());
+  SearchBudget budget(problem, limits);
+  const auto n = static_cast<size_t>(budget.parameters());
   const auto usual = static_cast<size_t>(4 * std::ceil((4 + 3 * std::log(static_cast<double>(n))) / 4));
   const size_t individuals =
       std::max<size_t>(options.individuals > 0 ? static_cast<size_t>(options.individuals) : usual, 5);
@@ -78,29 +78,29 @@ SearchResult search_cma(const SearchProblem& problem, const SearchLimits& limits
   std::normal_distribution<double> normal(0, options.sigma);
   Points first;
   for (size_t i = 0; i < individuals; ++i) {
-    const Eigen::VectorXd start = ledger.unit_start();
+    const Eigen::VectorXd start = budget.unit_start();
     std::vector<double> x(start.data(), start.data() + n);
     if (i > 0)
       for (double& value : x) value = std::clamp(value + normal(random), 0.0, 1.0);
     first.push_back(std::move(x));
   }
-  look_up(ledger, *rehearsal, first);
+  look_up(budget, *rehearsal, first);
   for (const std::vector<double>& x : first) population.push_back(x);
 
   // One generation a call, with memory; its own tolerances off: ours see the whole population.
   pagmo::cmaes algorithm(1, -1, -1, -1, -1, options.sigma, 0, 0, true, true, limits.seed);
-  while (!ledger.over()) {
+  while (!budget.over()) {
     rehearsal->noted.clear();
     rehearsal->noting = true;
     pagmo::cmaes copy = algorithm;
     copy.evolve(population);
     rehearsal->noting = false;
-    look_up(ledger, *rehearsal, rehearsal->noted);
+    look_up(budget, *rehearsal, rehearsal->noted);
     population = algorithm.evolve(population);
     rehearsal->costs.clear();
     if (has_converged(population, options.tolerance)) break;
   }
-  return ledger.result();
+  return budget.result();
 }
 
 }  // namespace selvedge::estimate

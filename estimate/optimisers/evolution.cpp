@@ -5,7 +5,7 @@
 #include <numeric>
 #include <random>
 
-#include "estimate/optimisers/ledger.h"
+#include "estimate/optimisers/search_budget.h"
 
 namespace selvedge::estimate {
 
@@ -16,11 +16,11 @@ using Variant = EvolutionOptions::Variant;
 
 class Population {
  public:
-  Population(Ledger& ledger, const SearchProblem& problem, const EvolutionOptions& options, unsigned seed)
-      : ledger_(ledger), options_(options), random_(seed), people_(ledger.parameters(), options.individuals) {
+  Population(SearchBudget& budget, const SearchProblem& problem, const EvolutionOptions& options, unsigned seed)
+      : budget_(budget), options_(options), random_(seed), people_(budget.parameters(), options.individuals) {
     const Eigen::VectorXd range = problem.upper - problem.lower;
-    first_low_ = Eigen::VectorXd::Zero(ledger.parameters());
-    first_high_ = Eigen::VectorXd::Ones(ledger.parameters());
+    first_low_ = Eigen::VectorXd::Zero(budget.parameters());
+    first_high_ = Eigen::VectorXd::Ones(budget.parameters());
     if (options.first_lower.size() > 0)
       first_low_ = (options.first_lower - problem.lower).cwiseQuotient(range).cwiseMax(0.0);
     if (options.first_upper.size() > 0)
@@ -30,7 +30,7 @@ class Population {
   void found() {
     for (Index i = 0; i < people_.cols(); ++i)
       for (Index k = 0; k < people_.rows(); ++k) people_(k, i) = between(first_low_(k), first_high_(k));
-    costs_ = ledger_.costs(people_);
+    costs_ = budget_.costs(people_);
     sort();
   }
 
@@ -38,7 +38,7 @@ class Population {
     const Index count = people_.cols(), kept = count / 2, mutants = count / 5;
     Eigen::MatrixXd born(people_.rows(), count - kept);
     for (Index i = 0; i < born.cols(); ++i) born.col(i) = i < mutants ? mutant() : crossover();
-    const std::vector<double> costs = ledger_.costs(born);
+    const std::vector<double> costs = budget_.costs(born);
     people_.rightCols(born.cols()) = born;
     std::copy(costs.begin(), costs.end(), costs_.begin() + kept);
     sort();
@@ -89,7 +89,7 @@ class Population {
     }
   }
 
-  Ledger& ledger_;
+  SearchBudget& budget_;
   const EvolutionOptions& options_;
   std::mt19937_64 random_;
   std::uniform_real_distribution<double> uniform_{0, 1};
@@ -102,22 +102,22 @@ class Population {
 }  // namespace
 
 SearchResult evolve(const SearchProblem& problem, const SearchLimits& limits, const EvolutionOptions& options) {
-  Ledger ledger(problem, limits);
-  Population population(ledger, problem, options, limits.seed);
+  SearchBudget budget(problem, limits);
+  Population population(budget, problem, options, limits.seed);
   population.found();
   double at_improvement = population.best();
   int since = 0;
-  while (!ledger.over()) {
+  while (!budget.over()) {
     population.next_generation();
     if (options.variant == Variant::paper) continue;
     since = population.best() < (1 - options.least_improvement) * at_improvement ? 0 : since + 1;
     if (since == 0) at_improvement = population.best();
-    if (since < options.patience || ledger.over()) continue;
+    if (since < options.patience || budget.over()) continue;
     population.found();
     at_improvement = population.best();
     since = 0;
   }
-  return ledger.result();
+  return budget.result();
 }
 
 }  // namespace selvedge::estimate

@@ -4,13 +4,13 @@
 #include <cmath>
 
 #include "files/bad_input.h"
-#include "estimate/optimisers/ledger.h"
+#include "estimate/optimisers/search_budget.h"
 
 namespace selvedge::estimate {
 
 SearchResult search_grid(const SearchProblem& problem, const SearchLimits& limits, const GridOptions& options) {
-  Ledger ledger(problem, limits);
-  const Eigen::Index n = ledger.parameters();
+  SearchBudget budget(problem, limits);
+  const Eigen::Index n = budget.parameters();
   const double all = std::pow(static_cast<double>(options.values), static_cast<double>(n));
   if (all > limits.evaluations)
     refuse("grid",
@@ -18,7 +18,7 @@ SearchResult search_grid(const SearchProblem& problem, const SearchLimits& limit
            "parameters or allow more",
            limits.evaluations, all, options.values, n);
   const auto count = static_cast<long>(all);
-  for (long first = 0; first < count && !ledger.over(); first += options.at_once) {
+  for (long first = 0; first < count && !budget.over(); first += options.at_once) {
     const long batch = std::min<long>(options.at_once, count - first);
     Eigen::MatrixXd points(n, batch);
     for (long i = 0; i < batch; ++i) {
@@ -26,9 +26,9 @@ SearchResult search_grid(const SearchProblem& problem, const SearchLimits& limit
       for (Eigen::Index k = 0; k < n; ++k, digits /= options.values)
         points(k, i) = static_cast<double>(digits % options.values) / (options.values - 1);
     }
-    ledger.costs(points);
+    budget.costs(points);
   }
-  return ledger.result("whole grid");
+  return budget.result("whole grid");
 }
 
 }  // namespace selvedge::estimate

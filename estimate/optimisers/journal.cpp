@@ -27,7 +27,9 @@ Journal::Journal(const std::filesystem::path& path, const std::string& identity)
     const size_t comma = line.rfind(',');
     double cost = 0;
     const char* last = line.data() + line.size();
-    if (comma == std::string::npos || std::from_chars(line.data() + comma + 1, last, cost).ptr != last)
+    const auto read = comma == std::string::npos ? std::from_chars_result{nullptr, std::errc::invalid_argument}
+                                                 : std::from_chars(line.data() + comma + 1, last, cost);
+    if (read.ec != std::errc() || read.ptr != last)
       refuse(file_.where(i), "found {}, expected coordinates and a cost", in_quotes(line));
     cost_of_[line.substr(0, comma + 1)] = cost;
   }

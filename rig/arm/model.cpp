@@ -5,10 +5,9 @@
 #include <kdl/chain.hpp>
 #include <kdl/chainfksolverpos_recursive.hpp>
 #include <kdl/chainiksolvervel_wdls.hpp>
-#include <toml++/toml.h>
 
 #include "files/bad_input.h"
-#include "files/whole_file.h"
+#include "files/toml_text.h"
 
 namespace selvedge::arm {
 
@@ -115,12 +114,7 @@ struct ArmModel::Chain {
 };
 
 ArmModel ArmModel::read(const std::filesystem::path& path) {
-  toml::table root;
-  try {
-    root = toml::parse(files::read_whole(path), path.string());
-  } catch (const toml::parse_error& error) {
-    refuse(fmt::format("{}:{}", path.string(), error.source().begin.line), "{}", error.description());
-  }
+  const toml::table root = files::read_toml(path);
   ArmModel model;
   Keys keys(path.string(), root);
   model.name_ = keys.text("name");

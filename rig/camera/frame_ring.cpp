@@ -25,6 +25,8 @@ namespace {
 
 constexpr uint64_t kMagic = 0x53454c5652494e31;  // "SELVRIN1"
 constexpr size_t kHeaderBytes = 4096, kSlotHeadBytes = 256;
+constexpr int32_t kMostSide_px = 1 << 16, kMostSlots = 1 << 16;
+constexpr int64_t kMostFrames = int64_t{1} << 62;  // no ring counts so far; sums with it do not overflow
 
 struct Slot {
   std::atomic<int64_t> number;  // of the frame it holds, 0 while it is written
@@ -38,39 +40,52 @@ static_assert(std::atomic<int64_t>::is_always_lock_free && std::atomic<uint32_t>
 
 struct Memory {
   std::atomic<uint64_t> magic;  // set last, so that a reader never sees half a header
-  int32_t width_px, height_px, slots;
+  RingShape shape;
   std::atomic<uint32_t> wake;   // futex: low half of newest
   std::atomic<int64_t> newest;  // number of the last frame written, 0 before the first
-
-  size_t slot_bytes() const {
-    const size_t pixels = static_cast<size_t>(width_px) * static_cast<size_t>(height_px);
-    return kSlotHeadBytes + (pixels + 63) / 64 * 64;
-  }
-  char* slot_address(int64_t number) const {
-    char* first = reinterpret_cast<char*>(const_cast<Memory*>(this)) + kHeaderBytes;
-    return first + static_cast<size_t>(number % slots) * slot_bytes();
-  }
-  Slot& slot(int64_t number) const { return *reinterpret_cast<Slot*>(slot_address(number)); }
-  uint8_t* pixels(int64_t number) const { return reinterpret_cast<uint8_t*>(slot_address(number) + kSlotHeadBytes); }
 };
-static_assert(sizeof(Memory) <= kHeaderBytes);
+static_assert(sizeof(Memory) <= kHeaderBytes && std::is_trivially_copyable_v<RingShape>);
 
 namespace {
 
-size_t ring_bytes(const Memory& shape) { return kHeaderBytes + static_cast<size_t>(shape.slots) * shape.slot_bytes(); }
+size_t pixel_bytes(const RingShape& shape) {
+  return static_cast<size_t>(shape.width_px) * static_cast<size_t>(shape.height_px);
+}
+size_t slot_bytes(const RingShape& shape) { return kSlotHeadBytes + (pixel_bytes(shape) + 63) / 64 * 64; }
+size_t ring_bytes(const RingShape& shape) {
+  return kHeaderBytes + static_cast<size_t>(shape.slots) * slot_bytes(shape);
+}
+
+char* slot_address(const Memory* memory, const RingShape& shape, int64_t number) {
+  char* first = reinterpret_cast<char*>(const_cast<Memory*>(memory)) + kHeaderBytes;
+  return first + static_cast<size_t>(number % shape.slots) * slot_bytes(shape);
+}
+Slot& slot(const Memory* memory, const RingShape& shape, int64_t number) {
+  return *reinterpret_cast<Slot*>(slot_address(memory, shape, number));
+}
+uint8_t* pixels_of(const Memory* memory, const RingShape& shape, int64_t number) {
+  return reinterpret_cast<uint8_t*>(slot_address(memory, shape, number) + kSlotHeadBytes);
+}
+
+// Whether what stands in a header can be a ring's: other programs may have written it.
+bool can_be(const RingShape& shape) {
+  const auto within = [](int32_t value, int32_t most) { return value > 0 && value <= most; };
+  return within(shape.width_px, kMostSide_px) && within(shape.height_px, kMostSide_px) &&
+         within(shape.slots, kMostSlots);
+}
+bool can_be_newest(int64_t number) { return number >= 0 && number < kMostFrames; }
 
 void* map(int descriptor, size_t bytes, int protection) {
   void* address = ::mmap(nullptr, bytes, protection, MAP_SHARED, descriptor, 0);
   return address == MAP_FAILED ? nullptr : address;
 }
 
-bool same_shape(int descriptor, const Memory& wanted) {
+bool same_shape(int descriptor, const RingShape& wanted) {
   struct stat status {};
   if (::fstat(descriptor, &status) != 0 || static_cast<size_t>(status.st_size) != ring_bytes(wanted)) return false;
   auto* memory = static_cast<Memory*>(map(descriptor, kHeaderBytes, PROT_READ));
   if (!memory) return false;
-  const bool same = memory->magic == kMagic && memory->width_px == wanted.width_px &&
-                    memory->height_px == wanted.height_px && memory->slots == wanted.slots;
+  const bool same = memory->magic == kMagic && memory->shape == wanted && can_be_newest(memory->newest);
   ::munmap(memory, kHeaderBytes);
   return same;
 }
@@ -100,6 +115,14 @@ void copy_out(void* shared, void* to, size_t bytes) {
   for (; i < bytes; ++i) out[i] = std::atomic_ref(in[i]).load(std::memory_order_relaxed);
 }
 
+// A byte that is neither 0 nor 1 is no bool in C++, and may stand in shared memory.
+void copy_head(RingHead& shared, RingHead& to) {
+  copy_out(&shared, &to, sizeof to);
+  unsigned char whole = 0;
+  std::memcpy(&whole, &to.whole, sizeof whole);
+  to.whole = whole == 1;
+}
+
 void futex_wait(const std::atomic<uint32_t>& word, uint32_t seen, double timeout_s) {
   timespec timeout{};
   timeout.tv_sec = static_cast<time_t>(timeout_s);
@@ -114,12 +137,12 @@ std::string ring_name(int bus_port, const std::string& device) {
 }
 
 FrameRingWriter::FrameRingWriter(const std::string& name, int width_px, int height_px, int slots) {
-  Memory shape{};
-  shape.width_px = width_px;
-  shape.height_px = height_px;
-  shape.slots = slots;
-  bytes_ = ring_bytes(shape);
+  const RingShape shape{width_px, height_px, slots};
   const std::string where = "frame ring " + name;
+  if (!can_be(shape))
+    refuse(where, "found {}x{} px and {} slots, expected sides of 1 to {} px and 1 to {} slots", width_px, height_px,
+           slots, kMostSide_px, kMostSlots);
+  bytes_ = ring_bytes(shape);
 
   descriptor_ = ::shm_open(name.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600);
   if (descriptor_ < 0) refuse(where, "cannot be opened: {}", std::strerror(errno));
@@ -152,9 +175,7 @@ FrameRingWriter::FrameRingWriter(const std::string& name, int width_px, int heig
     refuse(where, "cannot be mapped: {}", std::strerror(errno));
   }
   if (!fresh) return;
-  memory_->width_px = width_px;
-  memory_->height_px = height_px;
-  memory_->slots = slots;
+  memory_->shape = shape;
   memory_->magic = kMagic;
 }
 
@@ -167,18 +188,18 @@ void FrameRingWriter::remove(const std::string& name) { ::shm_unlink(name.c_str(
 
 int64_t FrameRingWriter::newest_frame_number() const {
   const int64_t newest = memory_->newest.load(std::memory_order_relaxed);
-  return newest == 0 ? 0 : memory_->slot(newest).head.frame_number;
+  return newest == 0 ? 0 : slot(memory_, memory_->shape, newest).head.frame_number;
 }
 
 int64_t FrameRingWriter::write(const RingHead& head, const uint8_t* pixels) {
   const int64_t number = memory_->newest.load(std::memory_order_relaxed) + 1;
-  Slot& slot = memory_->slot(number);
-  slot.number.store(0, std::memory_order_relaxed);
+  const RingShape& shape = memory_->shape;
+  Slot& into = slot(memory_, shape, number);
+  into.number.store(0, std::memory_order_relaxed);
   std::atomic_thread_fence(std::memory_order_release);
-  copy_in(&head, &slot.head, sizeof head);
-  copy_in(pixels, memory_->pixels(number),
-          static_cast<size_t>(memory_->width_px) * static_cast<size_t>(memory_->height_px));
-  slot.number.store(number, std::memory_order_release);
+  copy_in(&head, &into.head, sizeof head);
+  copy_in(pixels, pixels_of(memory_, shape, number), pixel_bytes(shape));
+  into.number.store(number, std::memory_order_release);
   memory_->newest.store(number, std::memory_order_release);
   memory_->wake.store(static_cast<uint32_t>(number), std::memory_order_release);
   ::syscall(SYS_futex, &memory_->wake, FUTEX_WAKE, INT_MAX, nullptr, nullptr, 0);
@@ -193,12 +214,15 @@ FrameRingReader::FrameRingReader(const std::string& name) : name_(name) {
   ::fstat(descriptor_, &status);
   bytes_ = static_cast<size_t>(status.st_size);
   if (bytes_ > kHeaderBytes) memory_ = static_cast<const Memory*>(map(descriptor_, bytes_, PROT_READ));
-  if (!memory_ || memory_->magic != kMagic || ring_bytes(*memory_) != bytes_) {
+  if (memory_) shape_ = memory_->shape;
+  const int64_t newest = memory_ ? memory_->newest.load() : -1;
+  if (!memory_ || memory_->magic != kMagic || !can_be(shape_) || ring_bytes(shape_) != bytes_ ||
+      !can_be_newest(newest)) {
     if (memory_) ::munmap(const_cast<Memory*>(memory_), bytes_);
     ::close(descriptor_);
     refuse(where, "found {} bytes that are no frame ring", bytes_);
   }
-  next_number_ = memory_->newest + 1;
+  next_number_ = newest + 1;
 }
 
 FrameRingReader::~FrameRingReader() {
@@ -206,14 +230,12 @@ FrameRingReader::~FrameRingReader() {
   ::close(descriptor_);
 }
 
-int FrameRingReader::width_px() const { return memory_->width_px; }
-int FrameRingReader::height_px() const { return memory_->height_px; }
-
 bool FrameRingReader::next(RingFrame& frame, double timeout_s) {
   const int64_t deadline_us = rig::host_now_us() + static_cast<int64_t>(timeout_s * 1e6);
   for (;;) {
     const uint32_t seen = memory_->wake.load(std::memory_order_acquire);
     const int64_t newest = memory_->newest.load(std::memory_order_acquire);
+    if (!can_be_newest(newest)) refuse("frame ring " + name_, "found the frame {} as its newest", newest);
     if (newest < next_number_) {
       const int64_t left_us = deadline_us - rig::host_now_us();
       if (left_us <= 0) return false;
@@ -221,19 +243,19 @@ bool FrameRingReader::next(RingFrame& frame, double timeout_s) {
       continue;
     }
     // The slot that is written next is the oldest one, so it does not count as there.
-    const int64_t oldest = std::max<int64_t>(1, newest - memory_->slots + 2);
+    const int64_t oldest = std::max<int64_t>(1, newest - shape_.slots + 2);
     if (next_number_ < oldest) {
       missed_ += oldest - next_number_;
       next_number_ = oldest;
     }
-    Slot& slot = memory_->slot(next_number_);
-    if (slot.number.load(std::memory_order_acquire) == next_number_) {
+    Slot& from = slot(memory_, shape_, next_number_);
+    if (from.number.load(std::memory_order_acquire) == next_number_) {
       frame.ring_number = next_number_;
-      copy_out(&slot.head, &frame.head, sizeof frame.head);
-      frame.pixels.resize(static_cast<size_t>(width_px()) * static_cast<size_t>(height_px()));
-      copy_out(memory_->pixels(next_number_), frame.pixels.data(), frame.pixels.size());
+      copy_head(from.head, frame.head);
+      frame.pixels.resize(pixel_bytes(shape_));
+      copy_out(pixels_of(memory_, shape_, next_number_), frame.pixels.data(), frame.pixels.size());
       std::atomic_thread_fence(std::memory_order_acquire);
-      if (slot.number.load(std::memory_order_relaxed) == next_number_) {
+      if (from.number.load(std::memory_order_relaxed) == next_number_) {
         ++next_number_;
         return true;
       }

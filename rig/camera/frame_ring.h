@@ -27,6 +27,11 @@ struct RingHead {
   bool whole = false;
 };
 
+struct RingShape {
+  int32_t width_px = 0, height_px = 0, slots = 0;
+  bool operator==(const RingShape&) const = default;
+};
+
 struct RingFrame {
   int64_t ring_number = 0;  // 1 is the first ever written
   RingHead head;
@@ -60,16 +65,18 @@ class FrameRingWriter {
 
 class FrameRingReader {
  public:
-  // Starts behind the newest frame. Throws BadInput where there is no such ring (yet).
+  // Starts behind the newest frame. Throws BadInput where there is no such ring (yet), or its header is none: sides
+  // and slots out of range or not of the memory's size, a number of frames that cannot be.
   explicit FrameRingReader(const std::string& name);
   ~FrameRingReader();
   FrameRingReader(const FrameRingReader&) = delete;
   FrameRingReader& operator=(const FrameRingReader&) = delete;
 
-  int width_px() const;
-  int height_px() const;
+  int width_px() const { return shape_.width_px; }
+  int height_px() const { return shape_.height_px; }
 
-  // The next frame, in order. False: none came within timeout_s. Reuses the memory of frame.pixels.
+  // The next frame, in order. False: none came within timeout_s. Reuses the memory of frame.pixels. Throws BadInput
+  // where the number of the newest frame cannot be.
   bool next(RingFrame& frame, double timeout_s);
   // Frames overwritten before they were read, so far.
   int64_t missed() const { return missed_; }
@@ -79,6 +86,7 @@ class FrameRingReader {
  private:
   std::string name_;
   const struct Memory* memory_ = nullptr;
+  RingShape shape_;  // as it was when the ring was opened: what is in the memory may change
   size_t bytes_ = 0;
   int descriptor_ = -1;
   int64_t next_number_ = 1;

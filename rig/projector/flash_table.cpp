@@ -2,10 +2,8 @@
 
 #include <algorithm>
 
-#include <toml++/toml.h>
-
 #include "files/bad_input.h"
-#include "files/whole_file.h"
+#include "files/toml_text.h"
 
 namespace selvedge::projector {
 
@@ -109,12 +107,7 @@ const Pattern* FlashTable::at(int image, int plane) const {
 }
 
 FlashTable read_flash_table(const std::filesystem::path& path) {
-  toml::table root;
-  try {
-    root = toml::parse(files::read_whole(path), path.string());
-  } catch (const toml::parse_error& error) {
-    refuse(fmt::format("{}:{}", path.string(), error.source().begin.line), "{}", error.description());
-  }
+  const toml::table root = files::read_toml(path);
   FlashTable table;
   for (const auto& [key, value] : root)
     if (key.str() != "lines" && key.str() != "planes")

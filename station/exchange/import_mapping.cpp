@@ -140,6 +140,13 @@ geometry::Projection read_optics(Section keys) {
   return p;
 }
 
+// Empty where it is no picture that can be read. OpenCV throws over sizes that it does not take.
+cv::Mat decoded(const fs::path& picture) {
+  try {
+    return cv::imread(picture.string(), cv::IMREAD_GRAYSCALE);
+  } catch (const cv::Exception&) { return {}; }
+}
+
 std::vector<trial::GreyImage> read_images(Section keys, const fs::path& base, trial::Trial& trial) {
   const fs::path folder = base / keys.text("folder", std::nullopt);
   trial.frame_rate_hz = keys.number("rate_hz", std::nullopt, 0.1, 1e5, "Hz");
@@ -155,7 +162,7 @@ std::vector<trial::GreyImage> read_images(Section keys, const fs::path& base, tr
   std::vector<trial::GreyImage> images;
   trial.frames.emplace();
   for (const fs::path& picture : pictures) {
-    const cv::Mat grey = cv::imread(picture.string(), cv::IMREAD_GRAYSCALE);
+    const cv::Mat grey = decoded(picture);
     if (grey.empty()) refuse(picture.string(), "is no picture that can be read");
     if (grey.cols != trial.camera->width_px || grey.rows != trial.camera->height_px)
       refuse(picture.string(), "has {}×{} px, [camera] says {}×{}", grey.cols, grey.rows, trial.camera->width_px,
@@ -207,24 +214,29 @@ trial::Trial read_about(const files::TomlFile& file) {
 
 }  // namespace
 
-fs::path import_recording(const fs::path& mapping, const fs::path& folder) {
+Recording read_recording(const fs::path& mapping) {
   const fs::path base = mapping.parent_path();
   const files::TomlFile file = files::TomlFile::load(
       mapping, {"trial", "fabric", "corners", "markers", "images", "camera", "projector", "pattern", "units"});
-  trial::Trial trial = read_about(file);
-  const fs::path out = folder / trial.name;
-  if (fs::exists(out)) refuse("--out", "{} is there already", out.string());
+  Recording recording{read_about(file), {}};
+  trial::Trial& trial = recording.trial;
   const Units units = read_units(file.section("units"));
   if (file.has("camera")) trial.camera = read_optics(file.section("camera"));
   if (file.has("projector")) trial.projector = read_optics(file.section("projector"));
   if (file.has("pattern")) read_pattern(file.section("pattern"), trial);
   if (file.has("markers")) trial.markers = read_markers(file.section("markers"), base, units, trial);
-  std::vector<trial::GreyImage> images;
-  if (file.has("images")) images = read_images(file.section("images"), base, trial);
-  if (!trial.markers && images.empty())
+  if (file.has("images")) recording.images = read_images(file.section("images"), base, trial);
+  if (!trial.markers && recording.images.empty())
     refuse(mapping.string(), "found neither [markers] nor [images], expected one of them");
   trial.corners = read_corners(file.section("corners"), base, units, trial);
   trial.mocap_rate_hz = rate_of(trial.corners.time_s);
+  return recording;
+}
+
+fs::path import_recording(const fs::path& mapping, const fs::path& folder) {
+  const auto [trial, images] = read_recording(mapping);
+  const fs::path out = folder / trial.name;
+  if (fs::exists(out)) refuse("--out", "{} is there already", out.string());
   const fs::path unfinished = folder / ("." + trial.name + ".part");
   fs::remove_all(unfinished);
   try {

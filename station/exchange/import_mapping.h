@@ -21,8 +21,19 @@
 #pragma once
 
 #include <filesystem>
+#include <vector>
+
+#include "capture/trial/trial.h"
 
 namespace selvedge::station {
+
+struct Recording {
+  trial::Trial trial;
+  std::vector<trial::GreyImage> images;  // one for each of trial.frames
+};
+
+// What a mapping and the files that it names say. Throws BadInput naming file and key.
+Recording read_recording(const std::filesystem::path& mapping);
 
 // Writes FOLDER/NAME as a trial of the exchange format and returns its folder. Throws BadInput naming file and key, and
 // where the folder is there already; nothing half-written is left.

@@ -4,7 +4,7 @@
 
 #include <filesystem>
 
-#include "station/simulated_motion.h"
+#include "station/motion_file.h"
 
 namespace selvedge::station {
 

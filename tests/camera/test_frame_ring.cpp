@@ -1,5 +1,7 @@
 #include "rig/camera/frame_ring.h"
 
+#include <fcntl.h>
+#include <sys/mman.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -8,6 +10,7 @@
 #include <gtest/gtest.h>
 
 #include "files/bad_input.h"
+#include "tests/refusal.h"
 
 namespace selvedge::camera {
 namespace {
@@ -123,6 +126,39 @@ TEST_F(FrameRingTest, AnotherSizeMakesANewRing) {
   ASSERT_TRUE(reader.next(frame, 0));  // what it holds stays readable
   expect_frame(frame, 1);
   EXPECT_TRUE(reader.replaced());
+}
+
+// Numbers of another process: none of them may lead out of the memory.
+TEST_F(FrameRingTest, AHeaderThatCannotBeIsRefused) {
+  const auto refused_with = [&](off_t at, auto value) {
+    FrameRingWriter::remove(name_);
+    { FrameRingWriter writer(name_, kWidth, kHeight, 8); }
+    const int descriptor = ::shm_open(name_.c_str(), O_RDWR | O_CLOEXEC, 0);
+    EXPECT_EQ(::pwrite(descriptor, &value, sizeof value, at), static_cast<ssize_t>(sizeof value));
+    ::close(descriptor);
+    return refusal_of([&] { FrameRingReader reader(name_); });
+  };
+  constexpr off_t width_at = 8, slots_at = 16, newest_at = 24;
+  EXPECT_EQ(refused_with(width_at, int32_t{kWidth}), "");
+  for (const int32_t value : {0, -1, kWidth + 1, INT32_MIN}) {
+    EXPECT_NE(refused_with(width_at, value).find("no frame ring"), std::string::npos) << value;
+    EXPECT_NE(refused_with(slots_at, value).find("no frame ring"), std::string::npos) << value;
+  }
+  for (const int64_t value : {int64_t{-1}, INT64_MAX, INT64_MIN})
+    EXPECT_NE(refused_with(newest_at, value).find("no frame ring"), std::string::npos) << value;
+  // A writer does not go on with such a ring: it makes a new one.
+  EXPECT_EQ(FrameRingWriter(name_, kWidth, kHeight, 8).newest_frame_number(), 0);
+}
+
+TEST_F(FrameRingTest, ANewestFrameThatCannotBeIsRefusedWhileReading) {
+  FrameRingWriter writer(name_, kWidth, kHeight, 8);
+  FrameRingReader reader(name_);
+  const int descriptor = ::shm_open(name_.c_str(), O_RDWR | O_CLOEXEC, 0);
+  const int64_t newest = INT64_MAX;
+  ASSERT_EQ(::pwrite(descriptor, &newest, sizeof newest, 24), 8);
+  ::close(descriptor);
+  RingFrame frame;
+  EXPECT_NE(refusal_of([&] { reader.next(frame, 0); }).find("as its newest"), std::string::npos);
 }
 
 }  // namespace

@@ -1,5 +1,5 @@
 // What the soak calls a motion after a stop, from the joints' speed alone.
-#include "cli/soak/arm_audit.h"
+#include "cli/verify/soak/arm_audit.h"
 
 #include <gtest/gtest.h>
 

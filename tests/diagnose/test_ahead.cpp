@@ -43,7 +43,7 @@ class Ahead : public testing::Test {
 TEST_F(Ahead, ShowsWhatAModelLacksWithoutWhatGrowsFromItForSeconds) {
   Eigen::MatrixXd sets(right_.size(), 2);
   sets << right_, wrong();
-  const Eigen::MatrixXd mm = ahead_mm(*simulation_, state_, base_, sets);
+  const Eigen::MatrixXd mm = ahead_mm(*simulation_, state_, Protocol{}, base_, sets);
   const model::Residuals free = simulation_->evaluate(state_, base_, sets).back();
   ASSERT_EQ(mm.rows(), 2);
   for (Eigen::Index trial = 1; trial < 3; ++trial) {  // the first one hangs still
@@ -56,11 +56,11 @@ TEST_F(Ahead, ShowsWhatAModelLacksWithoutWhatGrowsFromItForSeconds) {
 }
 
 TEST_F(Ahead, TrialsThatAreNotWantedStayOut) {
-  const Eigen::MatrixXd all = ahead_mm(*simulation_, state_, base_, right_),
-                        one = ahead_mm(*simulation_, state_, base_, right_, {1});
+  const Eigen::MatrixXd all = ahead_mm(*simulation_, state_, Protocol{}, base_, right_),
+                        one = ahead_mm(*simulation_, state_, Protocol{}, base_, right_, {1});
   EXPECT_EQ(one(0, 1), all(0, 1));
   EXPECT_TRUE(std::isnan(one(0, 0)) && std::isnan(one(0, 2)));
-  EXPECT_EQ(ahead_mm(*simulation_, state_, base_, right_, {0})(0, 0), all(0, 0));
+  EXPECT_EQ(ahead_mm(*simulation_, state_, Protocol{}, base_, right_, {0})(0, 0), all(0, 0));
 }
 
 }  // namespace

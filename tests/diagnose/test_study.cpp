@@ -1,7 +1,7 @@
 // The campaign under the base model.
 #include <gtest/gtest.h>
 
-#include "diagnose/study.h"
+#include "diagnose/base_fit.h"
 #include "tests/diagnose/simulated_campaign.h"
 
 namespace selvedge::diagnose {
@@ -12,11 +12,11 @@ namespace {
 TEST(Study, AFineMeshThatFellIntoTheOtherFoldComesBackToTheRecordedOne) {
   const SimulatedSwatch swatch = usual_fabric();
   StudyOptions options;
-  options.columns = 9;
-  options.fine_columns = 13;
-  options.rate_hz = 20;
-  options.base_fit = BaseFit{base_of(swatch, swatch.material.stretch, swatch.material.shear), {10, 10, 10}};
-  Study study = make_study(simulated_campaign(swatch), {}, options);
+  options.protocol.columns = 9;
+  options.protocol.fine_columns = 13;
+  options.protocol.rate_hz = 20;
+  options.base_fit = BaseFit{base_of(swatch, swatch.material.stretch, swatch.material.shear), {}, {}};
+  Study study = std::move(make_study(simulated_campaign(swatch), {}, options).study);
   const Eigen::VectorXd before = study.mesh_change[0];  // of what hangs still
   ASSERT_GT(before.norm(), 0);
   std::vector<Eigen::Matrix3Xd> mirrored;

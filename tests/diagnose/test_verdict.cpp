@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "diagnose/effects/library.h"
+#include "diagnose/base_fit.h"
 #include "diagnose/verdict.h"
 #include "tests/diagnose/simulated_campaign.h"
 
@@ -19,11 +20,11 @@ class Verdict : public testing::Test {
     for (const Effect& e : effect_library())
       if (e.name == "camera_delay" || e.name == "draught") two.push_back(e);
     StudyOptions options;
-    options.columns = 9;
-    options.fine_columns = 13;
-    options.rate_hz = 20;
-    options.base_fit = BaseFit{model::usual_coordinates(model::base_parameters()), {10, 10, 10}};
-    study_ = new Study(make_study(simulated_campaign(usual_fabric()), two, options));
+    options.protocol.columns = 9;
+    options.protocol.fine_columns = 13;
+    options.protocol.rate_hz = 20;
+    options.base_fit = BaseFit{model::usual_coordinates(model::base_parameters()), {}, {}};
+    study_ = new Study(std::move(make_study(simulated_campaign(usual_fabric()), two, options).study));
   }
   static void TearDownTestSuite() { delete study_; }
 
@@ -50,7 +51,7 @@ class Verdict : public testing::Test {
     return s.probability.at("none") / s.probability.at("camera_delay");
   }
 
-  static inline const Calibration calibration_;
+  static inline const Protocol calibration_;
   static inline Study* study_ = nullptr;
 };
 

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include "diagnose/base_fit.h"
 #include "diagnose/where.h"
 
 namespace selvedge::diagnose {
@@ -16,11 +17,11 @@ TEST(Where, ImagesAreCarriedBackOntoTheFabric) {
   campaign.replicates.clear();
   ASSERT_EQ(campaign.trials.size(), 1u);
   StudyOptions options;
-  options.columns = 9;
-  options.fine_columns = 13;
+  options.protocol.columns = 9;
+  options.protocol.fine_columns = 13;
   const auto base = model::base_parameters();
-  options.base_fit = BaseFit{model::usual_coordinates(base), {0}};
-  const Study study = make_study(campaign, {}, options);
+  options.base_fit = BaseFit{model::usual_coordinates(base), {}, {}};
+  const Study study = std::move(make_study(campaign, {}, options).study);
   const Where where = split_residual(study, study.residual, Eigen::VectorXd::Constant(1, 0.3));
   double share = 0;
   int regions = 0;

@@ -164,7 +164,7 @@ TEST_F(Search, StepsBetweenDerivativesCostLessAndEndAsLow) {
 }
 
 // drag_fade hardly shows in 0.7 s, bending does.
-TEST_F(Search, APriorInEarnestHoldsWhatDoesNotShowAndLeavesTheRest) {
+TEST_F(Search, APriorAsEvidenceHoldsWhatDoesNotShowAndLeavesTheRest) {
   const Eigen::Index fade = 8, bend = 2;
   ASSERT_EQ(parameters_[8].name, "drag_fade");
   estimate::LeastSquaresOptions options;
@@ -174,8 +174,8 @@ TEST_F(Search, APriorInEarnestHoldsWhatDoesNotShowAndLeavesTheRest) {
   (*options.prior_centre)(bend) += 0.5;
   VectorXd start = start_;
   start(fade) += 1.5;
-  const auto fit = [&](bool in_earnest) {
-    options.prior_in_earnest = in_earnest;
+  const auto fit = [&](bool in_full) {
+    options.prior_as_evidence = in_full;
     const model::Simulation own = simulation(false);
     model::State state = own.state_at(parameters_, start_);
     return minimise(own, state, parameters_, start, options);
@@ -216,7 +216,7 @@ TEST_F(Search, EachTrialIsPulledAsHardAsItIsToBe) {
                          pulled.time_s(trial));
   };
   const double still_mm = error(0), waved_mm = error(1);
-  state.pull_per_s = {0, 20};
+  state.nudging_per_s = {0, 20};
   EXPECT_EQ(error(0), still_mm);
   EXPECT_LT(error(1), 0.5 * waved_mm);
 }

@@ -166,6 +166,18 @@ TEST_F(Garments, DamagedMotionIsRefusedWithItsLine) {
     EXPECT_NE(refusal("a.bvh", std::string(kMotion).substr(0, cut)), "") << "cut after " << cut;
 }
 
+TEST_F(Garments, AMotionThatWouldTakeAllStackOrMemoryIsRefused) {
+  std::string deep = "HIERARCHY\nROOT a\n{\n";
+  for (int i = 0; i < 1 << 18; ++i) deep += "JOINT b\n{\n";
+  EXPECT_NE(refusal("a.bvh", deep).find("joints nested deeper than 128"), std::string::npos);
+  EXPECT_NE(refusal("a.json", changed(kSkirt, "\"spacing_m\": 0.03", "\"spacing_m\": 1e-9")).find("vertices"),
+            std::string::npos);
+  // Joints without channels take no number of the file, however many frames it announces.
+  EXPECT_NE(refusal("a.bvh", "HIERARCHY\nROOT a\n{\nEnd Site\n{\n}\n}\nMOTION\nFrames: 9999999\nFrame Time: 0.1\n")
+                .find("9999999 frames of 2 joints"),
+            std::string::npos);
+}
+
 TEST_F(Garments, ExamplesAreWhatTheDocumentsSay) {
   const fs::path examples = fs::path(SELVEDGE_SOURCE_DIR) / "examples";
   EXPECT_EQ(files::read_whole(examples / "walk.bvh"), synthetic_walk(10));

@@ -31,7 +31,6 @@ const std::set<std::string> old_circles = {
     "cloth/kernel/acceleration cloth/kernel/arc_length cloth/kernel/bending cloth/kernel/force_field "
     "cloth/kernel/lane_material cloth/kernel/membrane_and_drag cloth/kernel/triangle",
     "cloth/kernel/run cloth/kernel/run_lanes",
-    "diagnose/hypothesis diagnose/study",
     "hardware_sim/datastream_server/datastream_server hardware_sim/datastream_server/frame_packet",
     "hardware_sim/gige_camera/gige_camera hardware_sim/gige_camera/registers hardware_sim/gige_camera/stream",
     "hardware_sim/usb3_camera/registers hardware_sim/usb3_camera/usb3_camera",

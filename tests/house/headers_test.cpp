@@ -97,10 +97,9 @@ class Stamps {
     const auto found = known_.find(header);
     return found != known_.end() && found->second == stamp;
   }
-  void keep(const std::string& header, const std::string& stamp) { known_[header] = stamp; }
-  ~Stamps() {
-    std::ofstream stream(file_);
-    for (const auto& [header, stamp] : known_) stream << header << ' ' << stamp << '\n';
+  // At once, so that a run that is cut short is not lost.
+  void keep(const std::string& header, const std::string& stamp) {
+    std::ofstream(file_, std::ios::app) << header << ' ' << stamp << '\n';
   }
 
  private:

@@ -1,4 +1,5 @@
 #include "observe/stripe_observation.h"
+#include "observe/stripe_residual.h"
 
 #include <filesystem>
 #include <random>
@@ -105,6 +106,31 @@ TEST(StripeObservation, VerticalStripesAreReadAlongRows) {
   EXPECT_GT(m.labelled, 4000);
   EXPECT_EQ(m.wrong_label, 0);
   EXPECT_LT(std::sqrt(m.square / m.labelled), 0.2);
+}
+
+// A camera on its side sees the same sheet as well as one that stands upright.
+TEST(StripeResidual, ACameraOnItsSideKnowsDepthAsWell) {
+  const auto upright = render::bench_camera(), projector = render::bench_projector();
+  auto rolled = upright;
+  Eigen::Matrix3d quarter_turn;
+  quarter_turn << 0, -1, upright.height_px - 1, 1, 0, 0, 0, 0, 1;
+  rolled.matrix = quarter_turn * upright.matrix;
+  std::swap(rolled.width_px, rolled.height_px);
+  const Sheet sheet = render::make_sheet(33, wave);
+  const StripePattern pattern;
+  const auto median_sd_mm = [&](const geometry::Projection& camera, bool scans_columns) {
+    StripeObservation seen =
+        observe_stripes(picture(camera, projector, pattern, sheet, 1, 0.7), camera, projector, pattern);
+    EXPECT_EQ(seen.scans_columns, scans_columns);
+    label_edges(seen, camera, projector, pattern, sheet.position.col(0), sheet.position.col(32));
+    std::vector<double> sd_mm;
+    for (const DepthPoint& p : depth_points(seen, camera, projector, pattern)) sd_mm.push_back(p.sd_mm);
+    EXPECT_GT(sd_mm.size(), 1000u);
+    std::nth_element(sd_mm.begin(), sd_mm.begin() + static_cast<std::ptrdiff_t>(sd_mm.size() / 2), sd_mm.end());
+    return sd_mm[sd_mm.size() / 2];
+  };
+  const double of_upright = median_sd_mm(upright, true);
+  EXPECT_NEAR(median_sd_mm(rolled, false), of_upright, 0.1 * of_upright);
 }
 
 TEST(StripeObservation, OutlineIsFoundToAFewTenthsOfAPixel) {

@@ -12,14 +12,16 @@
 
 #include "cli/command.h"
 #include "cli/output_folder.h"
-#include "diagnose/blind.h"
+#include "cli/slurm_options.h"
+#include "evaluation/blind.h"
 #include "diagnose/diagnosis_report.h"
 #include "diagnose/effects/library.h"
-#include "diagnose/fresh_shrink.h"
+#include "evaluation/fresh_reduction.h"
 #include "files/bad_input.h"
 #include "files/whole_file.h"
 #include "hardware_sim/bank/bank_campaign.h"
 #include "report/progress.h"
+#include "cli/verify/blind_array.h"
 
 namespace selvedge::cli {
 
@@ -33,6 +35,8 @@ struct BlindArguments {
   unsigned long long seed = 0;
   double minutes = 1e9;
   bool partial = false;
+  std::string campaign;  // the only one to answer; empty: all
+  station::SlurmOptions slurm;
 };
 
 // A conversion to an unsigned number would take -1 for the largest one.
@@ -56,7 +60,7 @@ void make_bank(const BlindArguments& a) {
     kinds.insert(kinds.end(), static_cast<size_t>(count), kind);
   std::shuffle(kinds.begin(), kinds.end(), g);
   std::vector<hardware_sim::BankKey> keys;
-  std::vector<diagnose::SealedKey> sealed;
+  std::vector<evaluation::SealedKey> sealed;
   // Identifiers come from a generator of their own: they must not follow from the order of kinds.
   std::mt19937_64 names(a.seed ^ 0x9e3779b97f4a7c15ULL);
   std::random_device device;
@@ -66,9 +70,8 @@ void make_bank(const BlindArguments& a) {
     for (int i = 0; i < 8; ++i) salt += fmt::format("{:08x}", device());
     sealed.push_back({"c" + hex_words(names, 1), salt, hardware_sim::to_json(keys.back())});
   }
-  if (!fs::exists(a.folder / "record.json"))
-    diagnose::seal_keys(a.folder, sealed, diagnose::library_hash(diagnose::effect_library(), diagnose::Calibration{}));
-  const diagnose::BlindRecord record = diagnose::read_record(a.folder);
+  if (!fs::exists(a.folder / "record.json")) evaluation::seal_keys(a.folder, sealed, evaluation::usual_seal());
+  const evaluation::BlindRecord record = evaluation::read_record(a.folder);
   for (size_t i = 0; i < sealed.size(); ++i)
     if (i >= record.ids.size() || record.ids[i] != sealed[i].id)
       refuse((a.folder / "record.json").string(),
@@ -85,58 +88,67 @@ void make_bank(const BlindArguments& a) {
              (a.folder / "campaigns").string());
 }
 
-void answer_bank(const BlindArguments& a) {
+void answer_bank(const BlindArguments& a, int& exit_status) {
   const auto begin = std::chrono::steady_clock::now();
   const auto enough = [&] {
     return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count() > 60 * a.minutes;
   };
-  const size_t total = diagnose::read_record(a.folder).ids.size();
+  const size_t total = evaluation::read_record(a.folder).ids.size();
   const auto one = [&](const fs::path& campaign) {
     diagnose::DiagnosisOptions options;
     options.study.progress = report::terminal_progress("blind answer " + campaign.filename().string());
     const trial::Campaign recorded = trial::read_campaign(campaign);
-    diagnose::keep_base_fit(options, a.folder / "answers" / campaign.filename() / "base_fit.json",
-                            recorded.trials.size());
+    diagnose::keep_base_fit(options, a.folder / "answers" / campaign.filename() / "base_fit.json", recorded);
     return diagnose::diagnose(recorded, diagnose::effect_library(), options);
   };
-  const size_t answered = diagnose::answer_all(a.folder, one, enough);
+  if (!a.campaign.empty())
+    return evaluation::answer_one(a.folder, evaluation::usual_seal(), a.campaign,
+                                  station::own_array_task().value_or("by hand"), one);
+  const auto missing = [&](const std::string& id, const std::string& why) {
+    fmt::print(stderr, "{}: its task ended without an answer; {}\n", id, why);
+    exit_status = 1;
+  };
+  const size_t answered = a.slurm.used
+                              ? answer_by_array(a.folder, a.slurm, report::terminal_progress("blind answer"), missing)
+                              : evaluation::answer_all(a.folder, evaluation::usual_seal(), one, enough);
   fmt::print("{} of {} campaigns are answered{}\n", answered, total,
              answered == total ? "; the answers are final" : "; run the command again to go on");
 }
 
-void print_rows(const std::vector<diagnose::ScoreRow>& rows) {
-  for (const diagnose::ScoreRow& r : rows)
+void print_rows(const std::vector<evaluation::ScoreRow>& rows) {
+  for (const evaluation::ScoreRow& r : rows)
     fmt::print("{:<66} {:>4} of {:<4} {:>6} {:>17}  {}\n", r.what, r.hits, r.of,
                r.of ? fmt::format("{:.0f} %", 100.0 * r.hits / r.of) : "–",
                r.of ? fmt::format("({:.0f} … {:.0f} %)", 100 * r.low, 100 * r.high) : "", r.wanted);
 }
 
 // Fresh trials of each campaign whose cause was named right, simulated when the keys are open.
-std::optional<double> shrink_in_fresh_trials(const fs::path& folder, const diagnose::SealedKey& key,
-                                             const nlohmann::json& diagnosis, const std::string& effect) {
+std::optional<double> reduction_in_fresh_trials(const fs::path& folder, const evaluation::SealedKey& key,
+                                                const nlohmann::json& diagnosis, const std::string& effect) {
   if (!key.key.contains("fabric") || !diagnosis.contains("free_fit")) return {};  // made or answered elsewhere
   const fs::path fresh = folder / "fresh" / key.id;
   try {
     if (!fs::exists(fresh / "campaign.json"))
       hardware_sim::write_fresh_trials(hardware_sim::bank_key(key.key), key.id, fresh);
-  } catch (const std::runtime_error& error) {  // the simulated world blew up
+  } catch (const std::runtime_error& error) {  // the simulated world diverged
     fmt::print(stderr, "{}: how far its gap shrinks is not scored: {}\n", key.id, error.what());
     return {};
   }
-  return diagnose::shrink_on(trial::read_campaign(fresh), diagnose::effect_library(), diagnosis, effect).fraction();
+  return evaluation::reduction_on(trial::read_campaign(fresh), diagnose::effect_library(), diagnosis, effect)
+      .fraction();
 }
 
-std::optional<diagnose::TrueParameter> true_size(const diagnose::SealedKey& key) {
+std::optional<evaluation::TrueParameter> true_size(const evaluation::SealedKey& key) {
   if (!key.key.contains("fabric")) return {};  // made elsewhere
   const auto parameter = hardware_sim::true_parameter(hardware_sim::bank_key(key.key));
-  return parameter ? std::optional(diagnose::TrueParameter{parameter->first, parameter->second}) : std::nullopt;
+  return parameter ? std::optional(evaluation::TrueParameter{parameter->first, parameter->second}) : std::nullopt;
 }
 
 void open_bank(const BlindArguments& a) {
-  const diagnose::BlindScore s = diagnose::open_keys(
-      a.folder, a.partial,
-      [&](const diagnose::SealedKey& key, const nlohmann::json& diagnosis, const std::string& effect) {
-    return shrink_in_fresh_trials(a.folder, key, diagnosis, effect);
+  const evaluation::BlindScore s = evaluation::open_keys(
+      a.folder, evaluation::usual_seal(), a.partial,
+      [&](const evaluation::SealedKey& key, const nlohmann::json& diagnosis, const std::string& effect) {
+    return reduction_in_fresh_trials(a.folder, key, diagnosis, effect);
       },
       true_size);
   fmt::print("{} campaigns answered; shares with their exact 95 % intervals (Clopper and Pearson)\n\n", s.answered);
@@ -145,11 +157,11 @@ void open_bank(const BlindArguments& a) {
   print_rows(s.baselines);
   fmt::print("\ncalibration error {:.3f} (at most 0.10); Brier score {:.3f}, of the base rates {:.3f}\n\n",
              s.calibration_error, s.brier, s.brier_base_rates);
-  if (s.shrinks > 0)
+  if (s.reductions > 0)
     fmt::print(
-        "shrink of the gap, told against that of fresh trials: median error {:.2f} over {} causes named right (at most "
+        "gap reduction, told against that of fresh trials: median error {:.2f} over {} causes named right (at most "
         "0.10)\n\n",
-        s.shrink_error, s.shrinks);
+        s.reduction_error, s.reductions);
   for (const std::string& line : s.sizes) fmt::print("{}\n", line);
   if (!s.sizes.empty()) fmt::print("\n");
   for (const std::string& line : s.confusion) fmt::print("{}\n", line);
@@ -158,8 +170,9 @@ void open_bank(const BlindArguments& a) {
 // Campaigns whose cause was named right, diagnosed once more by a library that lacks its effect.
 void answer_without(const BlindArguments& a) {
   const auto begin = std::chrono::steady_clock::now();
-  const std::vector<diagnose::NamedRight> campaigns = diagnose::named_right(a.folder, a.partial);
-  for (const diagnose::NamedRight& c : campaigns) {
+  const std::vector<evaluation::NamedRight> campaigns =
+      evaluation::named_right(a.folder, evaluation::usual_seal(), a.partial);
+  for (const evaluation::NamedRight& c : campaigns) {
     const fs::path out = a.folder / "without" / c.id;
     if (fs::exists(out / "diagnosis.json")) continue;
     if (std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count() > 60 * a.minutes) break;
@@ -168,19 +181,18 @@ void answer_without(const BlindArguments& a) {
     diagnose::DiagnosisOptions options;
     options.study.progress = report::terminal_progress("blind without " + c.id);
     const trial::Campaign recorded = trial::read_campaign(a.folder / "campaigns" / c.id);
-    options.study.base_fit =
-        diagnose::read_base_fit(a.folder / "answers" / c.id / "base_fit.json", recorded.trials.size());
+    diagnose::keep_base_fit(options, a.folder / "answers" / c.id / "base_fit.json", recorded);
     const diagnose::Diagnosis d = diagnose::diagnose(recorded, effects, options);
     diagnose::write_diagnosis(d, out);
     fmt::print("{}: {} with its effect deleted is answered {} ({:.2f})\n", c.id, c.cause, d.cause,
                d.probability.at(d.cause));
   }
-  print_rows(diagnose::score_without(a.folder, campaigns));
+  print_rows(evaluation::score_without(a.folder, campaigns));
 }
 
 }  // namespace
 
-void add_blind(CLI::App& app, int&) {
+void add_blind(CLI::App& app, int& exit_status) {
   auto* command =
       app.add_subcommand("blind", "diagnose campaigns whose keys are sealed, and score the answers afterwards");
   command->require_subcommand(1);
@@ -204,9 +216,13 @@ void add_blind(CLI::App& app, int&) {
   made->callback([a] { make_bank(*a); });
   auto* answered = command->add_subcommand("answer", "diagnose every campaign that has no answer yet");
   answered->add_option("DIR", a->folder, "folder of the blind check")->required();
-  answered->add_option("--minutes", a->minutes, "begin no further campaign after this time")
-      ->check(CLI::PositiveNumber);
-  answered->callback([a] { answer_bank(*a); });
+  auto* minutes = answered->add_option("--minutes", a->minutes, "begin no further campaign after this time")
+                      ->check(CLI::PositiveNumber);
+  auto* campaign =
+      answered->add_option("--campaign", a->campaign, "this one alone, as a task of a job array does")->type_name("ID");
+  add_slurm_options(*answered, a->slurm);
+  answered->get_option("--slurm")->excludes(minutes)->excludes(campaign);
+  answered->callback([a, &exit_status] { answer_bank(*a, exit_status); });
   auto* opened = command->add_subcommand("open", "check seals and answers, then score");
   opened->add_option("DIR", a->folder, "folder of the blind check")->required();
   opened->add_flag("--partial", a->partial, "score what is answered so far");

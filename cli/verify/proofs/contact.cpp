@@ -47,7 +47,7 @@ void add_sweep(std::vector<Figure>& figures, const std::string& name, int seeds,
   const std::string what = name + ", " + std::to_string(seeds) + " seeds: ";
   figures.push_back(
       {what + "seeds with intersecting triangles", double(s.intersecting), 0, "", Relation::at_most, "required"});
-  figures.push_back({what + "seeds that blew up", double(s.not_finite), 0, "", Relation::at_most, "required"});
+  figures.push_back({what + "seeds that diverged", double(s.not_finite), 0, "", Relation::at_most, "required"});
   figures.push_back(
       {what + "most energy that contact gave", s.most_work_J, 1e-9, "J", Relation::at_most, "contact only takes"});
   figures.push_back({what + "collisions stopped within a step", double(s.impacts), 0, "", Relation::shown, ""});

@@ -38,8 +38,8 @@ constexpr double kTrialLimit_s = 180;  // for the trial to end after the reset
 constexpr double kMoves_rad = 2e-4;    // of a joint between two looks of 10 ms: a braking arm, not its encoder's noise
 
 // What the bus says of the session and the arm.
-struct Heard {
-  explicit Heard(const rig::BusConfiguration& configuration) : bus(configuration) {
+struct BusListener {
+  explicit BusListener(const rig::BusConfiguration& configuration) : bus(configuration) {
     bus.subscribe<arm_status_t>(rig::channel("arm", rig::kArm), [this](const auto& message) {
       const std::lock_guard lock(mutex);
       if (message.mode == arm_status_t::MODE_MOVING) has_moved = true;
@@ -57,7 +57,7 @@ struct Heard {
     bus.start();
   }
   // Whether the condition held within limit_s.
-  bool wait_for(const std::function<bool(const Heard&)>& condition, double limit_s) {
+  bool wait_for(const std::function<bool(const BusListener&)>& condition, double limit_s) {
     for (const double until_s = rig::host_now_s() + limit_s; rig::host_now_s() < until_s;) {
       {
         const std::lock_guard lock(mutex);
@@ -80,17 +80,18 @@ struct Heard {
 
 struct Phase {
   const char* name;
-  std::function<bool(const Heard&)> now;
+  std::function<bool(const BusListener&)> now;
 };
 
 const std::vector<Phase>& phases() {
   static const std::vector<Phase> list = {
-      {"asked to hang the fabric", [](const Heard& h) { return h.asks("robot_path"); }},
-      {"waiting for rest", [](const Heard& h) { return h.asks("stand_back"); }},
-      {"armed", [](const Heard& h) { return h.arm.armed && !h.has_moved && !h.records(); }},
-      {"lead-in", [](const Heard& h) { return h.arm.armed && !h.has_moved && h.records(); }},
-      {"moving", [](const Heard& h) { return h.arm.trajectory_s > 1.2; }},
-      {"tail", [](const Heard& h) { return h.arm.armed && h.has_moved && h.arm.mode == arm_status_t::MODE_IDLE; }}};
+      {"asked to hang the fabric", [](const BusListener& h) { return h.asks("robot_path"); }},
+      {"waiting for rest", [](const BusListener& h) { return h.asks("stand_back"); }},
+      {"armed", [](const BusListener& h) { return h.arm.armed && !h.has_moved && !h.records(); }},
+      {"lead-in", [](const BusListener& h) { return h.arm.armed && !h.has_moved && h.records(); }},
+      {"moving", [](const BusListener& h) { return h.arm.trajectory_s > 1.2; }},
+      {"tail",
+       [](const BusListener& h) { return h.arm.armed && h.has_moved && h.arm.mode == arm_status_t::MODE_IDLE; }}};
   return list;
 }
 
@@ -106,10 +107,10 @@ class Rig {
           std::vector<std::string>{station::program(station::kLabProgram).string(), "daemon", kind, "--config",
                                    (folder_ / "rig.toml").string()},
           folder_ / (kind + ".log")));
-    heard_ = std::make_unique<Heard>(configuration_.bus());
+    listener_ = std::make_unique<BusListener>(configuration_.bus());
   }
   ~Rig() {
-    heard_.reset();
+    listener_.reset();
     daemons_.clear();
     camera::FrameRingWriter::remove(camera::ring_name(configuration_.bus().port, "camera"));
     fs::remove_all(folder_);
@@ -136,7 +137,7 @@ class Rig {
       } catch (const std::exception& error) { out.phase += fmt::format(" ({})", error.what()); }
       over = true;
     });
-    if (heard_->wait_for(phase.now, kPhase_s)) {
+    if (listener_->wait_for(phase.now, kPhase_s)) {
       arm::stop_arm(configuration_, "an operator");
       watch(out, watch_s);
       answer(over);
@@ -174,25 +175,26 @@ class Rig {
     while (rig::host_now_s() < stopped_s + watch_s) {
       std::this_thread::sleep_for(std::chrono::milliseconds(10));
       out.moved_rad = std::max(out.moved_rad, (controller.joints_at(rig::host_now_s()) - before).cwiseAbs().maxCoeff());
-      const std::lock_guard lock(heard_->mutex);
-      out.asked = out.asked || heard_->asks("reset_stop");
+      const std::lock_guard lock(listener_->mutex);
+      out.asked = out.asked || listener_->asks("reset_stop");
     }
     out.set_points_after_rest = controller.counts().set_points - count;
   }
 
   // A person's word, where one is asked for.
   void answer(const std::atomic<bool>& over) {
-    if (over || !heard_->wait_for([](const Heard& h) { return h.prompt.step == "reset_stop" && h.arm.latched; }, 0.5))
+    if (over ||
+        !listener_->wait_for([](const BusListener& h) { return h.prompt.step == "reset_stop" && h.arm.latched; }, 0.5))
       return;
     selvedge_rig::operator_answer_t given{};
     {
-      const std::lock_guard lock(heard_->mutex);
-      given.prompt_id = heard_->prompt.prompt_id;
+      const std::lock_guard lock(listener_->mutex);
+      given.prompt_id = listener_->prompt.prompt_id;
     }
     given.utime = rig::host_now_us();
     given.answer = "reset";
-    heard_->bus.publish(rig::kOperatorAnswer, given);
-    heard_->wait_for([](const Heard& h) { return !h.arm.latched; }, 2);
+    listener_->bus.publish(rig::kOperatorAnswer, given);
+    listener_->wait_for([](const BusListener& h) { return !h.arm.latched; }, 2);
   }
 
   const fs::path folder_;
@@ -200,7 +202,7 @@ class Rig {
   const hardware_sim::SimulatedRigConfiguration simulated_;
   hardware_sim::SimulatedRig devices_;
   std::vector<std::unique_ptr<station::ChildProcess>> daemons_;
-  std::unique_ptr<Heard> heard_;
+  std::unique_ptr<BusListener> listener_;
 };
 
 }  // namespace

@@ -37,10 +37,10 @@ std::unique_ptr<ReportTransport> open_transport(const std::string& transport) {
 
 class Dlpc350 final : public Projector {
  public:
-  explicit Dlpc350(const ProjectorOptions& options)
+  Dlpc350(const ProjectorOptions& options, std::unique_ptr<ReportTransport> transport)
       : options_(options),
         table_(options.flash_table.empty() ? standard_flash_table() : read_flash_table(options.flash_table)),
-        link_(open_transport(options.transport), options.reply_timeout_s) {
+        link_(std::move(transport), options.reply_timeout_s) {
     const auto version = link_.read(get_version, 16);
     description_ = fmt::format("DLPC350, firmware {}.{}.{}", version[3], version[2], version[0] | version[1] << 8);
     link_.write(pattern_start, {0});
@@ -180,6 +180,13 @@ class Dlpc350 final : public Projector {
 
 }  // namespace
 
-std::unique_ptr<Projector> open_dlpc350(const ProjectorOptions& options) { return std::make_unique<Dlpc350>(options); }
+std::unique_ptr<Projector> open_dlpc350(const ProjectorOptions& options) {
+  return dlpc350::open_over(open_transport(options.transport), options);
+}
+
+std::unique_ptr<Projector> dlpc350::open_over(std::unique_ptr<ReportTransport> transport,
+                                              const ProjectorOptions& options) {
+  return std::make_unique<Dlpc350>(options, std::move(transport));
+}
 
 }  // namespace selvedge::projector

@@ -41,7 +41,11 @@ std::vector<std::uint8_t> Link::reply(const Command& command) {
     const auto first = transport_->read(std::max(0.0, end_s - rig::host_now_s()));
     if (!first)
       throw wire::Disconnected(fmt::format("dlpc350: no answer to {} within {} s", command.name, reply_timeout_s_));
-    // An answer to an earlier command that came after we had given it up.
+    // An answer to an earlier command that came after we had given it up. A device that says nothing else is not
+    // listened to for longer than one that is silent.
+    if ((*first)[1] != sequence_ && rig::host_now_s() > end_s)
+      throw wire::Disconnected(
+          fmt::format("dlpc350: other answers than that to {} for {} s", command.name, reply_timeout_s_));
     if ((*first)[1] != sequence_) continue;
     if (((*first)[0] & kRejected) != 0) throw ProjectorFault(fmt::format("dlpc350: {} rejected", command.name));
     const size_t length = (*first)[2] | static_cast<size_t>((*first)[3]) << 8;

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "rig/projector/backends/report_transport.h"
+#include "rig/projector/projector.h"
 
 namespace selvedge::projector::dlpc350 {
 
@@ -51,5 +52,8 @@ class Link {
   double reply_timeout_s_;
   std::uint8_t sequence_ = 0;
 };
+
+// The projector at the other end of a transport, whichever options.transport names. Throws as Link does.
+std::unique_ptr<Projector> open_over(std::unique_ptr<ReportTransport> transport, const ProjectorOptions& options);
 
 }  // namespace selvedge::projector::dlpc350

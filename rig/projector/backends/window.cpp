@@ -10,7 +10,9 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <array>
 #include <filesystem>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -19,6 +21,7 @@
 #include "files/bad_input.h"
 #include "rig/projector/backends/window_packets.h"
 #include "rig/projector/projector.h"
+#include "rig/wire/bytes.h"
 #include "rig/wire/socket.h"
 
 namespace selvedge::projector {
@@ -46,21 +49,13 @@ class WindowProjector final : public Projector {
   ~WindowProjector() override { end(); }
 
   void show(const Pattern& pattern) override {
-    check_pattern(pattern);
+    window::check_pattern(pattern);
     ask({.show = true, .pattern = pattern}, options_.reply_timeout_s + options_.settle_s);
   }
   void check() override { ask({}, options_.reply_timeout_s); }
   std::string description() const override { return description_; }
 
  private:
-  static void check_pattern(const Pattern& p) {
-    const bool periodic = p.kind == PatternKind::stripes || p.kind == PatternKind::phase_shift;
-    if (periodic && !(p.period_px > 0))
-      refuse("projector", "a pattern with a period of {} px, expected above 0", p.period_px);
-    if (p.kind == PatternKind::gray_code && (p.bit < 0 || p.bit > 31))
-      refuse("projector", "Gray code's bit {}, expected 0 to 31", p.bit);
-  }
-
   void start() {
     const std::string program = window_program();
     if (::access(program.c_str(), X_OK) != 0) throw ProjectorFault("projector window: no program " + program);
@@ -103,20 +98,22 @@ class WindowProjector final : public Projector {
 
   // The text of the answer. Throws what the answer says; ends the program where it is silent or gone.
   std::string reply(double limit_s) {
-    window::Answer answer;
+    std::array<std::uint8_t, sizeof(window::Answer)> packet{};
     if (!link_.readable(limit_s)) {
       end();
       throw wire::Disconnected(fmt::format("projector window: the X server was silent for {} s", limit_s));
     }
-    size_t count = 0;
+    window::Said answer;
     try {
-      count = link_.receive({reinterpret_cast<std::uint8_t*>(&answer), sizeof answer});
-    } catch (const wire::Disconnected&) {}
-    if (count != sizeof answer) {
+      answer = window::decode_answer(std::span(packet).first(link_.receive(packet)));
+    } catch (const wire::Disconnected&) {
       end();
       throw wire::Disconnected("projector window: the X server or the window's program is gone");
+    } catch (const wire::WireError& error) {
+      end();
+      throw wire::Disconnected(fmt::format("projector window: its program answered with {}", error.what()));
     }
-    const std::string text = answer.text;
+    const std::string& text = answer.text;
     switch (answer.outcome) {
       case window::Outcome::done: return text;
       case window::Outcome::refused: throw BadInput(text);

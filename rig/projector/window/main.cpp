@@ -12,6 +12,7 @@
 #include <X11/extensions/Xrandr.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -25,6 +26,7 @@
 #include "files/bad_input.h"
 #include "rig/projector/backends/window_packets.h"
 #include "rig/projector/projector.h"
+#include "rig/wire/bytes.h"
 #include "rig/wire/socket.h"
 
 namespace selvedge::projector {
@@ -214,11 +216,13 @@ void serve(const WindowOptions& options, const wire::Socket& peer) {
     return send(window::answer(window::Outcome::fault, error.what()));
   } catch (const wire::Disconnected& error) { return send(window::answer(window::Outcome::lost, error.what())); }
   send(window::answer(window::Outcome::done, shown->description()));
-  for (window::Request request;;) {
+  for (std::array<std::uint8_t, sizeof(window::Request)> packet;;) {
     if (!peer.readable(3600)) continue;
-    if (peer.receive({reinterpret_cast<std::uint8_t*>(&request), sizeof request}) != sizeof request) return;
+    const size_t count = peer.receive(packet);
     try {
-      send(answer_to(*shown, request));
+      send(answer_to(*shown, window::decode_request(std::span(packet).first(count))));
+    } catch (const wire::WireError& error) {
+      return send(window::answer(window::Outcome::fault, error.what()));
     } catch (const wire::Disconnected& error) { return send(window::answer(window::Outcome::lost, error.what())); }
   }
 }

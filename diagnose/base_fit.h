@@ -1,0 +1,47 @@
+// The base fit of a campaign: from its trials to a Study at the fitted parameters.
+//
+// Whatever comes after begins with what a BaseFit holds and nothing else. So an answer does not depend on whether the
+// fit was made just now or read from a file.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "capture/trial/trial.h"
+#include "diagnose/study.h"
+#include "report/progress.h"
+
+namespace selvedge::diagnose {
+
+// Where a base fit ended. Without states: parameters alone, of which the recorded branches are still to be found.
+struct BaseFit {
+  Eigen::VectorXd coordinates;
+  model::State state, fine_state;  // on the usual and on the fine grid, uncorrected
+};
+
+// input: the hash of what the fit rests on (estimate/kept_input.h).
+void write_base_fit(const std::filesystem::path& file, const BaseFit& fit, const std::string& input);
+// Nothing where there is no such file, or where it is of another form, or rests on another input.
+std::optional<BaseFit> read_base_fit(const std::filesystem::path& file, const std::string& input);
+
+struct StudyOptions {
+  model::Drag drag = model::Drag::nonlinear;
+  Protocol protocol;
+  std::optional<Eigen::VectorXd> fitted;  // coordinates of the base that a fit found: the base fit begins there
+  std::optional<BaseFit> base_fit;        // found before: it is taken as it is
+  std::optional<BaseFit> start;  // found on other grids: the base fit begins there, with that hold, and seeks no other
+  report::ProgressCallback progress = [](double, const std::string&) {};
+};
+
+struct FittedStudy {
+  Study study;
+  BaseFit base_fit;
+};
+
+// Fits the base model; effects that the campaign cannot show are left out.
+FittedStudy make_study(const trial::Campaign& campaign, const std::vector<Effect>& effects,
+                       const StudyOptions& options);
+
+}  // namespace selvedge::diagnose

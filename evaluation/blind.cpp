@@ -1,0 +1,460 @@
+#include "evaluation/blind.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <map>
+#include <set>
+#include <thread>
+
+#include <boost/math/distributions/beta.hpp>
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <unistd.h>
+
+#include "diagnose/diagnosis_report.h"
+#include "diagnose/effects/library.h"
+#include "files/bad_input.h"
+#include "files/json_reader.h"
+#include "files/lock.h"
+#include "files/sha256.h"
+#include "files/whole_file.h"
+
+namespace selvedge::evaluation {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+std::string usual_seal() { return diagnose::protocol_hash(diagnose::Protocol{}, diagnose::effect_library()); }
+
+namespace {
+
+std::string sealed(const SealedKey& key) { return files::sha256_hex(key.key.dump() + key.salt); }
+
+std::string answers_hash(const fs::path& folder, const BlindRecord& record) {
+  std::string all;
+  for (const std::string& id : record.ids)
+    all += files::sha256_hex(files::read_whole(folder / "answers" / id / "diagnosis.json"));
+  return files::sha256_hex(all);
+}
+
+void write_record(const fs::path& folder, const BlindRecord& record) {
+  json campaigns = json::array();
+  for (size_t i = 0; i < record.ids.size(); ++i)
+    campaigns.push_back({{"id", record.ids[i]}, {"seal", record.seals[i]}});
+  files::write_json(
+      folder / "record.json",
+      {{"format", "blind/1"}, {"library", record.library}, {"campaigns", campaigns}, {"answers", record.answers}});
+}
+
+std::set<std::string> both_of(const std::string& pair) {
+  const size_t plus = pair.find('+');
+  return {pair.substr(0, plus), pair.substr(plus + 1)};
+}
+
+struct Answered {
+  std::string id, truth, named, side, pair;  // pair: said to be there, else empty
+  double probability = 0, ratio = 0;         // of what is named, or of the pair; gap / floor
+  json diagnosis;
+  std::optional<double> reduction_found;  // of the cause, in fresh trials
+  std::optional<TrueParameter> true_size;
+  bool is_pair() const { return truth.find('+') != std::string::npos; }
+  bool is_right() const { return is_pair() || !pair.empty() ? both_of(pair) == both_of(truth) : named == truth; }
+  // What the probabilities should be: two effects at once have half each.
+  std::map<std::string, double> shares() const {
+    std::map<std::string, double> out;
+    for (const std::string& name : both_of(truth)) out[name] = is_pair() ? 0.5 : 1;
+    return out;
+  }
+};
+
+// Whether the named effect leaves more of the held-out trials than a right model is expected to.
+bool leaves_gap(const Answered& a) {
+  constexpr double kPlain = 0.1;  // ln, mean of the groups: one in twenty null campaigns shows as much
+  if (!a.diagnosis.contains("judged") || !a.diagnosis.at("judged").at("left_mm").contains(a.named)) return true;
+  const json& judged = a.diagnosis.at("judged");
+  const auto right = judged.at("right_model_mm").get<std::vector<double>>(),
+             left = judged.at("left_mm").at(a.named).get<std::vector<double>>();
+  double above = 0;
+  for (size_t g = 0; g < right.size(); ++g) above += std::log(left[g] / right[g]) / static_cast<double>(right.size());
+  return above > kPlain;
+}
+
+// What the named cause should be, for the side.
+std::string true_side(const std::string& cause, const std::map<std::string, std::string>& side_of) {
+  const auto at = side_of.find(cause);
+  return at == side_of.end() ? "" : at->second;
+}
+
+ScoreRow row(const std::string& what, const std::string& wanted, int hits, int of) {
+  const auto [low, high] = clopper_pearson(hits, of);
+  return {what, wanted, hits, of, low, high};
+}
+
+std::vector<double> where_vector(const json& diagnosis) {
+  std::map<std::string, double> shares;
+  for (const json& cell : diagnosis.at("where"))
+    shares[cell.at("axis").get<std::string>() + cell.at("cell").get<std::string>()] = cell.at("share").get<double>();
+  std::vector<double> out = {std::log(std::max(0.01, diagnosis.at("gap").at("held_out_mm").get<double>()))};
+  for (const auto& [name, share] : shares) out.push_back(share);
+  return out;
+}
+
+// The nearest other campaign's class, by the residual map alone.
+std::string nearest_class(const std::vector<Answered>& all, size_t i) {
+  const std::vector<double> here = where_vector(all[i].diagnosis);
+  double least = 1e300;
+  std::string name = "none";
+  for (size_t j = 0; j < all.size(); ++j) {
+    if (j == i) continue;
+    const std::vector<double> there = where_vector(all[j].diagnosis);
+    double d = 0;
+    for (size_t k = 0; k < std::min(here.size(), there.size()); ++k) d += (here[k] - there[k]) * (here[k] - there[k]);
+    if (d < least) {
+      least = d;
+      name = all[j].truth;
+    }
+  }
+  return name;
+}
+
+// Forward selection by BIC over linear columns, every sample taken for independent.
+std::string by_bic(const json& diagnosis) {
+  constexpr double kSamples = 18000;
+  double best = 0;
+  std::string name = "none";
+  for (const auto& [effect, s] : diagnosis.at("screened").items()) {
+    const double gain = std::min(s.at("gain").get<double>(), 0.9999);
+    const double score = -kSamples * std::log(1 - gain) - std::log(kSamples);
+    if (score > best) {
+      best = score;
+      name = effect;
+    }
+  }
+  return name;
+}
+
+int right(const std::vector<Answered>& all, const std::function<std::string(size_t)>& says) {
+  int hits = 0;
+  for (size_t i = 0; i < all.size(); ++i) hits += says(i) == all[i].truth;
+  return hits;
+}
+
+void add_probabilities(BlindScore& out, const std::vector<Answered>& all) {
+  std::map<std::string, double> base_rate;
+  for (const Answered& a : all)
+    for (const auto& [name, share] : a.shares()) base_rate[name] += share / static_cast<double>(all.size());
+  std::vector<std::pair<double, bool>> confidence;
+  for (const Answered& a : all) {
+    const json& p = a.diagnosis.at("probabilities");
+    std::map<std::string, double> wanted = a.shares();
+    double brier = 0, base = 0;
+    for (const auto& [name, rate] : base_rate)
+      base += std::pow(rate - (wanted.contains(name) ? wanted.at(name) : 0), 2);
+    for (const auto& [name, value] : p.items()) {
+      brier += std::pow(value.get<double>() - (wanted.contains(name) ? wanted.at(name) : 0), 2);
+      wanted.erase(name);
+    }
+    for (const auto& [name, share] : wanted) brier += share * share;  // effects that the answer does not know
+    out.brier += brier / static_cast<double>(all.size());
+    out.brier_base_rates += base / static_cast<double>(all.size());
+    confidence.emplace_back(a.probability, a.is_right());
+  }
+  // Expected calibration error over five bins of the named cause's probability.
+  for (int bin = 0; bin < 5; ++bin) {
+    double p = 0, hit = 0, n = 0;
+    for (const auto& [c, ok] : confidence)
+      if (std::min(4, static_cast<int>(5 * c)) == bin) {
+        p += c;
+        hit += ok;
+        ++n;
+      }
+    if (n > 0) out.calibration_error += std::abs(p - hit) / static_cast<double>(confidence.size());
+  }
+}
+
+}  // namespace
+
+std::pair<double, double> clopper_pearson(int hits, int of, double level) {
+  if (of == 0) return {0, 1};
+  using Beta = boost::math::beta_distribution<>;
+  const double tail = 0.5 * (1 - level);
+  return {hits == 0 ? 0 : boost::math::quantile(Beta(hits, of - hits + 1), tail),
+          hits == of ? 1 : boost::math::quantile(Beta(hits + 1, of - hits), 1 - tail)};
+}
+
+void seal_keys(const fs::path& folder, const std::vector<SealedKey>& keys, const std::string& library) {
+  if (fs::exists(folder / "record.json"))
+    refuse((folder / "record.json").string(), "found a blind check, expected a folder without one");
+  BlindRecord record;
+  record.library = library;
+  json list = json::array();
+  for (const SealedKey& key : keys) {
+    record.ids.push_back(key.id);
+    record.seals.push_back(sealed(key));
+    list.push_back({{"id", key.id}, {"salt", key.salt}, {"key", key.key}});
+  }
+  fs::create_directories(folder);
+  files::write_json(folder / "keys.json", list);
+  write_record(folder, record);
+}
+
+BlindRecord read_record(const fs::path& folder) {
+  const files::JsonReader reader(folder / "record.json");
+  if (reader.text("format") != "blind/1")
+    refuse(reader.where("format"), "found {}, expected blind/1", reader.text("format"));
+  BlindRecord record;
+  record.library = reader.text("library");
+  record.answers = reader.text("answers");
+  for (const json& c : reader.value("campaigns")) {
+    record.ids.push_back(c.at("id").get<std::string>());
+    record.seals.push_back(c.at("seal").get<std::string>());
+  }
+  return record;
+}
+
+namespace {
+
+void expect_seal(const fs::path& folder, const BlindRecord& record, const std::string& seal) {
+  if (record.library != seal)
+    refuse((folder / "record.json").string(),
+           "found the seal {} of another protocol, other effects or other code, expected {}: answer and open with the "
+           "version that made it",
+           record.library.substr(0, 12), seal.substr(0, 12));
+}
+
+}  // namespace
+
+BlindRecord open_record(const fs::path& folder, const std::string& seal) {
+  BlindRecord record = read_record(folder);
+  expect_seal(folder, record, seal);
+  if (!record.answers.empty())
+    refuse((folder / "record.json").string(),
+           "found answers that are final already, expected none; keys may have been opened");
+  return record;
+}
+
+void answer_one(const fs::path& folder, const std::string& seal, const std::string& id, const std::string& task,
+                const std::function<diagnose::Diagnosis(const fs::path&)>& diagnose) {
+  constexpr std::chrono::seconds kLook{2};
+  const BlindRecord record = open_record(folder, seal);
+  if (std::find(record.ids.begin(), record.ids.end(), id) == record.ids.end())
+    refuse((folder / "record.json").string(), "found no campaign {}, expected one of {}", in_quotes(id),
+           record.ids.size());
+  const fs::path out = folder / "answers" / id;
+  fs::create_directories(folder / "answers");
+  for (; !fs::exists(out / "diagnosis.json"); std::this_thread::sleep_for(kLook)) {
+    const files::Lock claim(folder / "answers" / (id + ".lock"), task, true);
+    if (!claim.held()) continue;
+    if (!fs::exists(out / "diagnosis.json")) diagnose::write_diagnosis(diagnose(folder / "campaigns" / id), out);
+    return;
+  }
+}
+
+size_t answer_all(const fs::path& folder, const std::string& seal,
+                  const std::function<diagnose::Diagnosis(const fs::path&)>& diagnose,
+                  const std::function<bool()>& enough) {
+  BlindRecord record = open_record(folder, seal);
+  for (const std::string& id : record.ids) {
+    const fs::path out = folder / "answers" / id;
+    if (!fs::exists(out / "diagnosis.json")) {
+      if (enough()) continue;
+      fs::create_directories(folder / "answers");
+      const files::Lock claim(folder / "answers" / (id + ".lock"), fmt::format("process {}", ::getpid()), false);
+      if (!claim.held()) continue;
+      if (!fs::exists(out / "diagnosis.json")) diagnose::write_diagnosis(diagnose(folder / "campaigns" / id), out);
+    }
+  }
+  // Others may have answered some meanwhile.
+  const auto answered =
+      static_cast<size_t>(std::count_if(record.ids.begin(), record.ids.end(), [&](const std::string& id) {
+        return fs::exists(folder / "answers" / id / "diagnosis.json");
+      }));
+  if (answered == record.ids.size()) {
+    record.answers = answers_hash(folder, record);
+    write_record(folder, record);
+  }
+  return answered;
+}
+
+namespace {
+
+// Answers beside their keys, both checked.
+std::vector<Answered> opened(const fs::path& folder, const std::string& seal, bool partial,
+                             const ReductionFound& reduction_found, const TrueSize& true_size) {
+  const BlindRecord record = read_record(folder);
+  expect_seal(folder, record, seal);
+  if (!partial && record.answers.empty())
+    refuse((folder / "record.json").string(),
+           "found campaigns without an answer; run `blind answer` first, or open with --partial");
+  if (!partial && answers_hash(folder, record) != record.answers)
+    refuse((folder / "answers").string(), "found answers that were changed after they were final");
+  std::vector<Answered> all;
+  for (const json& k : files::read_json(folder / "keys.json")) {
+    const SealedKey key{k.at("id").get<std::string>(), k.at("salt").get<std::string>(), k.at("key")};
+    const auto at = std::find(record.ids.begin(), record.ids.end(), key.id);
+    if (at == record.ids.end())
+      refuse((folder / "keys.json").string(), "found a key of {}, which the record has not", key.id);
+    if (sealed(key) != record.seals[static_cast<size_t>(at - record.ids.begin())])
+      refuse((folder / "keys.json").string(), "found a key of {} that is not the one sealed", key.id);
+    const fs::path file = folder / "answers" / key.id / "diagnosis.json";
+    if (!fs::exists(file)) continue;
+    Answered a;
+    a.id = key.id;
+    a.truth = key.key.at("cause").get<std::string>();
+    a.diagnosis = files::read_json(file);
+    a.named = a.diagnosis.at("cause").get<std::string>();
+    a.side = a.diagnosis.at("side").get<std::string>();
+    a.probability = a.diagnosis.at("probabilities").value(a.named, 0.0);
+    if (a.diagnosis.contains("pair")) {
+      a.pair = a.diagnosis.at("pair").at("effects").get<std::string>();
+      a.probability = a.diagnosis.at("pair").value("probability", a.probability);
+    }
+    const double floor = a.diagnosis.at("gap").at("right_model_mm").get<double>();
+    a.ratio = (a.diagnosis.at("gap").at("held_out_mm").get<double>() - floor) / floor;
+    if (reduction_found && a.named == a.truth && a.diagnosis.at("shrink").contains(a.truth))
+      a.reduction_found = reduction_found(key, a.diagnosis, a.truth);
+    if (true_size && a.named == a.truth && a.diagnosis.at("effect_size").contains(a.truth))
+      a.true_size = true_size(key);
+    all.push_back(std::move(a));
+  }
+  return all;
+}
+
+}  // namespace
+
+std::vector<NamedRight> named_right(const fs::path& folder, const std::string& seal, bool partial) {
+  std::vector<NamedRight> out;
+  for (const Answered& a : opened(folder, seal, partial, {}, {}))
+    if (a.named == a.truth && a.truth != "none" && a.truth != "unknown") out.push_back({a.id, a.truth});
+  return out;
+}
+
+std::vector<ScoreRow> score_without(const fs::path& folder, const std::vector<NamedRight>& campaigns) {
+  int unknown = 0, none = 0, of = 0;
+  for (const NamedRight& c : campaigns) {
+    const fs::path file = folder / "without" / c.id / "diagnosis.json";
+    if (!fs::exists(file)) continue;
+    const std::string named = files::read_json(file).at("cause").get<std::string>();
+    ++of;
+    unknown += named == "unknown";
+    none += named == "none";
+  }
+  return {row("the true effect deleted: unknown", "at least 50 %", unknown, of),
+          row("the true effect deleted: none", "", none, of),
+          row("the true effect deleted: a neighbour's name", "", of - unknown - none, of)};
+}
+
+BlindScore open_keys(const fs::path& folder, const std::string& seal, bool partial,
+                     const ReductionFound& reduction_found, const TrueSize& true_size) {
+  const std::vector<Answered> all = opened(folder, seal, partial, reduction_found, true_size);
+  std::map<std::string, std::string> side_of;
+  for (const Answered& a : all)
+    for (const auto& [name, value] : a.diagnosis.at("sides").items()) side_of[name] = value.get<std::string>();
+  BlindScore out;
+  out.answered = all.size();
+  int none = 0, alarms = 0, known = 0, known_plain = 0, first = 0, in_set = 0, outside = 0, unknown = 0,
+      confident_wrong = 0, sided = 0, side_right = 0;
+  std::vector<size_t> set_sizes;
+  std::map<std::string, int> confusion;
+  int pairs = 0, both_named = 0, one_alone = 0, two_told = 0, held = 0, sizes_held = 0;
+  std::vector<double> reduction_errors;
+  for (const Answered& a : all) {
+    ++confusion[fmt::format("{} → {}", a.truth, a.named)];
+    if (a.truth == "none") {
+      ++none;
+      alarms += a.named != "none";
+    } else if (a.truth == "unknown") {
+      ++outside;
+      unknown += a.named == "unknown";
+      confident_wrong += a.named != "unknown" && a.named != "none" && a.probability > 0.8;
+    } else if (a.is_pair()) {
+      ++pairs;
+      both_named += a.is_right();
+      one_alone += a.pair.empty() && a.probability > 0.9 && both_of(a.truth).contains(a.named) && leaves_gap(a);
+    } else {
+      ++known;
+      two_told += !a.pair.empty();
+      const std::string side = true_side(a.truth, side_of);
+      if (a.named != "none" && a.named != "unknown") {
+        ++sided;
+        side_right += (side == "measurement") == (a.side == "measurement");
+      }
+      if (a.reduction_found && std::isfinite(*a.reduction_found)) {
+        const json& told = a.diagnosis.at("shrink").at(a.truth);
+        reduction_errors.push_back(std::abs(told.at("fraction").get<double>() - *a.reduction_found));
+        held += *a.reduction_found >= told.at("interval")[0].get<double>() &&
+                *a.reduction_found <= told.at("interval")[1].get<double>();
+      }
+      if (a.true_size) {
+        const json& told = a.diagnosis.at("effect_size").at(a.truth).at(a.true_size->name);
+        const double low = told.at("interval")[0].get<double>(), high = told.at("interval")[1].get<double>();
+        sizes_held += a.true_size->value >= low && a.true_size->value <= high;
+        out.sizes.push_back(fmt::format("{}: {} told as {:.3g} {} ({:.2g} to {:.2g}), truly {:.3g}", a.truth,
+                                        a.true_size->name, told.at("value").get<double>(),
+                                        told.at("unit").get<std::string>(), low, high, a.true_size->value));
+      }
+      if (a.ratio < 2) continue;
+      ++known_plain;
+      first += a.is_right();
+      const auto set = a.diagnosis.at("confusable").get<std::vector<std::string>>();
+      in_set += std::find(set.begin(), set.end(), a.truth) != set.end();
+      set_sizes.push_back(set.size());
+    }
+  }
+  out.rows = {row("no effect: alarms", "at most 2 %", alarms, none),
+              row("known effect, gap at least twice the floor: named first", "at least 85 %", first, known_plain),
+              row("the same: the confusable set holds it", "at least 90 %", in_set, known_plain),
+              row("outside the library: unknown", "at least 80 %", unknown, outside),
+              row("outside the library: a confident wrong name", "at most 5 %", confident_wrong, outside),
+              row("known, some effect named: measurement or physics", "at least 95 %", side_right, sided),
+              row("gap reduction, named right: the 90 % interval holds that of fresh trials", "85 to 95 %", held,
+                  static_cast<int>(reduction_errors.size())),
+              row("size, named right: the 90 % interval holds the true one", "85 to 95 %", sizes_held,
+                  static_cast<int>(out.sizes.size())),
+              row("two effects at once: both named", "at least 60 %", both_named, pairs),
+              row("two effects at once: one above 0.9, the other's gap left", "never", one_alone, pairs),
+              row("one effect of the library: two said to be there", "shown", two_told, known)};
+  out.reductions = reduction_errors.size();
+  if (!reduction_errors.empty()) {
+    std::nth_element(reduction_errors.begin(),
+                     reduction_errors.begin() + static_cast<std::ptrdiff_t>(reduction_errors.size() / 2),
+                     reduction_errors.end());
+    out.reduction_error = reduction_errors[reduction_errors.size() / 2];
+  }
+  for (const double ratio : {0.5, 1.0, 2.0, 4.0}) {
+    int of = 0, detected = 0, named = 0;
+    for (const Answered& a : all)
+      if (a.truth != "none" && a.truth != "unknown" && !a.is_pair() && a.ratio >= ratio / std::sqrt(2.0) &&
+          a.ratio < ratio * std::sqrt(2.0)) {
+        ++of;
+        detected += a.named != "none";
+        named += a.named == a.truth;
+      }
+    out.rows.push_back(row(fmt::format("power at gap/floor about {}: detected", ratio), "shown", detected, of));
+    out.rows.push_back(row(fmt::format("power at gap/floor about {}: named first", ratio), "shown", named, of));
+  }
+  if (!set_sizes.empty()) {
+    std::sort(set_sizes.begin(), set_sizes.end());
+    out.confusion.push_back(fmt::format("median size of the confusable set: {}", set_sizes[set_sizes.size() / 2]));
+  }
+  const int total = static_cast<int>(all.size());
+  std::map<std::string, int> count;
+  for (const Answered& a : all) ++count[a.truth];
+  std::string commonest = "none";
+  for (const auto& [name, n] : count)
+    if (n > count[commonest]) commonest = name;
+  out.baselines = {
+      row("Selvedge", "right answer",
+          std::count_if(all.begin(), all.end(), [](const Answered& a) { return a.is_right(); }), total),
+      row("always " + commonest, "right answer", right(all, [&](size_t) { return commonest; }), total),
+      row("always unknown", "right answer", right(all, [](size_t) { return std::string("unknown"); }), total),
+      row("nearest residual map", "right answer", right(all, [&](size_t i) { return nearest_class(all, i); }), total),
+      row("forward selection by BIC", "right answer", right(all, [&](size_t i) { return by_bic(all[i].diagnosis); }),
+          total)};
+  if (!all.empty()) add_probabilities(out, all);
+  for (const auto& [name, n] : confusion) out.confusion.push_back(fmt::format("{}: {}", name, n));
+  return out;
+}
+
+}  // namespace selvedge::evaluation

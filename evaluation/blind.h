@@ -1,0 +1,100 @@
+// A check that cannot leak: campaigns whose keys are sealed before they are answered, and scored only after.
+//
+// A folder holds record.json, campaigns/ID/, keys.json and answers/ID/diagnosis.json. Each key is sealed as
+// SHA-256 of its text and a 256-bit salt when the campaign is made; the record also holds
+// the seal of the protocol, the effects and the code that are to answer. Once all answers are there their hash is
+// stored; only then are keys opened, and both hashes are checked. Keys may come from someone else.
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+
+#include "diagnose/diagnosis.h"
+
+namespace selvedge::evaluation {
+
+// What a blind check is sealed with: the usual protocol, all effects, and the code (diagnose/protocol.h).
+std::string usual_seal();
+
+struct SealedKey {
+  std::string id, salt;
+  nlohmann::json key;  // at least "cause"
+};
+
+// Writes record.json and keys.json of a new blind check. Throws BadInput where the folder has one already.
+void seal_keys(const std::filesystem::path& folder, const std::vector<SealedKey>& keys, const std::string& seal);
+
+struct BlindRecord {
+  std::vector<std::string> ids, seals;
+  std::string library, answers;  // answers: empty until all are there
+};
+BlindRecord read_record(const std::filesystem::path& folder);
+// The same, to be answered. Throws BadInput where the answers are final already, or where it was sealed with another
+// `seal` than what would answer.
+BlindRecord open_record(const std::filesystem::path& folder, const std::string& seal);
+
+// Diagnoses every campaign that has no answer yet, in the record's order, until `enough` says stop; stores the hash
+// of all answers once the last is there. Several processes share the work: each campaign is answered by whoever locks
+// it first (answers/ID.lock). Returns how many are answered.
+size_t answer_all(const std::filesystem::path& folder, const std::string& seal,
+                  const std::function<diagnose::Diagnosis(const std::filesystem::path&)>& diagnose,
+                  const std::function<bool()>& enough);
+
+// One campaign alone, by a task of a batch system that names itself `task` and never runs twice at a time: what a
+// former run of the same task has locked, and died with, is free; while another process has the campaign, it waits.
+// Does nothing where the answer is there.
+void answer_one(const std::filesystem::path& folder, const std::string& seal, const std::string& id,
+                const std::string& task,
+                const std::function<diagnose::Diagnosis(const std::filesystem::path&)>& diagnose);
+
+struct ScoreRow {
+  std::string what, wanted;
+  int hits = 0, of = 0;
+  double low = 0, high = 1;  // Clopper–Pearson, 95 %
+};
+
+struct BlindScore {
+  std::vector<ScoreRow> rows, baselines;
+  double brier = 0, brier_base_rates = 0, calibration_error = 0;
+  double reduction_error = 0;          // median of |told − found| of the gap reduction of causes named right
+  size_t reductions = 0;               // so many
+  std::vector<std::string> sizes;      // of causes named right: what was told, with its interval, and what it truly is
+  std::vector<std::string> confusion;  // "true → named: count"
+  size_t answered = 0;
+};
+
+// The share of the gap that an effect closes in fresh trials of a key's campaign; nothing where none can be made.
+using ReductionFound = std::function<std::optional<double>(const SealedKey& key, const nlohmann::json& diagnosis,
+                                                           const std::string& effect)>;
+
+// A parameter of diagnosis.json's effect_size, and what it truly is; nothing where a key's effect has none of the same
+// kind.
+struct TrueParameter {
+  std::string name;
+  double value = 0;
+};
+using TrueSize = std::function<std::optional<TrueParameter>(const SealedKey& key)>;
+
+// Checks the seals and the answers' hash, then scores. partial: score what is answered, without the hash of all.
+// reduction_found, true_size: empty: how far gaps shrink, or how large an effect is, is not scored.
+BlindScore open_keys(const std::filesystem::path& folder, const std::string& seal, bool partial,
+                     const ReductionFound& reduction_found = {}, const TrueSize& true_size = {});
+
+struct NamedRight {
+  std::string id, cause;
+};
+// Campaigns with one effect of the library whose name was the answer. Keys are opened as in open_keys.
+std::vector<NamedRight> named_right(const std::filesystem::path& folder, const std::string& seal, bool partial);
+
+// Of answers without/ID/diagnosis.json, given with the true cause's effect deleted: unknown, none, another name.
+std::vector<ScoreRow> score_without(const std::filesystem::path& folder, const std::vector<NamedRight>& campaigns);
+
+// Exact binomial interval.
+std::pair<double, double> clopper_pearson(int hits, int of, double level = 0.95);
+
+}  // namespace selvedge::evaluation

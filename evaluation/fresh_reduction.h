@@ -1,0 +1,25 @@
+// How far an effect takes the error of trials that no answer was fitted to: what a diagnosis' gap reduction is judged
+// by.
+#pragma once
+
+#include <string>
+
+#include <nlohmann/json_fwd.hpp>
+
+#include "capture/trial/trial.h"
+#include "diagnose/effects/effect.h"
+
+namespace selvedge::evaluation {
+
+struct FreshReduction {
+  double before_mm = 0, after_mm = 0, noise_mm = 0;  // root mean square over all markers of all trials
+  double fraction() const { return (before_mm - after_mm) / (before_mm - noise_mm); }
+};
+
+// Predicts trials of markers with both arms, "none" and `hypothesis`, on a mesh of `columns`: a quarter of a second
+// ahead (ahead.h) with diagnosis.json's `fit` where it tells its gap reduction so, else running free with its
+// `free_fit`. Throws nlohmann::json::out_of_range where diagnosis.json has no such arm.
+FreshReduction reduction_on(const trial::Campaign& fresh, const std::vector<diagnose::Effect>& effects,
+                            const nlohmann::json& diagnosis, const std::string& hypothesis, int columns = 25);
+
+}  // namespace selvedge::evaluation

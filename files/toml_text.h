@@ -1,0 +1,18 @@
+// TOML text in, its table or a refusal out. Brings in toml++; what reads sections and keys needs toml_file.h alone.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <string_view>
+
+#include <toml++/toml.h>
+
+namespace selvedge::files {
+
+// Throws BadInput "WHERE:LINE:COLUMN: …" where the text is not TOML, and where it nests too deep (nesting.h).
+toml::table parse_toml(std::string_view text, const std::string& where);
+
+// The same of a file. Throws BadInput where it is missing, too.
+toml::table read_toml(const std::filesystem::path& path);
+
+}  // namespace selvedge::files

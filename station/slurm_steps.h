@@ -1,0 +1,47 @@
+// A session whose fits and diagnoses run as tasks of a Slurm job array; everything at the rig stays where the session
+// is.
+//
+// The first fit or diagnosis that is due hands all planned ones to Slurm in one array, as they do not need each other;
+// one that follows later (a follow-up, another attempt) is an array of one. Each task is `PROGRAM session run FILE
+// --out FOLDER --step ID` and leaves FOLDER/slurm/STEP.json: {"result": …}, or {"failed": "why", "bad_input": true}.
+// The session takes it from there, so that its journal has one writer.
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <memory>
+
+#include "station/job_array.h"
+#include "station/station_steps.h"
+
+namespace selvedge::station {
+
+class SlurmSteps : public SessionSteps {
+ public:
+  SlurmSteps(StationSteps& station, const SessionFile& file, const Journal& journal,
+             const std::filesystem::path& folder, const SlurmOptions& options);
+
+  nlohmann::json run(const Step& step, const report::ProgressCallback& progress) override;
+  void set_aside(const Step& step) override { station_.set_aside(step); }
+  std::vector<Step> follow_up(const Step& diagnosed) override { return station_.follow_up(diagnosed); }
+
+ private:
+  std::vector<Step> due_with(const Step& step) const;
+  void submit(const Step& step);
+  size_t index_of(const Step& step) const;
+  nlohmann::json taken(const Step& step, const std::shared_ptr<const JobArray>& array) const;
+
+  StationSteps& station_;
+  const SessionFile& file_;
+  const Journal& journal_;
+  const std::filesystem::path folder_;
+  const SlurmOptions options_;
+  std::map<std::string, std::shared_ptr<const JobArray>> arrays_;  // by step, where its answer was not taken yet
+  bool planned_are_submitted_ = false;
+};
+
+// The task: that step alone, its answer into the session's folder. Returns the exit status. Throws BadInput where the
+// file has no such fit or diagnosis.
+int run_array_task(const SessionFile& file, const std::filesystem::path& folder, const std::string& step);
+
+}  // namespace selvedge::station

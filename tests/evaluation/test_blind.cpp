@@ -1,0 +1,225 @@
+// Sealing, answering and scoring, without a simulation.
+#include <filesystem>
+#include <fstream>
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include "evaluation/blind.h"
+#include "files/bad_input.h"
+#include "files/whole_file.h"
+
+namespace selvedge::evaluation {
+namespace {
+
+namespace fs = std::filesystem;
+
+diagnose::Diagnosis says(const std::string& cause) {
+  diagnose::Diagnosis d;
+  d.cause = d.side = cause;
+  d.probability = {{"none", 0.05}, {"unknown", 0.05}, {"draught", 0.0}};
+  d.probability[cause] = 0.9;
+  d.effects.resize(1);
+  d.effects[0].name = "draught";
+  d.effects[0].side = diagnose::Side::aerodynamic;
+  d.effects[0].screened_gain = 0.1;
+  d.before_mm = 4;
+  d.right_floor_mm = 1;
+  if (cause == "draught") {
+    d.confusable = {"draught"};
+    d.side = "aerodynamic";
+  }
+  return d;
+}
+
+constexpr const char* kSeal = "library";
+
+class Blind : public testing::Test {
+ protected:
+  void SetUp() override {
+    folder_ = fs::path(testing::TempDir()) / ("selvedge_blind_" + std::to_string(getpid()));
+    fs::remove_all(folder_);
+    seal_keys(folder_,
+              {{"c1", "salt1", {{"cause", "none"}}},
+               {"c2", "salt2", {{"cause", "draught"}}},
+               {"c3", "salt3", {{"cause", "unknown"}}}},
+              kSeal);
+  }
+  void TearDown() override { fs::remove_all(folder_); }
+  fs::path folder_;
+};
+
+TEST(ClopperPearson, AgreesWithTables) {
+  const auto [low, high] = clopper_pearson(2, 100);
+  EXPECT_NEAR(low, 0.0024, 1e-4);
+  EXPECT_NEAR(high, 0.0704, 1e-4);
+  EXPECT_EQ(clopper_pearson(0, 10).first, 0);
+  EXPECT_NEAR(clopper_pearson(0, 10).second, 0.3085, 1e-4);
+}
+
+TEST_F(Blind, ScoresOnlyFinalAnswersAndGoesOn) {
+  int asked = 0;
+  const auto diagnosed = [&](const fs::path& campaign) {
+    ++asked;
+    return says(campaign.filename() == "c1" ? "none" : "draught");
+  };
+  EXPECT_EQ(answer_all(folder_, kSeal, diagnosed, [&] { return asked >= 1; }), 1u);
+  EXPECT_THROW(open_keys(folder_, kSeal, false), BadInput);
+  EXPECT_EQ(answer_all(folder_, kSeal, diagnosed, [] { return false; }), 3u);
+  EXPECT_EQ(asked, 3);
+  const BlindScore s = open_keys(folder_, kSeal, false);
+  EXPECT_EQ(s.answered, 3u);
+  EXPECT_EQ(s.rows[0].hits, 0);  // alarms
+  EXPECT_EQ(s.rows[0].of, 1);
+  EXPECT_EQ(s.rows[1].hits, 1);  // draught named
+  EXPECT_EQ(s.rows[1].of, 1);
+  EXPECT_EQ(s.rows[3].hits, 0);  // the foreign one was not called unknown
+  EXPECT_EQ(s.rows[4].hits, 1);  // but wrongly and with confidence
+  EXPECT_EQ(s.baselines[0].hits, 2);
+}
+
+TEST_F(Blind, TwoProcessesShareTheWork) {
+  int outer = 0, inner = 0;
+  const auto other = [&](const fs::path&) {
+    ++inner;
+    return says("none");
+  };
+  const auto first = [&](const fs::path&) {
+    ++outer;
+    answer_all(folder_, kSeal, other, [] { return false; });  // as another process would meanwhile
+    return says("none");
+  };
+  EXPECT_EQ(answer_all(folder_, kSeal, first, [] { return false; }), 3u);
+  EXPECT_EQ(outer, 1);
+  EXPECT_EQ(inner, 2);
+  EXPECT_NO_THROW(open_keys(folder_, kSeal, false));
+}
+
+TEST(BlindPairs, AreNamedBothOrNot) {
+  const fs::path folder = fs::path(testing::TempDir()) / ("selvedge_blind_pairs_" + std::to_string(getpid()));
+  fs::remove_all(folder);
+  seal_keys(folder,
+            {{"both", "s", {{"cause", "hem+draught"}}},
+             {"one", "t", {{"cause", "draught+hem"}}},
+             {"hidden", "u", {{"cause", "draught+hem"}}}},
+            kSeal);
+  answer_all(
+      folder, kSeal,
+      [](const fs::path& campaign) {
+    diagnose::Diagnosis d = says("draught");
+    d.probability = {{"none", 0.01}, {"unknown", 0.03}, {"hem", 0.01}, {"draught", 0.95}};
+    d.judged = {{"waving-1", "waving-2"}, {0.4, 0.4}, {0.5, 0.6}, {{"draught", {0.7, 0.7}}}};
+    if (campaign.filename() == "hidden") d.judged.left["draught"] = {0.5, 0.6};  // nothing is left for hem to close
+    if (campaign.filename() == "both") {
+      d.pair = "draught+hem";
+      d.pair_probability = 0.9;
+      d.probability = {{"none", 0}, {"unknown", 0.1}, {"hem", 0.45}, {"draught", 0.45}};
+    }
+    return d;
+      },
+      [] { return false; });
+  const BlindScore s = open_keys(folder, kSeal, false);
+  const auto row = [&](const std::string& begin) {
+    for (const ScoreRow& r : s.rows)
+      if (r.what.starts_with(begin)) return r;
+    return ScoreRow{};
+  };
+  EXPECT_EQ(row("two effects at once: both").hits, 1);
+  EXPECT_EQ(row("two effects at once: both").of, 3);
+  EXPECT_EQ(row("two effects at once: one").hits, 1);
+  EXPECT_EQ(row("known effect").of, 0);
+  EXPECT_EQ(s.baselines[0].hits, 1);
+  // What is right is half of each: (0.1² + 2·0.05²), and twice (0.01² + 0.03² + 0.49² + 0.45²).
+  EXPECT_NEAR(s.brier, (0.1 * 0.1 + 2 * 0.05 * 0.05 + 2 * (0.01 * 0.01 + 0.03 * 0.03 + 0.49 * 0.49 + 0.45 * 0.45)) / 3,
+              1e-12);
+  EXPECT_NEAR(s.brier_base_rates, 0, 1e-12);
+  EXPECT_NEAR(s.calibration_error, std::abs(2 * 0.95 + 0.9 - 1) / 3, 1e-12);
+  fs::remove_all(folder);
+}
+
+TEST_F(Blind, CountsWhatIsSaidWithTheEffectDeleted) {
+  answer_all(
+      folder_, kSeal, [](const fs::path&) { return says("draught"); }, [] { return false; });
+  const std::vector<NamedRight> right = named_right(folder_, kSeal, false);
+  ASSERT_EQ(right.size(), 1u);
+  EXPECT_EQ(right[0].id, "c2");
+  EXPECT_EQ(right[0].cause, "draught");
+  EXPECT_EQ(score_without(folder_, right)[0].of, 0);
+  fs::create_directories(folder_ / "without" / "c2");
+  files::write_json(folder_ / "without" / "c2" / "diagnosis.json", {{"cause", "unknown"}});
+  EXPECT_EQ(score_without(folder_, right)[0].hits, 1);
+  files::write_json(folder_ / "without" / "c2" / "diagnosis.json", {{"cause", "hem"}});
+  EXPECT_EQ(score_without(folder_, right)[2].hits, 1);
+}
+
+TEST_F(Blind, TellsHowFarToldShrinkIsFromThatOfFreshTrials) {
+  answer_all(
+      folder_, kSeal,
+      [](const fs::path&) {
+    diagnose::Diagnosis d = says("draught");
+    d.effects[0].finalist = true;
+    d.effects[0].reduction = {4, 1.6, 0.6, 0.5, 0.7};
+    return d;
+      },
+      [] { return false; });
+  const BlindScore s =
+      open_keys(folder_, kSeal, false,
+                [](const SealedKey& key, const nlohmann::json&, const std::string& effect) -> std::optional<double> {
+                  EXPECT_EQ(key.id, "c2");
+                  EXPECT_EQ(effect, "draught");
+                  return 0.45;
+                });
+  EXPECT_EQ(s.reductions, 1u);
+  EXPECT_NEAR(s.reduction_error, 0.15, 1e-9);
+}
+
+TEST_F(Blind, CountsIntervalsThatHoldTheTrueSize) {
+  answer_all(
+      folder_, kSeal,
+      [](const fs::path&) {
+    diagnose::Diagnosis d = says("draught");
+    d.effects[0].finalist = true;
+    d.effects[0].size = {{"air_y", "m/s", 0.2, 0.15, 0.25}};
+    return d;
+      },
+      [] { return false; });
+  const auto held = [&](double truly) {
+    const BlindScore s = open_keys(folder_, kSeal, false, {}, [&](const SealedKey& key) {
+      EXPECT_EQ(key.id, "c2");
+      return std::optional(TrueParameter{"air_y", truly});
+    });
+    EXPECT_EQ(s.sizes.size(), 1u);
+    for (const ScoreRow& r : s.rows)
+      if (r.what.starts_with("size")) return std::pair{r.hits, r.of};
+    return std::pair{-1, -1};
+  };
+  EXPECT_EQ(held(0.24), (std::pair{1, 1}));
+  EXPECT_EQ(held(0.26), (std::pair{0, 1}));
+}
+
+TEST_F(Blind, AnotherProtocolThanTheSealedOneNeitherAnswersNorOpens) {
+  const auto none = [](const fs::path&) { return says("none"); };
+  EXPECT_THROW(answer_all(folder_, "another", none, [] { return false; }), BadInput);
+  EXPECT_FALSE(fs::exists(folder_ / "answers"));
+  answer_all(folder_, kSeal, none, [] { return false; });
+  EXPECT_THROW(open_keys(folder_, "another", false), BadInput);
+  EXPECT_NO_THROW(open_keys(folder_, kSeal, false));
+}
+
+TEST_F(Blind, RefusesChangedAnswersAndKeys) {
+  answer_all(
+      folder_, kSeal, [](const fs::path&) { return says("none"); }, [] { return false; });
+  const fs::path one = folder_ / "answers" / "c2" / "diagnosis.json";
+  const std::string bytes = files::read_whole(one);
+  files::write_whole(one, bytes + " ");
+  EXPECT_THROW(open_keys(folder_, kSeal, false), BadInput);
+  files::write_whole(one, bytes);
+  EXPECT_NO_THROW(open_keys(folder_, kSeal, false));
+  nlohmann::json keys = files::read_json(folder_ / "keys.json");
+  keys[1]["key"]["cause"] = "none";
+  files::write_json(folder_ / "keys.json", keys);
+  EXPECT_THROW(open_keys(folder_, kSeal, false), BadInput);
+}
+
+}  // namespace
+}  // namespace selvedge::evaluation
