@@ -29,6 +29,9 @@ std::string usual_seal() { return diagnose::protocol_hash(diagnose::Protocol{}, 
 
 namespace {
 
+// As its locks say it.
+std::string own_name() { return fmt::format("process {}", ::getpid()); }
+
 std::string sealed(const SealedKey& key) { return files::sha256_hex(key.key.dump() + key.salt); }
 
 std::string answers_hash(const fs::path& folder, const BlindRecord& record) {
@@ -244,7 +247,7 @@ void answer_one(const fs::path& folder, const std::string& seal, const std::stri
   const fs::path out = folder / "answers" / id;
   fs::create_directories(folder / "answers");
   for (; !fs::exists(out / "diagnosis.json"); std::this_thread::sleep_for(kLook)) {
-    const files::Lock claim(folder / "answers" / (id + ".lock"), task, true);
+    const files::Lock claim(folder / "answers" / (id + ".lock"), task.empty() ? own_name() : task, !task.empty());
     if (!claim.held()) continue;
     if (!fs::exists(out / "diagnosis.json")) diagnose::write_diagnosis(diagnose(folder / "campaigns" / id), out);
     return;
@@ -260,7 +263,7 @@ size_t answer_all(const fs::path& folder, const std::string& seal,
     if (!fs::exists(out / "diagnosis.json")) {
       if (enough()) continue;
       fs::create_directories(folder / "answers");
-      const files::Lock claim(folder / "answers" / (id + ".lock"), fmt::format("process {}", ::getpid()), false);
+      const files::Lock claim(folder / "answers" / (id + ".lock"), own_name(), false);
       if (!claim.held()) continue;
       if (!fs::exists(out / "diagnosis.json")) diagnose::write_diagnosis(diagnose(folder / "campaigns" / id), out);
     }

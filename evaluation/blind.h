@@ -45,9 +45,9 @@ size_t answer_all(const std::filesystem::path& folder, const std::string& seal,
                   const std::function<diagnose::Diagnosis(const std::filesystem::path&)>& diagnose,
                   const std::function<bool()>& enough);
 
-// One campaign alone, by a task of a batch system that names itself `task` and never runs twice at a time: what a
-// former run of the same task has locked, and died with, is free; while another process has the campaign, it waits.
-// Does nothing where the answer is there.
+// One campaign alone; while another process has it, this one waits. Does nothing where the answer is there.
+// task: name of this process as a task of a batch system, which never runs twice at a time: what a former run of it has
+// locked, and died with, is free. Empty where it is none.
 void answer_one(const std::filesystem::path& folder, const std::string& seal, const std::string& id,
                 const std::string& task,
                 const std::function<diagnose::Diagnosis(const std::filesystem::path&)>& diagnose);

@@ -21,7 +21,7 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr std::chrono::seconds kLook{1};
-constexpr int kAfterwards = 10;  // looks for results of an array that has left the queue: a file server may be late
+constexpr int kAfterwards = 10;  // looks for results of tasks that have left the queue: a file server may be late
 
 std::string one_line(std::string text) {
   while (!text.empty() && text.back() == '\n') text.pop_back();
@@ -84,16 +84,19 @@ std::optional<std::string> own_array_task() {
 }
 
 JobArray::JobArray(const fs::path& folder, const std::string& name, const std::vector<ArrayTask>& tasks,
-                   const SlurmOptions& options)
+                   const SlurmOptions& options, Submit which)
     : folder_(fs::absolute(folder)), name_(name) {
   fs::create_directories(folder_);
-  const fs::path number = folder_ / (name_ + ".job");
-  if (fs::exists(number)) {
-    number_ = one_line(files::read_whole(number));
-    const std::optional<Queue> left = queue();
-    goes_on_ = left && !left->empty();
+  if (const fs::path before = folder_ / (name_ + ".job"); fs::exists(before)) {
+    std::istringstream numbers(files::read_whole(before));
+    for (std::string number; numbers >> number;) numbers_.push_back(number);
   }
-  if (!goes_on_) submit(tasks, options);
+  const Queue queued = numbers_.empty() ? Queue{} : queue().value_or(Queue{});
+  std::vector<ArrayTask> open;
+  for (const ArrayTask& task : tasks)
+    if (which == Submit::all || !queued.has(task.index)) open.push_back(task);
+  if (queued.running.empty() && queued.waiting.empty()) numbers_.clear();
+  if (!open.empty()) submit(open, options);
 }
 
 void JobArray::submit(const std::vector<ArrayTask>& tasks, const SlurmOptions& options) {
@@ -105,38 +108,43 @@ void JobArray::submit(const std::vector<ArrayTask>& tasks, const SlurmOptions& o
   command.push_back(script.string());
   const CommandOutput said = output_of(command);
   if (!said.found) refuse("sbatch", "found no such program, expected Slurm's commands (Debian: slurm-client) in PATH");
-  number_ = said.out.substr(0, said.out.find_first_of(";\n"));
-  if (said.exit_status != 0 || number_.empty())
+  const std::string number = said.out.substr(0, said.out.find_first_of(";\n"));
+  if (said.exit_status != 0 || number.empty())
     refuse("sbatch", "found {}, expected the number of a job array of {} tasks ({})", in_quotes(one_line(said.errors)),
            tasks.size(), script.string());
-  files::write_whole(folder_ / (name_ + ".job"), number_ + "\n");
+  numbers_.push_back(number);
+  files::write_whole(folder_ / (name_ + ".job"), fmt::format("{}\n", fmt::join(numbers_, "\n")));
 }
 
 std::optional<JobArray::Queue> JobArray::queue() const {
-  const CommandOutput said = output_of({"squeue", "--me", "--noheader", "--array", "--format=%F %T %j"});
+  const CommandOutput said = output_of({"squeue", "--me", "--noheader", "--array", "--format=%F %K %T %j"});
   if (said.exit_status != 0) return std::nullopt;
   Queue queue;
   std::istringstream lines(said.out);
   for (std::string line; std::getline(lines, line);) {
     std::istringstream in(line);
     std::string number, state, name;
-    in >> number >> state >> name;
-    if (number == number_ && name == name_) ++(state == "PENDING" ? queue.waiting : queue.running);
+    size_t index = 0;
+    if (in >> number >> index >> state >> name && name == name_ &&
+        std::find(numbers_.begin(), numbers_.end(), number) != numbers_.end())
+      (state == "PENDING" ? queue.waiting : queue.running).insert(index);
   }
   return queue;
 }
 
-size_t JobArray::wait(size_t wanted, const std::function<size_t()>& there,
+size_t JobArray::wait(const std::vector<size_t>& indices, size_t wanted, const std::function<size_t()>& there,
                       const report::ProgressCallback& progress) const {
   for (int left = kAfterwards;;) {
     const size_t found = there();
     if (found >= wanted) return found;
     const std::optional<Queue> now = queue();
-    left = now && now->empty() ? left - 1 : kAfterwards;
+    const bool has_left =
+        now && std::none_of(indices.begin(), indices.end(), [&](size_t index) { return now->has(index); });
+    left = has_left ? left - 1 : kAfterwards;
     if (left < 0) return found;
     progress(static_cast<double>(found) / static_cast<double>(wanted),
-             fmt::format("Slurm array {}: {} of {} done, {}", number_, found, wanted,
-                         now ? fmt::format("{} running, {} waiting", now->running, now->waiting)
+             fmt::format("{} of {} done, Slurm array {}: {}", found, wanted, numbers_.back(),
+                         now ? fmt::format("{} running, {} waiting", now->running.size(), now->waiting.size())
                              : "the queue cannot be asked"));
     std::this_thread::sleep_for(kLook);
   }

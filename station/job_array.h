@@ -2,13 +2,14 @@
 //
 // FOLDER/NAME.sh is the script as it was submitted, FOLDER/NAME.job the array's number, FOLDER/NAME-INDEX.log what a
 // task said, in all its attempts. Slurm requeues a task whose node dies (--requeue), and the task goes on from what it
-// left itself. Where the array of an earlier call is still in the queue, that one is gone on with. All folders must be
-// seen on the nodes under the same path, and this program too.
+// left itself. Tasks that an earlier call submitted and that are still in the queue are not submitted again. All
+// folders must be seen on the nodes under the same path, and this program too.
 #pragma once
 
 #include <filesystem>
 #include <functional>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -29,23 +30,24 @@ struct ArrayTask {
 
 class JobArray {
  public:
+  enum class Submit { what_is_not_queued, all };
+
   // Submits the tasks. name: letters, digits and dashes. Throws BadInput where sbatch is not there or refuses.
   JobArray(const std::filesystem::path& folder, const std::string& name, const std::vector<ArrayTask>& tasks,
-           const SlurmOptions& options);
+           const SlurmOptions& options, Submit which = Submit::what_is_not_queued);
 
-  // As the queue has it; nothing where it cannot be asked.
+  // Indices of its tasks that run or wait, as the queue has it; nothing where it cannot be asked.
   struct Queue {
-    size_t running = 0, waiting = 0;
-    bool empty() const { return running + waiting == 0; }
+    std::set<size_t> running, waiting;
+    bool has(size_t index) const { return running.contains(index) || waiting.contains(index); }
   };
   std::optional<Queue> queue() const;
 
-  // Until all of `wanted` results are there, or the array has left the queue. there: how many are. Returns how many
+  // Until all of `wanted` results are there, or these tasks have left the queue. there: how many are. Returns how many
   // were at the end.
-  size_t wait(size_t wanted, const std::function<size_t()>& there, const report::ProgressCallback& progress) const;
+  size_t wait(const std::vector<size_t>& indices, size_t wanted, const std::function<size_t()>& there,
+              const report::ProgressCallback& progress) const;
 
-  const std::string& number() const { return number_; }
-  bool goes_on() const { return goes_on_; }  // it was in the queue already
   std::filesystem::path log_of(size_t index) const;
   // "its log PATH ends with: …", for errors.
   std::string last_words(size_t index) const;
@@ -54,8 +56,8 @@ class JobArray {
   void submit(const std::vector<ArrayTask>& tasks, const SlurmOptions& options);
 
   std::filesystem::path folder_;
-  std::string name_, number_;
-  bool goes_on_ = false;
+  std::string name_;
+  std::vector<std::string> numbers_;  // of the arrays, the last submitted one at the end
 };
 
 // "0-2,5" of ascending indices, as sbatch --array takes them.

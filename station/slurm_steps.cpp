@@ -85,10 +85,10 @@ void SlurmSteps::submit(const Step& step) {
                      {own_program().string(), "session", "run", fs::absolute(file_.path).string(), "--out",
                       folder_.string(), "--step", s.id(file_)}});
   if (!tasks.empty()) {
-    const auto array = std::make_shared<const JobArray>(folder_ / "slurm", "session", tasks, options_);
+    // Another attempt is one, though the task that failed may not have left the queue yet.
+    const auto which = failed_.contains(step.id(file_)) ? JobArray::Submit::all : JobArray::Submit::what_is_not_queued;
+    const auto array = std::make_shared<const JobArray>(folder_ / "slurm", "session", tasks, options_, which);
     for (const Step& s : due) arrays_[s.id(file_)] = array;
-    spdlog::info("Slurm array {} of {} steps{}", array->number(), tasks.size(),
-                 array->goes_on() ? ", in the queue from before" : "");
   }
   if (step.round == 0) planned_are_submitted_ = true;
 }
@@ -101,7 +101,7 @@ json SlurmSteps::run(const Step& step, const report::ProgressCallback& progress)
   const fs::path answer = answer_of(folder_, id);
   const auto there = [&] { return fs::exists(answer) ? size_t{1} : size_t{0}; };
   if (array)
-    array->wait(1, there, [&](double done, const std::string& what) {
+    array->wait({index_of(step)}, 1, there, [&](double done, const std::string& what) {
       station_.tell(step, done, what);
       progress(done, what);
     });
@@ -110,14 +110,18 @@ json SlurmSteps::run(const Step& step, const report::ProgressCallback& progress)
 }
 
 // A failure is taken once, so that another attempt is one; a result stays until the journal has it.
-json SlurmSteps::taken(const Step& step, const std::shared_ptr<const JobArray>& array) const {
+json SlurmSteps::taken(const Step& step, const std::shared_ptr<const JobArray>& array) {
   const std::string id = step.id(file_);
   const fs::path path = answer_of(folder_, id);
+  failed_.insert(id);
   if (!fs::exists(path))
     throw std::runtime_error(
         fmt::format("{}: its task left Slurm's queue without an answer; {}", id, array->last_words(index_of(step))));
   const json answer = files::read_json(path);
-  if (answer.contains("result")) return answer.at("result");
+  if (answer.contains("result")) {
+    failed_.erase(id);
+    return answer.at("result");
+  }
   fs::remove(path);
   const auto why = answer.at("failed").get<std::string>();
   if (answer.at("bad_input").get<bool>()) throw BadInput(why);
@@ -128,6 +132,7 @@ int run_array_task(const SessionFile& file, const fs::path& folder, const std::s
   const Step step = step_named(file, id);
   const fs::path answer = answer_of(folder, id);
   fs::create_directories(answer.parent_path());
+  if (fs::exists(answer) && files::read_json(answer).contains("result")) return 0;
   try {
     files::write_json(answer, {{"result", run_on_files(file, step, folder, report::terminal_progress(id))}});
     return 0;

@@ -10,6 +10,8 @@
 #include <filesystem>
 #include <map>
 #include <memory>
+#include <set>
+#include <string>
 
 #include "station/job_array.h"
 #include "station/station_steps.h"
@@ -29,7 +31,7 @@ class SlurmSteps : public SessionSteps {
   std::vector<Step> due_with(const Step& step) const;
   void submit(const Step& step);
   size_t index_of(const Step& step) const;
-  nlohmann::json taken(const Step& step, const std::shared_ptr<const JobArray>& array) const;
+  nlohmann::json taken(const Step& step, const std::shared_ptr<const JobArray>& array);
 
   StationSteps& station_;
   const SessionFile& file_;
@@ -37,6 +39,7 @@ class SlurmSteps : public SessionSteps {
   const std::filesystem::path folder_;
   const SlurmOptions options_;
   std::map<std::string, std::shared_ptr<const JobArray>> arrays_;  // by step, where its answer was not taken yet
+  std::set<std::string> failed_;                                   // steps that did, and were not done again
   bool planned_are_submitted_ = false;
 };
 

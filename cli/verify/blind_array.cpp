@@ -22,7 +22,9 @@ size_t answer_by_array(const fs::path& folder, const station::SlurmOptions& opti
       tasks.push_back({i, {station::own_program().string(), "blind", "answer", whole.string(), "--campaign", ids[i]}});
   if (!tasks.empty()) {
     const station::JobArray array(whole / "slurm", "blind", tasks, options);
-    array.wait(ids.size(), answered, progress);
+    std::vector<size_t> indices;
+    for (const station::ArrayTask& task : tasks) indices.push_back(task.index);
+    array.wait(indices, ids.size(), answered, progress);
     for (const station::ArrayTask& task : tasks)
       if (!is_answered(ids[task.index])) missing(ids[task.index], array.last_words(task.index));
   }

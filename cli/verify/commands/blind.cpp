@@ -103,7 +103,7 @@ void answer_bank(const BlindArguments& a, int& exit_status) {
   };
   if (!a.campaign.empty())
     return evaluation::answer_one(a.folder, evaluation::usual_seal(), a.campaign,
-                                  station::own_array_task().value_or("by hand"), one);
+                                  station::own_array_task().value_or(""), one);
   const auto missing = [&](const std::string& id, const std::string& why) {
     fmt::print(stderr, "{}: its task ended without an answer; {}\n", id, why);
     exit_status = 1;
