@@ -182,17 +182,16 @@ std::shared_ptr<const Hypothesis> base_of_isotropic_shear(Study& study) {
   return std::make_shared<const Hypothesis>(std::move(arm[0]));
 }
 
-// Fits the base model from there as well, and keeps what leaves less. Whether that is the new one.
-bool fit_from(Study& study, const Hypothesis& there) {
+// Fits the base model from there as well, and keeps what leaves less.
+void fit_from(Study& study, const Hypothesis& there) {
   std::vector<Hypothesis> arm = {there};
   refit(study, arm, 3, {1e-3, 0.03, 0.3, 3});
   relinearise(study, arm);
   refit(study, arm, 2, {1e-3, 0.03, 0.3, 3});
   refine_mesh(study, arm);
-  if (arm[0].cost > study.protocol.other_start_gain * base_hypothesis(study).cost) return false;
+  if (arm[0].cost > study.protocol.other_start_gain * base_hypothesis(study).cost) return;
   study.base = arm[0].x;
   refit_on_grid_correction(study);
-  return true;
 }
 
 // The fine grid, from the equilibria of the usual one, which were matched to the recording.

@@ -480,10 +480,6 @@ std::map<std::string, double> values_of(const Study& study, const Hypothesis& h)
   return out;
 }
 
-}  // namespace
-
-namespace {
-
 std::string settings_of(const StudyOptions& study) {
   std::string text = std::string(model::to_text(study.drag)) + ' ' + nlohmann::json(study.protocol).dump();
   if (study.fitted)
@@ -497,7 +493,7 @@ void keep_base_fit(DiagnosisOptions& options, const std::filesystem::path& file,
   const std::filesystem::path finer_file =
       file.parent_path() / (file.stem().string() + "_finer" + file.extension().string());
   options.on_finer = [finer_file, &campaign](DiagnosisOptions& finer) { keep_base_fit(finer, finer_file, campaign); };
-  const std::string input = estimate::input_hash(campaign, settings_of(options.study));
+  const std::string input = estimate::input_hash(estimate::recordings_hash(campaign), settings_of(options.study));
   options.study.base_fit = read_base_fit(file, input);
   options.on_base_fit = [file, input](const BaseFit& fit) { write_base_fit(file, fit, input); };
 }
@@ -507,7 +503,7 @@ std::optional<std::filesystem::path> begin_with_fit(DiagnosisOptions& options, c
   for (const std::filesystem::path& folder : folders) {
     const std::filesystem::path file = folder / "fit.json";
     if (!std::filesystem::exists(file)) continue;
-    options.study.fitted = fit::read_fit(file, campaign, options.study.drag);
+    options.study.fitted = fit::read_fit(file, estimate::recordings_hash(campaign), options.study.drag);
     if (options.study.fitted) return file;
   }
   return {};

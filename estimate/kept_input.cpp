@@ -20,15 +20,16 @@ std::vector<fs::path> files_of(const fs::path& folder) {
     if (fs::exists(folder / name)) files.push_back(folder / name);
   const size_t tables = files.size();
   if (fs::is_directory(folder / "frames"))
-    for (const fs::directory_entry& entry : fs::directory_iterator(folder / "frames")) files.push_back(entry.path());
+    for (const fs::directory_entry& entry : fs::directory_iterator(folder / "frames"))
+      if (entry.is_regular_file()) files.push_back(entry.path());
   std::sort(files.begin() + static_cast<std::ptrdiff_t>(tables), files.end());
   return files;
 }
 
 }  // namespace
 
-std::string input_hash(const trial::Campaign& campaign, const std::string& settings) {
-  std::string all = std::string(code_version()) + '\n' + settings + '\n';
+std::string recordings_hash(const trial::Campaign& campaign) {
+  std::string all;
   for (const trial::Trial& t : campaign.trials) {
     all += t.name + '\n';
     for (const fs::path& file : files_of(t.folder))
@@ -39,6 +40,10 @@ std::string input_hash(const trial::Campaign& campaign, const std::string& setti
     all += '\n';
   }
   return files::sha256_hex(all);
+}
+
+std::string input_hash(const std::string& recordings, const std::string& settings) {
+  return files::sha256_hex(std::string(code_version()) + '\n' + settings + '\n' + recordings);
 }
 
 }  // namespace selvedge::estimate

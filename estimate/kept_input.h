@@ -10,8 +10,11 @@ namespace selvedge::estimate {
 // SHA-256, hexadecimal, of the sources that numbers come from.
 const char* code_version();
 
-// SHA-256, hexadecimal, of the campaign (each file of each trial, pictures too, and which trials are replicates), of
-// the settings (text), and of the code. Throws BadInput where a file cannot be read.
-std::string input_hash(const trial::Campaign& campaign, const std::string& settings);
+// SHA-256, hexadecimal, of what was recorded: each file that a trial is read from, pictures too, and which trials are
+// replicates. Throws BadInput where a file cannot be read.
+std::string recordings_hash(const trial::Campaign& campaign);
+
+// SHA-256, hexadecimal, of recordings (their hash), settings (text) and code.
+std::string input_hash(const std::string& recordings, const std::string& settings);
 
 }  // namespace selvedge::estimate

@@ -106,7 +106,7 @@ class Minimiser {
     if (options_.only_coordinates) return std::move(result_);
     const VectorXd w = cauchy_weights(r_, options_.cauchy * result_.scale);
     const MatrixXd inverse = result_.information.inverse();
-    // As evidence, the prior is a piece of evidence like the others, as uncertain as it says.
+    // As evidence the prior is a row like the others, as uncertain as it says.
     MatrixXd prior = MatrixXd::Zero(at_.x.size(), at_.x.size());
     if (options_.prior_as_evidence) prior.diagonal() = prior_weights() * result_.scale * result_.scale * alike_;
     result_.covariance = inverse * (gradient_squares(jacobian_, w.cwiseProduct(r_), rows_, false) + prior) * inverse;

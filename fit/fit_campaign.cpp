@@ -81,12 +81,12 @@ std::optional<double> plate_error(const model::ObservedTrial& trial) {
 }
 
 // One line: what would make it another fit.
-std::string identity_of(const FitOptions& o, int columns, const trial::Campaign& campaign) {
+std::string identity_of(const FitOptions& o, int columns, const std::string& recordings) {
   const std::string settings = fmt::format(
       "{} drag {} columns {} after {} rates {} {} iterations {} hold-out {} integrator {}",
       o.search ? "start of a search" : "least_squares", static_cast<int>(o.drag), columns, o.coarse_columns, o.rate_hz,
       o.image_rate_hz, o.max_iterations, static_cast<int>(o.hold_out), static_cast<int>(o.integrator));
-  return settings + " input " + estimate::input_hash(campaign, settings);
+  return settings + " input " + estimate::input_hash(recordings, settings);
 }
 
 estimate::LeastSquaresOptions search_options(const FitOptions& options, double cut_s,
@@ -215,15 +215,16 @@ const char* drag_text(model::Drag drag) {
 
 }  // namespace
 
-std::string input_of(const trial::Campaign& campaign, model::Drag drag) {
-  return estimate::input_hash(campaign, std::string("fit with ") + model::to_text(drag));
+std::string input_of(const std::string& recordings, model::Drag drag) {
+  return estimate::input_hash(recordings, std::string("fit with ") + model::to_text(drag));
 }
 
 FitOutcome fit_campaign(const trial::Campaign& campaign, const FitOptions& options) {
   const auto begin = std::chrono::steady_clock::now();
   FitOutcome out;
   out.campaign = campaign.folder.filename().string();
-  out.input = input_of(campaign, options.drag);
+  const std::string recordings = estimate::recordings_hash(campaign);
+  out.input = input_of(recordings, options.drag);
   const std::vector<model::Parameter> parameters = model::base_parameters(options.drag);
   const std::vector<model::ObservedTrial> trials = observe_campaign(campaign, options.rate_hz, options.image_rate_hz,
                                                                     part_of(options.progress, 0, 0.05, "campaign"));
@@ -239,7 +240,7 @@ FitOutcome fit_campaign(const trial::Campaign& campaign, const FitOptions& optio
 
   std::shared_ptr<estimate::FitJournal> journal;
   if (!options.journal.empty())
-    journal = estimate::FitJournal::shared(options.journal, identity_of(options, columns, campaign), options.ranks);
+    journal = estimate::FitJournal::shared(options.journal, identity_of(options, columns, recordings), options.ranks);
 
   const auto on_mesh_of = [&](int columns) {
     model::SimulationOptions o;

@@ -82,8 +82,8 @@ struct FitOutcome {
   std::vector<std::string> remarks;  // what a reader should know: bounds, combinations not told apart
 };
 
-// The hash of what a fit with this drag law rests on: recordings, pictures too, and code (estimate/kept_input.h).
-std::string input_of(const trial::Campaign& campaign, model::Drag drag);
+// The hash of what a fit with this drag law rests on: recordings (their hash) and code (estimate/kept_input.h).
+std::string input_of(const std::string& recordings, model::Drag drag);
 
 FitOutcome fit_campaign(const trial::Campaign& campaign, const FitOptions& options = {});
 

@@ -171,11 +171,11 @@ json to_json(const FitOutcome& out) {
   return out_json;
 }
 
-std::optional<Eigen::VectorXd> read_fit(const std::filesystem::path& file, const trial::Campaign& campaign,
+std::optional<Eigen::VectorXd> read_fit(const std::filesystem::path& file, const std::string& recordings,
                                         model::Drag drag) {
   const files::JsonReader fit(file);
   if (fit.text("format") != "fit/1") refuse(fit.where("format"), "found {}, expected fit/1", fit.text("format"));
-  if (!fit.has("input") || fit.text("input") != input_of(campaign, drag)) return std::nullopt;
+  if (!fit.has("input") || fit.text("input") != input_of(recordings, drag)) return std::nullopt;
   const std::vector<model::Parameter> base = model::base_parameters(drag);
   const files::JsonReader parameters = fit.child("parameters");
   Eigen::VectorXd coordinates(static_cast<Eigen::Index>(base.size()));

@@ -17,8 +17,9 @@ nlohmann::json to_json(const FitOutcome& outcome);
 void write_fit(const FitOutcome& outcome, const trial::Campaign& campaign, const std::filesystem::path& folder);
 
 // Coordinates of base_parameters(drag) as a fit.json holds them. Nothing where it was fitted to other recordings than
-// this campaign's, with another drag law or by another version of the code. Throws BadInput where it is no fit/1.
-std::optional<Eigen::VectorXd> read_fit(const std::filesystem::path& file, const trial::Campaign& campaign,
+// these (estimate::recordings_hash), with another drag law or by another version of the code. Throws BadInput where it
+// is no fit/1.
+std::optional<Eigen::VectorXd> read_fit(const std::filesystem::path& file, const std::string& recordings,
                                         model::Drag drag);
 
 }  // namespace selvedge::fit

@@ -18,9 +18,11 @@ bool belongs_to(Drag drag, const std::string& name) {
 }
 
 // What is not fitted is not there: a base without a drag law has no drag of the default material either.
-void leave_out_other_drag(cloth::Material& material, Drag drag) {
+std::vector<double cloth::Material::*> other_drag(Drag drag) {
+  std::vector<double cloth::Material::*> members;
   for (const cloth::MaterialParameter& row : cloth::material_parameters())
-    if (!belongs_to(drag, row.name)) material.*row.member = 0;
+    if (!belongs_to(drag, row.name)) members.push_back(row.member);
+  return members;
 }
 
 }  // namespace
@@ -37,6 +39,7 @@ Drag drag_named(const std::string& text) {
 
 std::vector<Parameter> base_parameters(Drag drag) {
   std::vector<Parameter> all;
+  const auto left_out = other_drag(drag);
   for (const cloth::MaterialParameter& row : cloth::material_parameters()) {
     if (!belongs_to(drag, row.name)) continue;
     Parameter& p = all.emplace_back();
@@ -45,8 +48,8 @@ std::vector<Parameter> base_parameters(Drag drag) {
     p.start = row.usual;
     p.lower = row.lower;
     p.upper = row.upper;
-    p.apply = [drag, member = row.member](Prediction& prediction, double value) {
-      leave_out_other_drag(prediction.experiment.material, drag);
+    p.apply = [left_out, member = row.member](Prediction& prediction, double value) {
+      for (const auto other : left_out) prediction.experiment.material.*other = 0;
       prediction.experiment.material.*member = value;
     };
     p.at_rest = row.at_rest;

@@ -5,8 +5,8 @@
 #include <unistd.h>
 
 #include "diagnose/effects/library.h"
-#include "experiments/simulated_trials.h"
 #include "model/simulation.h"
+#include "tests/waving_felt.h"
 
 namespace selvedge::diagnose {
 namespace {
@@ -17,14 +17,7 @@ class ImageEffects : public testing::Test {
  protected:
   static void SetUpTestSuite() {
     folder_ = fs::temp_directory_path() / ("selvedge_image_effects_" + std::to_string(::getpid()));
-    experiments::Fabric felt;
-    felt.name = "felt";
-    experiments::TrialProtocol protocol;
-    protocol.columns = 9;
-    protocol.frames = 6;
-    protocol.frame_rate_hz = 10;
-    protocol.trials = {{"waved", trial::Experiment::waving, 0.29, 0.05, 1.2, 0}};
-    const trial::Campaign campaign = experiments::record_fabric(felt, protocol, folder_ / "felt");
+    const trial::Campaign campaign = record_waving_felt(folder_ / "felt");
     model::SimulationOptions options;
     options.columns = 9;
     base_ = model::base_parameters();

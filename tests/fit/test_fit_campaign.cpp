@@ -7,6 +7,7 @@
 #include <unistd.h>
 
 #include "capture/trial/trial_writer.h"
+#include "estimate/kept_input.h"
 #include "files/bad_input.h"
 #include "files/whole_file.h"
 #include "fit/campaign_search.h"
@@ -66,6 +67,19 @@ TEST_F(FitCampaign, RecoversWhatTheTrialsDetermine) {
   const std::string html = files::read_whole(folder_ / "out" / "report.html");
   EXPECT_NE(html.find("data:image/png;base64"), std::string::npos);
   EXPECT_NE(html.find("<svg"), std::string::npos);
+
+  // A diagnosis begins there: with these recordings and this drag law, and no others.
+  const fs::path file = folder_ / "out" / "fit.json";
+  const std::string recordings = estimate::recordings_hash(campaign);
+  const auto coordinates = read_fit(file, recordings, model::Drag::nonlinear);
+  ASSERT_TRUE(coordinates);
+  EXPECT_LT((*coordinates - out.coordinates).cwiseAbs().maxCoeff(), 1e-12);
+  EXPECT_FALSE(read_fit(file, recordings, model::Drag::linear));
+  EXPECT_FALSE(read_fit(file, "others", model::Drag::nonlinear));
+  nlohmann::json damaged = fit;
+  damaged["parameters"].erase("bend");
+  files::write_json(folder_ / "damaged.json", damaged);
+  EXPECT_THROW(read_fit(folder_ / "damaged.json", recordings, model::Drag::nonlinear), BadInput);
 }
 
 TEST_F(FitCampaign, StillTrialAloneLeavesDampingUndetermined) {

@@ -12,9 +12,9 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include "experiments/simulated_trials.h"
 #include "files/whole_file.h"
 #include "tests/needs_package.h"
+#include "tests/waving_felt.h"
 
 extern char** environ;
 
@@ -29,14 +29,7 @@ class Mpirun : public testing::Test {
  protected:
   static void SetUpTestSuite() {
     folder_ = fs::temp_directory_path() / ("selvedge_mpirun_" + std::to_string(::getpid()));
-    experiments::Fabric felt;
-    felt.name = "felt";
-    experiments::TrialProtocol protocol;
-    protocol.columns = 9;
-    protocol.frames = 6;
-    protocol.frame_rate_hz = 10;
-    protocol.trials = {{"a", trial::Experiment::waving, 0.29, 0.05, 1.2, 0}};
-    experiments::record_fabric(felt, protocol, folder_ / "felt");
+    record_waving_felt(folder_ / "felt");
   }
   static void TearDownTestSuite() { fs::remove_all(folder_); }
   void SetUp() override {

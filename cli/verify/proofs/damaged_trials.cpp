@@ -253,6 +253,7 @@ void add_json_damages(std::vector<Damage>& list) {
     list.push_back({where + " negative", where, set_key(pointer, -0.3)});
     list.push_back({where + " a text", where, set_key(pointer, "0.3")});
     list.push_back({where + " null", where, set_key(pointer, nullptr)});
+    list.push_back({where + " beyond any fabric", where, set_key(pointer, 1e300)});
   }
   list.push_back({"gravity of two numbers", "gravity_m_s2", set_key("/gravity_m_s2", {0, -9.81})});
   for (const char* side : {"camera", "projector"}) {
