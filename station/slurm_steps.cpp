@@ -7,8 +7,8 @@
 
 #include "files/bad_input.h"
 #include "files/whole_file.h"
-#include "station/child_process.h"
 #include "station/file_steps.h"
+#include "station/programs.h"
 
 namespace selvedge::station {
 

@@ -11,6 +11,7 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
+#include "files/bad_input.h"
 #include "rig/clock.h"
 #include "rig/wire/bytes.h"
 
@@ -40,7 +41,7 @@ std::string fit_to_tell(const std::string& reason) {
   std::string text = reason.substr(0, ControlServer::kLongestReason);
   for (char& c : text)
     if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) c = ' ';
-  return text;
+  return printable(text);
 }
 
 ControlServer::Path to_path(arm_trajectory_t message) {

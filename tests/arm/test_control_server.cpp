@@ -218,10 +218,10 @@ TEST_F(Server, AStopThatCannotBeKeptActsAndSaysSo) {
 // Whoever may stop may not fill the bus with it, nor write to a terminal.
 TEST_F(Server, AReasonIsShortAndPlain) {
   Running running(folder_ / "s", {::geteuid()});
-  EXPECT_NO_THROW(ControlClient(folder_ / "s").stop("\x1b[2J\n" + std::string(1 << 20, 'x')));
+  EXPECT_NO_THROW(ControlClient(folder_ / "s").stop("\xff\x1b[2J\n" + std::string(1 << 20, 'x')));
   const std::lock_guard lock(running.mutex);
   EXPECT_LT(running.why.size(), ControlServer::kLongestReason + 100);
-  EXPECT_EQ(running.why.find_first_of("\x1b\n"), std::string::npos) << running.why;
+  EXPECT_EQ(running.why.find_first_of("\x1b\n\xff"), std::string::npos) << running.why;
 }
 
 TEST(ControlFrames, SizesAndKindsThatCannotBeAreRefused) {
