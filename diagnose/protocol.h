@@ -1,5 +1,5 @@
-// Every constant of a diagnosis, in one place, with where it was set. A blind check seals it whole
-// (evaluation/blind.h).
+// The constants of a diagnosis that were measured or chosen, with where each was set. A blind check seals them whole;
+// how often and how damped its fits step is part of the code, whose hash is sealed too (protocol_hash).
 //
 // "The bank" are 19 campaigns of the simulated world and four whose key is known (docs/diagnosis-measured.md); what is
 // said of motions that run free rests on few. ln: of a base coordinate, or of an error, as it says.
