@@ -10,24 +10,13 @@
 #include <vector>
 
 #include "capture/trial/trial.h"
+#include "cli/verify/proofs/proof_fabric.h"
 #include "cloth/simulate.h"
 
 namespace selvedge {
 
-// A knit whose parameters are not those that searches begin with.
-inline cloth::Material test_knit() {
-  cloth::Material m;
-  m.stretch = 110;
-  m.shear = 55;
-  m.bend = 5.5e-5;
-  m.stretch_damping = m.shear_damping = 0.04;
-  m.bend_damping = 5e-7;
-  m.drag_normal = 1.05;
-  return m;
-}
-
 struct SimulatedSwatch {
-  cloth::Material material = test_knit();
+  cloth::Material material = cli::proof_fabric();
   double delay_s = 0;  // of the markers
   Eigen::Vector3d air_m_s = Eigen::Vector3d::Zero();
 };

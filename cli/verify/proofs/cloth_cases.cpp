@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "cli/verify/proofs/proof_fabric.h"
 #include "cloth/energy.h"
 #include "cloth/step_plan.h"
 #include "cloth/surface_point.h"
@@ -18,18 +19,6 @@ using cloth::Sheet;
 using cloth::Trajectory;
 
 namespace {
-
-// A knit, as the figures of proofs have had it from the first.
-Material proof_fabric() {
-  Material m;
-  m.stretch = 110;
-  m.shear = 55;
-  m.bend = 5.5e-5;
-  m.stretch_damping = m.shear_damping = 0.04;
-  m.bend_damping = 5e-7;
-  m.drag_normal = 1.05;
-  return m;
-}
 
 constexpr double kGravity_m_s2 = 9.81;
 

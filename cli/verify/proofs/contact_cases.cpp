@@ -9,6 +9,7 @@
 
 #include <Eigen/Geometry>
 
+#include "cli/verify/proofs/proof_fabric.h"
 #include "cloth/contact/intersections.h"
 
 namespace selvedge::cli {
@@ -22,7 +23,7 @@ cloth::Material fabric_of(std::mt19937& random) {
   const auto between = [&](double low, double high) {
     return low * std::pow(high / low, std::generate_canonical<double, 32>(random));
   };
-  cloth::Material m;
+  cloth::Material m = proof_fabric();
   m.density = between(0.1, 0.3);
   m.stretch = between(30, 150);
   m.shear = between(20, 80);
@@ -32,6 +33,7 @@ cloth::Material fabric_of(std::mt19937& random) {
 
 ContactScene free_sheet(int columns, double duration_s) {
   ContactScene s;
+  s.experiment.material = proof_fabric();
   s.mesh = geometry::make_grid_mesh(kSide_m, kSide_m, columns, columns);
   cloth::Experiment& e = s.experiment;
   e.path = cloth::make_path(cloth::Hold::nothing, {0}, Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero());
