@@ -5,6 +5,12 @@
 #include <string>
 #include <string_view>
 
+namespace selvedge::files {
+// The parser asserts of some texts what does not hold of them, such as a table's name that begins with '='.
+[[noreturn]] void fail_in_toml_parser();
+}  // namespace selvedge::files
+
+#define TOML_ASSERT(expression) static_cast<void>((expression) || (selvedge::files::fail_in_toml_parser(), false))
 #include <toml++/toml.h>
 
 namespace selvedge::files {

@@ -197,6 +197,9 @@ Motion parse_bvh(const std::string& text, const std::string& where, const BvhOpt
   const std::string root = words.rest_of_line();
   if (root.empty()) refuse(words.where(), "found ROOT without a name, expected one");
   read_joint(words, root, -1, motion);
+  // So a frame has numbers, and there are no more frames than the text has words.
+  if (std::all_of(motion.joints.begin(), motion.joints.end(), [](const Joint& j) { return j.channels.empty(); }))
+    refuse(words.where(), "found no CHANNELS at any joint, expected some that move");
   words.expect("MOTION");
   words.expect("Frames:");
   const int frames = words.whole("a number of frames", 10'000'000);

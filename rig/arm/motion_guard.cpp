@@ -266,6 +266,7 @@ void MotionGuard::fill(arm_status_t& status) const {
                 : stopped_ || latched_  ? Status::MODE_STOPPED
                                         : Status::MODE_IDLE;
   status.armed = armed_ ? 1 : 0;
+  status.holder = armed_ ? sender_ : 0;
   status.latched = latched_ ? 1 : 0;
   status.stop_number = stop_number_;
   status.stop_reason = stop_reason_;

@@ -156,6 +156,8 @@ TEST_F(Garments, MotionIsPlacedAsItsChannelsSay) {
 TEST_F(Garments, DamagedMotionIsRefusedWithItsLine) {
   EXPECT_EQ(refusal("a.bvh", kMotion), "");
   EXPECT_NE(refusal("a.bvh", changed(kMotion, "Xposition", "Wposition")).find("a.bvh:5"), std::string::npos);
+  EXPECT_EQ(refusal("a.bvh", "HIERARCHY\nROOT a\n{\nOFFSET 0 0 0\n}\nMOTION\nFrames: 9999999\nFrame Time: 0.1\n"),
+            "a.bvh:5: found no CHANNELS at any joint, expected some that move");
   EXPECT_NE(refusal("a.bvh", changed(kMotion, "10 90 0", "10 x 0")).find("a.bvh:20"), std::string::npos);
   EXPECT_NE(refusal("a.bvh", changed(kMotion, "Frames: 3", "Frames: 4")).find("end of the file"), std::string::npos);
   EXPECT_NE(refusal("a.bvh", changed(kMotion, "Frames: 3", "Frames: 2")).find("expected the end"), std::string::npos);

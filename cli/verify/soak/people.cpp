@@ -25,7 +25,8 @@ using selvedge_rig::arm_status_t;
 constexpr double kMotion_s = 20;       // waiting for the arm to move, before it is done anyhow
 constexpr double kHeldBefore_s = 0.3;  // the arm was somebody's, if it was armed for so long without a break
 constexpr double kStranger_s = 2;
-constexpr double kLetGo_s = 1;  // for the arm to be let go of after whoever held it was killed
+constexpr double kLetGo_s = 1;   // for the arm to be let go of after whoever held it was killed
+constexpr double kHeard_s = 10;  // for what the arm measured to be heard here, however busy this machine is
 constexpr int kFlood = 10000, kBusFlood = 600;
 
 void pause(double seconds) { std::this_thread::sleep_for(std::chrono::duration<double>(seconds)); }
@@ -79,7 +80,7 @@ void People::go_home() {
 void People::hear(const arm_status_t& status) {
   const std::lock_guard lock(mutex_);
   const double now_s = rig::host_now_s();
-  if (!status.armed) not_armed_s_ = now_s;
+  if (!status.armed) not_armed_s_ = 1e-6 * static_cast<double>(status.utime);
   if (!status.latched) latched_since_s_ = -1;
   else if (latched_since_s_ < 0 || status.stop_number != status_.stop_number) {
     latched_since_s_ = now_s;
@@ -93,12 +94,17 @@ void People::hear(const selvedge_rig::operator_prompt_t& prompt) {
   prompt_ = prompt;
 }
 
-bool People::wait_until(const std::function<bool(const arm_status_t&)>& state, double limit_s) {
+std::optional<arm_status_t> People::wait_until(const std::function<bool(const arm_status_t&)>& state, double limit_s) {
   for (const double until_s = rig::host_now_s() + limit_s; !ending_ && rig::host_now_s() < until_s; pause(0.005)) {
     const std::lock_guard lock(mutex_);
-    if (state(status_)) return true;
+    if (state(status_)) return status_;
   }
-  return false;
+  return std::nullopt;
+}
+
+// What the arm measured after this time.
+std::optional<arm_status_t> People::heard_after(double host_s) {
+  return wait_until([=](const auto& status) { return 1e-6 * static_cast<double>(status.utime) > host_s; }, kHeard_s);
 }
 
 void People::violate(const std::string& what) {
@@ -180,9 +186,11 @@ void People::second_sender() {
     } catch (const arm::ControlRefused&) {}
     try {
       second.arm("a second sender");
+      const double armed_s = rig::host_now_s();
+      if (!heard_after(armed_s)) return;
       // Legitimate only where nobody held it just before.
       const std::lock_guard lock(mutex_);
-      if (rig::host_now_s() - not_armed_s_ > kHeldBefore_s)
+      if (armed_s - not_armed_s_ > kHeldBefore_s)
         violations_.push_back("a second sender was armed while another held the arm");
       return;  // its connection ends, and with it the hold
     } catch (const arm::ControlRefused&) {}
@@ -206,7 +214,7 @@ void People::steal_script() {
   }
 }
 
-// A console arms the arm, or stops it where somebody else holds it, and is killed.
+// A console arms the arm, or stops it where somebody else holds it, and is killed. Another may hold the arm soon after.
 bool People::use_console() {
   const auto console = console_at(console_log_);
   if (!console) return false;
@@ -214,10 +222,13 @@ bool People::use_console() {
   if (armed == 0) return false;
   const double sent_s = rig::host_now_s();
   if (armed != 200 && post(*console, "/api/stop", 5) == 200) audit_.operator_stopped(sent_s);
+  const auto held = armed == 200 ? heard_after(rig::host_now_s()) : std::nullopt;
   kill_console_();
-  if (armed == 200 && !wait_until([](const auto& status) { return !status.armed; }, kLetGo_s))
+  if (!held || !held->armed) return armed != 200;
+  const auto after = heard_after(rig::host_now_s() + kLetGo_s);
+  if (after && after->holder == held->holder)
     violate("the arm was still armed a second after the console that held it was killed");
-  return true;
+  return after.has_value();
 }
 
 void People::look() {

@@ -56,7 +56,9 @@ class People {
   void steal_script();
   bool use_console();
   void violate(const std::string& what);
-  bool wait_until(const std::function<bool(const selvedge_rig::arm_status_t&)>& state, double limit_s);
+  std::optional<selvedge_rig::arm_status_t> wait_until(
+      const std::function<bool(const selvedge_rig::arm_status_t&)>& state, double limit_s);
+  std::optional<selvedge_rig::arm_status_t> heard_after(double host_s);
 
   const rig::Configuration configuration_;
   rig::Bus& bus_;
@@ -67,7 +69,7 @@ class People {
   std::mt19937 random_;
   selvedge_rig::arm_status_t status_{};
   selvedge_rig::operator_prompt_t prompt_{};
-  double latched_since_s_ = -1, not_armed_s_ = 0, hold_s_ = 3, tried_s_ = 0;
+  double latched_since_s_ = -1, not_armed_s_ = 0 /* as measured */, hold_s_ = 3, tried_s_ = 0;
   std::vector<std::string> violations_;
   std::atomic<int> resets_{0};
   std::atomic<bool> ending_{false};
