@@ -61,6 +61,7 @@ TEST_F(ArmDaemon, EachLossStopsTheArm) {
     ASSERT_TRUE(wait_for([](const auto& status) { return status.mode != arm_status_t::MODE_OFF; }));
     reset();
     ASSERT_TRUE(wave_for_long());
+    EXPECT_NE(status().holder, 0);
     lose();
     ASSERT_TRUE(wait_for([](const auto& status) { return status.mode == arm_status_t::MODE_STOPPED; }));
     heart_beats_ = true;  // somebody goes on asking
@@ -68,6 +69,7 @@ TEST_F(ArmDaemon, EachLossStopsTheArm) {
     std::this_thread::sleep_for(std::chrono::milliseconds(500));
     EXPECT_EQ(controller_->fastest_since(rig::host_now_s() - 0.3), 0);
     EXPECT_FALSE(status().armed);
+    EXPECT_EQ(status().holder, 0);
     EXPECT_EQ(status().latched, name == std::string("operator") || name == std::string("controller"));
   }
 }
