@@ -13,6 +13,7 @@
 #include "estimate/journal.h"
 #include "estimate/robust_cost.h"
 #include "estimate/rows.h"
+#include "geometry/order_statistics.h"
 
 namespace selvedge::estimate {
 
@@ -122,9 +123,8 @@ class Minimiser {
         at_.residual - at_.jacobian * (inverse * (at_.jacobian.transpose() * w.cwiseProduct(at_.residual)));
     const VectorXd found =
         (inverse * gradient_squares(at_.jacobian, w.cwiseProduct(left), rows_, false) * inverse).diagonal();
-    VectorXd ratio = found.cwiseQuotient(inverse.diagonal()) / (result_.scale * result_.scale);
-    std::nth_element(ratio.begin(), ratio.begin() + ratio.size() / 2, ratio.end());
-    return std::max(1.0, ratio(ratio.size() / 2));
+    const VectorXd ratio = found.cwiseQuotient(inverse.diagonal()) / (result_.scale * result_.scale);
+    return std::max(1.0, geometry::median(std::vector<double>(ratio.begin(), ratio.end())));
   }
 
   // Residuals, their scale and derivatives at the point, and what the prior weighs there.
@@ -230,9 +230,18 @@ class Minimiser {
 }  // namespace
 
 double cost_of(const model::Simulation& simulation, const model::Residuals& residuals,
-               const LeastSquaresOptions& options, double scale) {
-  const Rows rows(simulation, {options.trials, options.fit_until_s});
-  return cauchy_cost(rows.whitened(residuals), kCauchy * scale);
+               const LeastSquaresOptions& options) {
+  if (!residuals.finite) return std::numeric_limits<double>::infinity();
+  return cauchy_cost(Rows(simulation, {options.trials, options.fit_until_s}).whitened(residuals), kCauchy);
+}
+
+std::vector<double> costs_of(const model::Simulation& simulation, const model::State& state,
+                             const std::vector<model::Parameter>& parameters, const MatrixXd& sets,
+                             const LeastSquaresOptions& options) {
+  std::vector<double> costs;
+  for (const model::Residuals& r : simulation.evaluate(state, parameters, sets, options.trials))
+    costs.push_back(cost_of(simulation, r, options));
+  return costs;
 }
 
 LeastSquaresResult minimise(const model::Simulation& simulation, model::State& state,

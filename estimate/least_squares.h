@@ -48,8 +48,13 @@ LeastSquaresResult minimise(const model::Simulation& simulation, model::State& s
                             const std::vector<model::Parameter>& parameters, const Eigen::VectorXd& start,
                             const LeastSquaresOptions& options = {});
 
-// Cost of residuals, as minimised (without prior), with the robust scale given.
+// Cost of residuals, as minimised but without prior and with a robust scale of 1, so that several compare; infinity
+// where a simulation diverged.
 double cost_of(const model::Simulation& simulation, const model::Residuals& residuals,
-               const LeastSquaresOptions& options, double scale);
+               const LeastSquaresOptions& options);
+// Of several sets of coordinates, a column each.
+std::vector<double> costs_of(const model::Simulation& simulation, const model::State& state,
+                             const std::vector<model::Parameter>& parameters, const Eigen::MatrixXd& sets,
+                             const LeastSquaresOptions& options);
 
 }  // namespace selvedge::estimate

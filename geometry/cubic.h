@@ -1,14 +1,31 @@
-// A natural cubic spline through samples of a point in time.
+// Cubics between samples in time.
 //
-// Between samples the second derivative is linear; at both ends it is zero. The second derivatives follow
-// from a tridiagonal system. s, m. Source: C. de Boor, A Practical Guide to Splines, chapter IV.
+// hermite: from values and slopes at both ends of an interval. catmull_rom: through the middle two of four samples at
+// regular times, with slopes from their neighbours. CubicSpline: through all samples; between them the second
+// derivative is linear, at both ends it is zero, and it follows from a tridiagonal system. s, m. Source: C. de Boor,
+// A Practical Guide to Splines, chapter IV.
 #pragma once
 
 #include <vector>
 
 #include <Eigen/Core>
 
-namespace selvedge::calib {
+namespace selvedge::geometry {
+
+// share: place in the interval, 0 to 1; length_s: its length. T: a vector or matrix of Eigen, or a number.
+template <class T>
+T hermite(double share, double length_s, const T& from, const T& from_rate, const T& to, const T& to_rate) {
+  const double x = share, x2 = x * x, x3 = x2 * x;
+  return T((2 * x3 - 3 * x2 + 1) * from + (x3 - 2 * x2 + x) * length_s * from_rate + (3 * x2 - 2 * x3) * to +
+           (x3 - x2) * length_s * to_rate);
+}
+
+// share: place between p1 and p2.
+template <class T>
+T catmull_rom(double share, const T& p0, const T& p1, const T& p2, const T& p3) {
+  const double x = share, x2 = x * x, x3 = x2 * x;
+  return T(0.5 * ((-x + 2 * x2 - x3) * p0 + (2 - 5 * x2 + 3 * x3) * p1 + (x + 4 * x2 - 3 * x3) * p2 + (x3 - x2) * p3));
+}
 
 class CubicSpline {
  public:
@@ -32,11 +49,4 @@ class CubicSpline {
   std::vector<Eigen::Vector3d> position_, second_derivative_;
 };
 
-// Derivative by the place in the interval of the variance that unit noise of even samples leaves between them:
-// 1 at a sample, less half way.
-double variance_slope(double fraction);
-
-// Variance that the same noise gives the velocity there, per interval squared.
-double velocity_variance(double fraction);
-
-}  // namespace selvedge::calib
+}  // namespace selvedge::geometry
