@@ -7,19 +7,11 @@
 #include <Eigen/Eigenvalues>
 #include <opencv2/imgproc.hpp>
 
+#include "geometry/order_statistics.h"
+
 namespace selvedge::calib {
 
 namespace {
-
-// Grey level below which a share of all pixels lies.
-int quantile(const std::array<long, 256>& histogram, double share, long total) {
-  long sum = 0;
-  for (int grey = 0; grey < 256; ++grey) {
-    sum += histogram[grey];
-    if (static_cast<double>(sum) >= share * static_cast<double>(total)) return grey;
-  }
-  return 255;
-}
 
 struct Window {
   int left, top, right, bottom;  // right and bottom one beyond
@@ -32,8 +24,7 @@ double border_median(const GreyImage& image, const Window& w) {
     for (int column = w.left; column < w.right; ++column)
       if (row == w.top || row == w.bottom - 1 || column == w.left || column == w.right - 1)
         border.push_back(image(row, column));
-  std::nth_element(border.begin(), border.begin() + static_cast<std::ptrdiff_t>(border.size() / 2), border.end());
-  return border[border.size() / 2];
+  return geometry::median(std::move(border));
 }
 
 Blob measure(const GreyImage& image, const cv::Mat& labels, int label, const Window& tight) {
@@ -84,10 +75,10 @@ Blob measure(const GreyImage& image, const cv::Mat& labels, int label, const Win
 std::vector<Blob> find_blobs(const GreyImage& image, const BlobOptions& options) {
   std::array<long, 256> histogram{};
   for (Eigen::Index i = 0; i < image.size(); ++i) ++histogram[image.data()[i]];
-  const int dark = quantile(histogram, 0.5, image.size());
+  const int dark = geometry::level_of_share(histogram, 0.5, static_cast<double>(image.size()));
   // The markers cover little of the image: the bright end is that of its brightest few hundred pixels.
   const double few = std::min(0.01, 300.0 / static_cast<double>(image.size()));
-  const int bright = quantile(histogram, 1 - few, image.size());
+  const int bright = geometry::level_of_share(histogram, 1 - few, static_cast<double>(image.size()));
   if (bright - dark < options.least_contrast) return {};
   const double threshold = dark + options.threshold_share * (bright - dark);
 

@@ -9,6 +9,7 @@
 #include <Eigen/QR>
 
 #include "calib/refine.h"
+#include "geometry/order_statistics.h"
 
 namespace selvedge::calib {
 
@@ -28,10 +29,7 @@ struct Hypothesis {
 };
 
 double median(std::vector<double> values) {
-  if (values.empty()) return std::numeric_limits<double>::infinity();
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
+  return values.empty() ? std::numeric_limits<double>::infinity() : geometry::median(std::move(values));
 }
 
 // Mean of a pose's markers and of its blobs.

@@ -9,6 +9,7 @@
 #include <Eigen/SVD>
 
 #include "files/bad_input.h"
+#include "geometry/order_statistics.h"
 
 namespace selvedge::calib {
 
@@ -63,10 +64,7 @@ RingFit carry_centre(const std::vector<Eigen::Vector2d>& camera, const std::vect
     homography = fit_homography(camera, projector, weight);
     for (size_t i = 0; i < camera.size(); ++i)
       residual[i] = ((homography * camera[i].homogeneous()).hnormalized() - projector[i]).norm();
-    std::vector<double> sorted = residual;
-    const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
-    std::nth_element(sorted.begin(), middle, sorted.end());
-    scale = std::max(*middle, 0.01);
+    scale = std::max(geometry::median(residual), 0.01);
     for (size_t i = 0; i < camera.size(); ++i) weight[i] = std::sqrt(1 / (1 + std::pow(residual[i] / (2 * scale), 4)));
   }
   return {(homography * centre.homogeneous()).hnormalized(), scale};
@@ -154,13 +152,9 @@ void read_projector(const PoseImages& pose, const std::map<int, double>& disc_ra
 }
 
 void add_remarks(ImageReading& reading, const ProjectorReading& sums) {
-  const auto middle = [](std::vector<double> values) {
-    std::sort(values.begin(), values.end());
-    return values[values.size() / 2];
-  };
   if (sums.gammas.empty()) return;
-  reading.gamma = middle(sums.gammas);
-  reading.projector_blur_px = middle(sums.blurs);
+  reading.gamma = geometry::median(sums.gammas);
+  reading.projector_blur_px = geometry::median(sums.blurs);
   const double markers = std::max(sums.markers, 1);
   reading.losses = {sums.losses.clipped / markers, sums.losses.dark / markers, sums.losses.ambiguous / markers};
   if (std::abs(reading.gamma - 1) > 0.1)

@@ -9,6 +9,8 @@
 #include <Eigen/LU>
 #include <ceres/ceres.h>
 
+#include "geometry/order_statistics.h"
+
 namespace selvedge::calib {
 
 namespace {
@@ -81,11 +83,7 @@ double estimate_pixel_sd(const RefineInput& input, const Linearised& at, Loss lo
   return bisect_pixel_sd([&](double sd) {
     std::vector<double> squares;
     for (const size_t i : used) squares.push_back(whitened_square(at, i, sd, input.tracker_noise_m));
-    if (loss == Loss::cauchy) {
-      const auto middle = squares.begin() + static_cast<std::ptrdiff_t>(squares.size() / 2);
-      std::nth_element(squares.begin(), middle, squares.end());
-      return *middle - 2 * std::log(2.0);
-    }
+    if (loss == Loss::cauchy) return geometry::median(std::move(squares)) - 2 * std::log(2.0);
     double sum = 0;
     for (const double square : squares) sum += square;
     const double freedom = std::max(2.0 * static_cast<double>(used.size()) - parameters, 1.0);

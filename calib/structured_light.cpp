@@ -9,6 +9,7 @@
 #include <Eigen/QR>
 
 #include "files/bad_input.h"
+#include "geometry/order_statistics.h"
 
 namespace selvedge::calib {
 
@@ -18,12 +19,7 @@ using Kind = PatternStep::Kind;
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr int kLowestBitAlone = 3;  // without phases: intervals of 8 px, whose middles a ring of pixels averages
 
-double median(std::vector<double> values) {
-  if (values.empty()) return kNan;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
+double median(std::vector<double> values) { return values.empty() ? kNan : geometry::median(std::move(values)); }
 
 // The images of one direction, sorted by what they do.
 struct Direction {

@@ -9,9 +9,12 @@
 #include <Eigen/LU>
 #include <fmt/format.h>
 
-#include "calib/cubic_spline.h"
+#include "calib/spline_noise.h"
+#include "geometry/cubic.h"
 
 namespace selvedge::calib {
+
+using geometry::CubicSpline;
 
 namespace {
 

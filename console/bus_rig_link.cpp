@@ -21,7 +21,7 @@
 #include "rig/camera/frame_ring.h"
 #include "rig/channels.h"
 #include "rig/clock.h"
-#include "station/automated_session.h"
+#include "station/rig_steps.h"
 
 namespace selvedge::console {
 

@@ -7,21 +7,12 @@
 #include <opencv2/imgproc.hpp>
 
 #include "capture/trial/grey_png.h"
+#include "geometry/order_statistics.h"
 #include "observe/silhouette.h"
 
 namespace selvedge::console {
 
 namespace {
-
-// Grey level below which a share of the tile's pixels lie.
-int percentile(const std::array<int, 256>& histogram, int count, double share) {
-  int below = 0;
-  for (int grey = 0; grey < 256; ++grey) {
-    below += histogram[static_cast<size_t>(grey)];
-    if (below >= share * count) return grey;
-  }
-  return 255;
-}
 
 std::vector<StripeTile> tiles_of(const cv::Mat& frame, const cv::Mat& inside) {
   std::vector<StripeTile> tiles;
@@ -35,8 +26,9 @@ std::vector<StripeTile> tiles_of(const cv::Mat& frame, const cv::Mat& inside) {
         for (int column = x; column < x + kTile_px; ++column) ++histogram[frame.at<uint8_t>(row, column)];
       int white = 0;
       for (size_t grey = 250; grey < 256; ++grey) white += histogram[grey];
-      tiles.push_back({x, y, percentile(histogram, count, 0.9) - percentile(histogram, count, 0.1),
-                       static_cast<double>(white) / count});
+      tiles.push_back(
+          {x, y, geometry::level_of_share(histogram, 0.9, count) - geometry::level_of_share(histogram, 0.1, count),
+           static_cast<double>(white) / count});
     }
   return tiles;
 }

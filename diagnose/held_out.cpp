@@ -33,9 +33,7 @@ MatrixXd fitted_to(Study& study, const std::vector<Hypothesis>& hypotheses, cons
   const auto count = static_cast<Index>(hypotheses.size()), tries = static_cast<Index>(dampings.size());
   MatrixXd sets(study.base.size(), tries * count), out(study.base.size(), count);
   for (Index i = 0; i < count; ++i)
-    for (Index k = 0; k < tries; ++k)
-      sets.col(tries * i + k) =
-          step_from(study, hypotheses[static_cast<size_t>(i)], trials, dampings[static_cast<size_t>(k)]);
+    sets.middleCols(tries * i, tries) = steps_from(study, hypotheses[static_cast<size_t>(i)], trials, dampings);
   if (tries == 1) return sets;
   const MatrixXd r = residuals_of(study, hypotheses, sets, trials);
   study.evaluations += static_cast<int>(sets.cols());

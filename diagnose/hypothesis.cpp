@@ -7,7 +7,7 @@
 #include <Eigen/Cholesky>
 #include <Eigen/QR>
 
-#include "estimate/bounded_step.h"
+#include "estimate/descent.h"
 #include "estimate/robust_cost.h"
 
 namespace selvedge::diagnose {
@@ -26,13 +26,32 @@ std::vector<size_t> all_trials(const Study& study) {
 
 double bound(const model::Parameter& p, bool upper) { return model::to_coordinate(p, upper ? p.upper : p.lower); }
 
-VectorXd prior_precision(const Study& study, const std::vector<Index>& active) {
-  VectorXd out(static_cast<Index>(active.size()));
-  for (size_t k = 0; k < active.size(); ++k) {
-    const double sd = study.parameters[static_cast<size_t>(active[k])].prior_sd;
-    out(static_cast<Index>(k)) = 1 / (sd * sd);
+// Over h's active coordinates, by the rows of these trials (empty: all). The prior bends steps; what is left is judged
+// without it.
+estimate::DescentProblem problem_of(const Study& study, const Hypothesis& h, const std::vector<size_t>& trials) {
+  const auto n = static_cast<Index>(h.active.size());
+  estimate::DescentProblem out;
+  out.prior_in_cost = false;
+  out.cauchy = cauchy_constant(study);
+  out.prior_centre = study.base(h.active);
+  for (VectorXd* column : {&out.lower, &out.upper, &out.longest, &out.prior_weight}) column->resize(n);
+  for (Index k = 0; k < n; ++k) {
+    const Index coordinate = h.active[static_cast<size_t>(k)];
+    const model::Parameter& p = study.parameters[static_cast<size_t>(coordinate)];
+    out.lower(k) = model::to_coordinate(p, p.lower);
+    out.upper(k) = model::to_coordinate(p, p.upper);
+    out.longest(k) = coordinate < static_cast<Index>(study.base_count) ? 1 : std::numeric_limits<double>::infinity();
+    out.prior_weight(k) = 1 / (p.prior_sd * p.prior_sd);
   }
+  for (const size_t trial : trials) out.spans.push_back({study.rows->first(trial), study.rows->count(trial)});
   return out;
+}
+
+// Coordinates of all parameters where h's active ones are moved, a column each.
+MatrixXd filled_in(const Hypothesis& h, const MatrixXd& active) {
+  MatrixXd sets = h.x.replicate(1, active.cols());
+  for (size_t k = 0; k < h.active.size(); ++k) sets.row(h.active[k]) = active.row(static_cast<Index>(k));
+  return sets;
 }
 
 // Share of the weighted residual that `more` columns explain beyond `base` columns.
@@ -57,7 +76,7 @@ std::string name_of(const Study& study, const Hypothesis& hypothesis) {
   return name.empty() ? "none" : name;
 }
 
-double cauchy_constant(const Study& study) { return 3 * estimate::robust_scale(study.residual); }
+double cauchy_constant(const Study& study) { return estimate::kCauchy * estimate::robust_scale(study.residual); }
 
 MatrixXd screen(Study& study, const Hypothesis& from, const std::vector<size_t>& effects) {
   const auto total = static_cast<Index>(study.parameters.size());
@@ -155,39 +174,10 @@ Hypothesis make_hypothesis(Study& study, const Hypothesis& from, const std::vect
   return h;
 }
 
-VectorXd step_from(const Study& study, const Hypothesis& h, const std::vector<size_t>& trials, double damping) {
-  const double c = cauchy_constant(study);
-  const auto n = static_cast<Index>(h.active.size());
-  MatrixXd normal = MatrixXd::Zero(n, n);
-  VectorXd gradient = VectorXd::Zero(n);
-  for (const size_t trial : trials) {
-    const Index first = study.rows->first(trial), count = study.rows->count(trial);
-    const VectorXd r = h.residual.segment(first, count), w = estimate::cauchy_weights(r, c);
-    const auto j = h.jacobian.middleRows(first, count);
-    normal += j.transpose() * w.asDiagonal() * j;
-    gradient += j.transpose() * w.cwiseProduct(r);
-  }
-  const VectorXd prior = prior_precision(study, h.active);
-  VectorXd offset(n);
-  for (Index k = 0; k < n; ++k)
-    offset(k) = h.x(h.active[static_cast<size_t>(k)]) - study.base(h.active[static_cast<size_t>(k)]);
-  normal.diagonal() += prior + damping * normal.diagonal();
-  gradient += prior.cwiseProduct(offset);
-
-  VectorXd low(n), high(n);
-  for (Index k = 0; k < n; ++k) {
-    const Index coordinate = h.active[static_cast<size_t>(k)];
-    const model::Parameter& p = study.parameters[static_cast<size_t>(coordinate)];
-    low(k) = bound(p, false) - h.x(coordinate);
-    high(k) = bound(p, true) - h.x(coordinate);
-  }
-  const VectorXd step = estimate::bounded_step(normal, gradient, low, high);
-  VectorXd x = h.x;
-  for (Index k = 0; k < n; ++k) {
-    const bool of_base = h.active[static_cast<size_t>(k)] < static_cast<Index>(study.base_count);
-    x(h.active[static_cast<size_t>(k)]) += of_base ? std::clamp(step(k), -1.0, 1.0) : step(k);
-  }
-  return x;
+MatrixXd steps_from(const Study& study, const Hypothesis& h, const std::vector<size_t>& trials,
+                    const std::vector<double>& dampings) {
+  const estimate::DescentPoint at{h.x(h.active), h.residual, h.jacobian, h.cost};
+  return filled_in(h, tries_from(problem_of(study, h, trials), at, dampings));
 }
 
 MatrixXd residuals_of(const Study& study, const std::vector<Hypothesis>& hypotheses, const MatrixXd& sets,
@@ -266,43 +256,28 @@ void relinearise(Study& study, std::vector<Hypothesis>& hypotheses) {
 }
 
 void refit(Study& study, std::vector<Hypothesis>& hypotheses, int rounds, const std::vector<double>& dampings) {
-  const auto tries = static_cast<Index>(dampings.size());
-  const double c = cauchy_constant(study);
-  const std::vector<size_t> all = all_trials(study);
-  for (int round = 0; round < rounds; ++round) {
-    const auto count = static_cast<Index>(hypotheses.size());
-    MatrixXd sets(study.base.size(), tries * count);
-    for (Index i = 0; i < count; ++i)
-      for (Index k = 0; k < tries; ++k)
-        sets.col(tries * i + k) =
-            step_from(study, hypotheses[static_cast<size_t>(i)], all, dampings[static_cast<size_t>(k)]);
-    const MatrixXd r = residuals_of(study, hypotheses, sets);
+  std::vector<estimate::DescentProblem> problems;
+  std::vector<estimate::DescentPoint> at;
+  for (Hypothesis& h : hypotheses) {
+    problems.push_back(problem_of(study, h, all_trials(study)));
+    at.push_back({h.x(h.active), std::move(h.residual), std::move(h.jacobian), h.cost});
+  }
+  const auto evaluate = [&](const std::vector<MatrixXd>& tries) {
+    const auto each = static_cast<Index>(dampings.size());
+    MatrixXd sets(study.base.size(), each * static_cast<Index>(tries.size()));
+    for (size_t i = 0; i < tries.size(); ++i)
+      sets.middleCols(each * static_cast<Index>(i), each) = filled_in(hypotheses[i], tries[i]);
     study.evaluations += static_cast<int>(sets.cols());
-    for (Index i = 0; i < count; ++i) {
-      Hypothesis& h = hypotheses[static_cast<size_t>(i)];
-      Index best = -1;
-      double least = h.cost;
-      for (Index k = 0; k < tries; ++k) {
-        const Index column = tries * i + k;
-        if (!r.col(column).allFinite()) continue;
-        VectorXd moved(static_cast<Index>(h.active.size()));
-        for (size_t a = 0; a < h.active.size(); ++a)
-          moved(static_cast<Index>(a)) = sets(h.active[a], column) - h.x(h.active[a]);
-        if (moved.squaredNorm() > 1e-12) {
-          const VectorXd wrong = r.col(column) - h.residual - h.jacobian * moved;
-          h.jacobian += wrong * moved.transpose() / moved.squaredNorm();
-        }
-        const double cost = estimate::cauchy_cost(r.col(column), c);
-        if (cost < least) {
-          least = cost;
-          best = column;
-        }
-      }
-      if (best < 0) continue;
-      h.x = sets.col(best);
-      h.residual = r.col(best);
-      h.cost = least;
-    }
+    return residuals_of(study, hypotheses, sets);
+  };
+  for (int round = 0; round < rounds; ++round)
+    step(problems, at, dampings, evaluate, estimate::Learning::from_every_try);
+  for (size_t i = 0; i < at.size(); ++i) {
+    Hypothesis& h = hypotheses[i];
+    h.x(h.active) = at[i].x;
+    h.residual = std::move(at[i].residual);
+    h.jacobian = std::move(at[i].jacobian);
+    h.cost = at[i].cost;
   }
 }
 

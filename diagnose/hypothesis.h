@@ -1,8 +1,8 @@
 // A hypothesis: the base model, or the base model with one effect or two, every parameter refitted.
 //
-// Refitting starts from the base fit. Derivatives of the base come from the study, those of an effect from one
-// change of finite size (friction and slip have none at zero); after each trial step both are corrected by what
-// the step really did (Broyden's rank-one update), so that a refit costs a few simulations.
+// Refitting starts from the base fit, by the solver of every fit (estimate/descent.h). Derivatives of the base come
+// from the study, those of an effect from one change of finite size (friction and slip have none at zero); both are
+// corrected by what each step that was tried really did, so that a refit costs a few simulations.
 #pragma once
 
 #include <string>
@@ -51,9 +51,10 @@ void refine_mesh(Study& study, std::vector<Hypothesis>& hypotheses);
 Eigen::MatrixXd residuals_of(const Study& study, const std::vector<Hypothesis>& hypotheses, const Eigen::MatrixXd& sets,
                              const std::vector<size_t>& trials = {});
 
-// Gauss–Newton from h.x on the rows of some trials alone, with h.jacobian; coordinates kept within their bounds.
-Eigen::VectorXd step_from(const Study& study, const Hypothesis& h, const std::vector<size_t>& trials,
-                          double damping = 0);
+// Gauss–Newton steps from h.x on the rows of some trials alone, with h.jacobian, one a damping: coordinates of all
+// parameters, a column each, kept within their bounds.
+Eigen::MatrixXd steps_from(const Study& study, const Hypothesis& h, const std::vector<size_t>& trials,
+                           const std::vector<double>& dampings);
 
 // c of the robust cost, for all hypotheses of a study.
 double cauchy_constant(const Study& study);

@@ -117,14 +117,7 @@ bool is_mesh_correction(const model::Simulation& simulation, const Protocol& pro
 }
 
 MatrixXd residuals_at(const Study& study, const MatrixXd& coordinates, const std::vector<size_t>& trials) {
-  const std::vector<model::Residuals> evaluated =
-      study.simulation->evaluate(study.state, study.parameters, coordinates, trials);
-  MatrixXd out(study.rows->size(), coordinates.cols());
-  for (Index k = 0; k < coordinates.cols(); ++k) {
-    if (evaluated[static_cast<size_t>(k)].finite) out.col(k) = study.rows->whitened(evaluated[static_cast<size_t>(k)]);
-    else out.col(k).setConstant(std::numeric_limits<double>::quiet_NaN());
-  }
-  return out;
+  return study.rows->whitened(study.simulation->evaluate(study.state, study.parameters, coordinates, trials));
 }
 
 void correct_mesh(Study& study) {

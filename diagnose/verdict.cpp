@@ -6,6 +6,8 @@
 
 #include <boost/math/distributions/students_t.hpp>
 
+#include "geometry/order_statistics.h"
+
 namespace selvedge::diagnose {
 
 using Eigen::Index;
@@ -29,8 +31,7 @@ double noise_from_differences(const Study& study, size_t trial) {
         all.push_back(std::abs(study.residual(at - 3) - 2 * study.residual(at) + study.residual(at + 3)) * sd);
       }
   if (all.size() < 30) return 0;
-  std::nth_element(all.begin(), all.begin() + static_cast<std::ptrdiff_t>(all.size() / 2), all.end());
-  return std::sqrt(3.0) * 1.4826 * all[all.size() / 2] / std::sqrt(6.0);
+  return std::sqrt(3.0) * 1.4826 * geometry::median(std::move(all)) / std::sqrt(6.0);
 }
 
 double stated_noise(const Study& study, size_t trial) {

@@ -4,14 +4,16 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <tuple>
 
 #include <Eigen/LU>
 #include <fmt/format.h>
 
-#include "estimate/bounded_step.h"
+#include "estimate/descent.h"
 #include "estimate/journal.h"
 #include "estimate/robust_cost.h"
 #include "estimate/rows.h"
+#include "geometry/order_statistics.h"
 
 namespace selvedge::estimate {
 
@@ -21,25 +23,16 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-VectorXd clipped(const std::vector<model::Parameter>& parameters, VectorXd x) {
-  for (size_t k = 0; k < parameters.size(); ++k) {
-    auto& value = x(static_cast<Index>(k));
-    value = std::clamp(value, to_coordinate(parameters[k], parameters[k].lower),
-                       to_coordinate(parameters[k], parameters[k].upper));
-  }
-  return x;
-}
+constexpr double kLongestStep = 1.2;  // in coordinates
 
 // The point and one step along each coordinate, inwards where a bound is near.
-MatrixXd difference_sets(const std::vector<model::Parameter>& parameters, const VectorXd& x, double step,
-                         VectorXd& taken) {
+MatrixXd difference_sets(const VectorXd& upper, const VectorXd& x, double step, VectorXd& taken) {
   const Index n = x.size();
   MatrixXd sets(n, n + 1);
   taken.resize(n);
   for (Index k = 0; k <= n; ++k) sets.col(k) = x;
   for (Index k = 0; k < n; ++k) {
-    const model::Parameter& p = parameters[static_cast<size_t>(k)];
-    taken(k) = x(k) + step > to_coordinate(p, p.upper) ? -step : step;
+    taken(k) = x(k) + step > upper(k) ? -step : step;
     sets(k, k + 1) += taken(k);
   }
   return sets;
@@ -70,141 +63,112 @@ VectorXd prior_precision(const std::vector<model::Parameter>& parameters, const 
   return out;
 }
 
-// Where an iteration begins.
-struct Point {
-  VectorXd x;
-  double lambda = 1e-2;
-  int small = 0;  // decreases too small to go on, in a row
-};
-
 class Minimiser {
  public:
   Minimiser(const model::Simulation& simulation, model::State& state, const std::vector<model::Parameter>& parameters,
             const VectorXd& start, const LeastSquaresOptions& options)
       : simulation_(simulation), state_(state), parameters_(parameters), options_(options),
         rows_(simulation, {options.trials, options.fit_until_s}), prior_(prior_precision(parameters, options)) {
-    at_.x = clipped(parameters, start);
-    prior_centre_ = options.prior_centre ? *options.prior_centre : at_.x;
+    std::tie(problem_.lower, problem_.upper) = bounds_of(parameters);
+    problem_.longest = VectorXd::Constant(start.size(), kLongestStep);
+    at_.x = start.cwiseMax(problem_.lower).cwiseMin(problem_.upper);
+    problem_.prior_centre = options.prior_centre.value_or(at_.x);
     if (options.journal) name_ = options.journal->next("minimise");
   }
 
   LeastSquaresResult run() {
     for (int iteration = resume();; ++iteration) {
-      if (options_.only_coordinates && (iteration >= options_.max_iterations || at_.small >= 2)) break;
+      const bool ends = iteration >= options_.max_iterations || small_ >= 2;
+      if (ends && options_.only_coordinates) break;
       linearise();
-      if (iteration >= options_.max_iterations || at_.small >= 2) break;
-      step();
-      for (int k = 0; k < options_.steps_between && moved_ && at_.small == 0; ++k) {
-        update();
-        step();
-      }
+      if (ends) break;
+      bool moved = take_step();
+      for (int k = 0; k < options_.steps_between && moved && small_ == 0; ++k) moved = take_step();
       options_.progress((iteration + 1.0) / (options_.max_iterations + 1.0),
-                        fmt::format("cost {:.4g}, robust residual {:.2f} sd", result_.cost, result_.scale));
+                        fmt::format("cost {:.4g}, robust residual {:.2f} sd", at_.cost, result_.scale));
       keep(iteration + 1);
     }
     result_.coordinates = at_.x;
-    if (options_.only_coordinates) return std::move(result_);
-    const VectorXd w = cauchy_weights(r_, options_.cauchy * result_.scale);
-    const MatrixXd inverse = result_.information.inverse();
-    // As evidence the prior is a row like the others, as uncertain as it says.
-    MatrixXd prior = MatrixXd::Zero(at_.x.size(), at_.x.size());
-    if (options_.prior_as_evidence) prior.diagonal() = prior_weights() * result_.scale * result_.scale * alike_;
-    result_.covariance = inverse * (gradient_squares(jacobian_, w.cwiseProduct(r_), rows_, false) + prior) * inverse;
-    result_.covariance_between_trials =
-        inverse * (gradient_squares(jacobian_, w.cwiseProduct(r_), rows_, true) + prior) * inverse;
-    options_.progress(1, fmt::format("cost {:.4g}", result_.cost));
+    result_.cost = at_.cost;
+    if (!options_.only_coordinates) judge();
     return std::move(result_);
   }
 
  private:
-  VectorXd prior_weights() const { return result_.scale * result_.scale * alike_ * prior_; }
-  double cost_of_prior(const VectorXd& x) const { return 0.5 * (x - prior_centre_).cwiseAbs2().dot(prior_weights()); }
+  // How well the end is determined.
+  void judge() {
+    result_.information = normal_equations(problem_, at_).information;
+    result_.information.diagonal() += problem_.prior_weight;
+    const VectorXd weighted = cauchy_weights(at_.residual, problem_.cauchy).cwiseProduct(at_.residual);
+    const MatrixXd inverse = result_.information.inverse();
+    // As evidence the prior is a row like the others, as uncertain as it says.
+    MatrixXd prior = MatrixXd::Zero(at_.x.size(), at_.x.size());
+    if (options_.prior_as_evidence) prior.diagonal() = problem_.prior_weight * result_.scale * result_.scale * alike_;
+    const auto sandwich = [&](bool whole_trials) -> MatrixXd {
+      return inverse * (gradient_squares(at_.jacobian, weighted, rows_, whole_trials) + prior) * inverse;
+    };
+    result_.covariance = sandwich(false);
+    result_.covariance_between_trials = sandwich(true);
+    options_.progress(1, fmt::format("cost {:.4g}", result_.cost));
+  }
 
   // By how much the variance of what is fitted exceeds that of residuals that know nothing of each other; the middle
   // one. Told from what no step would take away: far from the end residuals go together that will not be there.
   double rows_alike() const {
-    const VectorXd w = cauchy_weights(r_, options_.cauchy * result_.scale);
-    MatrixXd information = jacobian_.transpose() * w.asDiagonal() * jacobian_;
+    const VectorXd w = cauchy_weights(at_.residual, problem_.cauchy);
+    MatrixXd information = at_.jacobian.transpose() * w.asDiagonal() * at_.jacobian;
     information.diagonal().array() += 1e-9 * information.trace();  // what does not show at all
     const MatrixXd inverse = information.inverse();
-    const VectorXd left = r_ - jacobian_ * (inverse * (jacobian_.transpose() * w.cwiseProduct(r_)));
+    const VectorXd left =
+        at_.residual - at_.jacobian * (inverse * (at_.jacobian.transpose() * w.cwiseProduct(at_.residual)));
     const VectorXd found =
-        (inverse * gradient_squares(jacobian_, w.cwiseProduct(left), rows_, false) * inverse).diagonal();
-    VectorXd ratio = found.cwiseQuotient(inverse.diagonal()) / (result_.scale * result_.scale);
-    std::nth_element(ratio.begin(), ratio.begin() + ratio.size() / 2, ratio.end());
-    return std::max(1.0, ratio(ratio.size() / 2));
+        (inverse * gradient_squares(at_.jacobian, w.cwiseProduct(left), rows_, false) * inverse).diagonal();
+    const VectorXd ratio = found.cwiseQuotient(inverse.diagonal()) / (result_.scale * result_.scale);
+    return std::max(1.0, geometry::median(std::vector<double>(ratio.begin(), ratio.end())));
   }
 
-  // Residuals, derivatives and the normal equations at the point.
+  // Residuals, their scale and derivatives at the point, and what the prior weighs there.
   void linearise() {
     VectorXd taken;
-    const MatrixXd sets = difference_sets(parameters_, at_.x, options_.difference, taken);
+    const MatrixXd sets = difference_sets(problem_.upper, at_.x, options_.difference, taken);
     std::vector<model::Residuals> evaluated = simulation_.evaluate(state_, parameters_, sets, options_.trials);
     result_.evaluations += static_cast<int>(sets.cols());
-    r_ = rows_.whitened(evaluated[0]);
-    jacobian_ = MatrixXd::Zero(r_.size(), at_.x.size());
+    at_.residual = rows_.whitened(evaluated[0]);
+    at_.jacobian = MatrixXd::Zero(at_.residual.size(), at_.x.size());
     for (Index k = 0; k < at_.x.size(); ++k)
       if (evaluated[static_cast<size_t>(k) + 1].finite)
-        jacobian_.col(k) = (rows_.whitened(evaluated[static_cast<size_t>(k) + 1]) - r_) / taken(k);
+        at_.jacobian.col(k) = (rows_.whitened(evaluated[static_cast<size_t>(k) + 1]) - at_.residual) / taken(k);
     simulation_.take_branches(state_, evaluated[0].start);
-    result_.scale = robust_scale(r_);
+    result_.scale = robust_scale(at_.residual);
     result_.residuals = std::move(evaluated[0]);
+    problem_.cauchy = kCauchy * result_.scale;
     if (options_.prior_as_evidence) alike_ = rows_alike();
-    weigh();
-    result_.history.push_back(result_.cost);
+    problem_.prior_weight = result_.scale * result_.scale * alike_ * prior_;
+    at_.cost = cost_at(problem_, at_.x, at_.residual);
+    result_.history.push_back(at_.cost);
   }
 
-  // The normal equations at the point.
-  void weigh() {
-    const double c = options_.cauchy * result_.scale;
-    const VectorXd weight = prior_weights();
-    const VectorXd w = cauchy_weights(r_, c);
-    result_.cost = cauchy_cost(r_, c) + cost_of_prior(at_.x);
-    result_.information = jacobian_.transpose() * w.asDiagonal() * jacobian_ + MatrixXd(weight.asDiagonal());
-    gradient_ = jacobian_.transpose() * w.cwiseProduct(r_) + weight.cwiseProduct(at_.x - prior_centre_);
-  }
-
-  // Derivatives after a step, from what the residuals did over it (Broyden 1965).
-  void update() {
-    jacobian_ += (stepped_r_ - r_ - jacobian_ * stepped_) * stepped_.transpose() / stepped_.squaredNorm();
-    r_ = std::move(stepped_r_);
-    weigh();
-  }
-
-  // Four dampings side by side; the best of them is the step.
-  void step() {
-    MatrixXd tries(at_.x.size(), 4);
-    double damping[4];
-    const auto [lower, upper] = bounds_of(parameters_);
-    for (int k = 0; k < 4; ++k) {
-      damping[k] = at_.lambda * std::pow(10.0, 2 * k - 2);
-      const MatrixXd damped = result_.information + damping[k] * MatrixXd(result_.information.diagonal().asDiagonal());
-      const VectorXd step = bounded_step(damped, gradient_, lower - at_.x, upper - at_.x);
-      tries.col(k) = clipped(parameters_, at_.x + step.cwiseMax(-1.2).cwiseMin(1.2));
+  // One round of four dampings. True where it led anywhere.
+  bool take_step() {
+    const std::vector<double> dampings = {lambda_ * 1e-2, lambda_, lambda_ * 1e2, lambda_ * 1e4};
+    std::vector<DescentPoint> point = {std::move(at_)};
+    const DescentStep taken = step(
+                                  {problem_}, point, dampings,
+                                  [&](const std::vector<MatrixXd>& tries) {
+      return rows_.whitened(simulation_.evaluate(state_, parameters_, tries[0], options_.trials));
+                                  },
+                                  Learning::from_the_step_taken)
+        .front();
+    at_ = std::move(point.front());
+    result_.evaluations += static_cast<int>(dampings.size());
+    if (taken.taken < 0) {
+      lambda_ *= 1e3;
+      small_ += lambda_ > 1e6 ? 2 : 1;
+      return false;
     }
-    const std::vector<model::Residuals> tried = simulation_.evaluate(state_, parameters_, tries, options_.trials);
-    result_.evaluations += 4;
-    double best = result_.cost;
-    int chosen = -1;
-    for (int k = 0; k < 4; ++k) {
-      if (!tried[static_cast<size_t>(k)].finite) continue;
-      VectorXd r = rows_.whitened(tried[static_cast<size_t>(k)]);
-      const double value = cauchy_cost(r, options_.cauchy * result_.scale) + cost_of_prior(tries.col(k));
-      if (value >= best) continue;
-      best = value;
-      chosen = k;
-      stepped_r_ = std::move(r);
-    }
-    moved_ = chosen >= 0 && (tries.col(chosen) - at_.x).squaredNorm() > 1e-16;
-    if (chosen < 0) {
-      at_.lambda *= 1e3;
-      at_.small += at_.lambda > 1e6 ? 2 : 1;
-      return;
-    }
-    at_.small = (result_.cost - best) / result_.cost < options_.least_decrease ? at_.small + 1 : 0;
-    stepped_ = tries.col(chosen) - at_.x;
-    at_.x = tries.col(chosen);
-    at_.lambda = std::clamp(damping[chosen] * 0.3, 1e-7, 1e6);
+    small_ = taken.decrease < options_.least_decrease ? small_ + 1 : 0;
+    lambda_ = std::clamp(dampings[static_cast<size_t>(taken.taken)] * 0.3, 1e-7, 1e6);
+    return taken.length > 1e-8;
   }
 
   // The last iteration that was kept of this call, in an earlier run.
@@ -220,7 +184,7 @@ class Minimiser {
 
   void keep(int iteration) {
     if (!options_.journal) return;
-    std::vector<double> kept = {at_.lambda, static_cast<double>(at_.small), static_cast<double>(result_.evaluations),
+    std::vector<double> kept = {lambda_, static_cast<double>(small_), static_cast<double>(result_.evaluations),
                                 static_cast<double>(result_.history.size())};
     kept.insert(kept.end(), result_.history.begin(), result_.history.end());
     kept.insert(kept.end(), at_.x.begin(), at_.x.end());
@@ -237,8 +201,8 @@ class Minimiser {
       return numbers;
     };
     const VectorXd head = take(4);
-    at_.lambda = head(0);
-    at_.small = static_cast<int>(head(1));
+    lambda_ = head(0);
+    small_ = static_cast<int>(head(1));
     result_.evaluations = static_cast<int>(head(2));
     const VectorXd history = take(static_cast<Index>(head(3)));
     result_.history.assign(history.begin(), history.end());
@@ -255,22 +219,29 @@ class Minimiser {
   const Rows rows_;
   const VectorXd prior_;  // precision of each coordinate
   double alike_ = 1;      // residuals that count as one against the prior
-  VectorXd prior_centre_;
-  std::string name_;  // in the journal
-  Point at_;
-  VectorXd r_, gradient_;
-  VectorXd stepped_, stepped_r_;  // the last step, and the residuals at its end
-  bool moved_ = false;            // it led anywhere
-  MatrixXd jacobian_;
+  std::string name_;      // in the journal
+  DescentProblem problem_;
+  DescentPoint at_;
+  double lambda_ = 1e-2;
+  int small_ = 0;  // decreases too small to go on, in a row
   LeastSquaresResult result_;
 };
 
 }  // namespace
 
 double cost_of(const model::Simulation& simulation, const model::Residuals& residuals,
-               const LeastSquaresOptions& options, double scale) {
-  const Rows rows(simulation, {options.trials, options.fit_until_s});
-  return cauchy_cost(rows.whitened(residuals), options.cauchy * scale);
+               const LeastSquaresOptions& options) {
+  if (!residuals.finite) return std::numeric_limits<double>::infinity();
+  return cauchy_cost(Rows(simulation, {options.trials, options.fit_until_s}).whitened(residuals), kCauchy);
+}
+
+std::vector<double> costs_of(const model::Simulation& simulation, const model::State& state,
+                             const std::vector<model::Parameter>& parameters, const MatrixXd& sets,
+                             const LeastSquaresOptions& options) {
+  std::vector<double> costs;
+  for (const model::Residuals& r : simulation.evaluate(state, parameters, sets, options.trials))
+    costs.push_back(cost_of(simulation, r, options));
+  return costs;
 }
 
 LeastSquaresResult minimise(const model::Simulation& simulation, model::State& state,

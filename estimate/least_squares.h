@@ -23,9 +23,8 @@ struct LeastSquaresOptions {
   double difference = 0.03;                     // in coordinates
   std::optional<double> prior_sd;               // in coordinates; without: each parameter's own
   std::optional<Eigen::VectorXd> prior_centre;  // without: where this fit starts
-  bool prior_as_evidence =
-      false;          // residuals of 0.2 s of a trial count as one, not one by one: the prior's odds are what they say
-  double cauchy = 3;  // in robust standard deviations
+  // Residuals of 0.2 s of a trial count as one, not one by one: the prior's odds are what they say.
+  bool prior_as_evidence = false;
   std::vector<size_t> trials;  // fitted ones; empty: all
   double fit_until_s = 1e300;  // later residuals of moving trials are held out
   report::ProgressCallback progress = [](double, const std::string&) {};
@@ -49,8 +48,13 @@ LeastSquaresResult minimise(const model::Simulation& simulation, model::State& s
                             const std::vector<model::Parameter>& parameters, const Eigen::VectorXd& start,
                             const LeastSquaresOptions& options = {});
 
-// Cost of residuals, as minimised (without prior), with the robust scale given.
+// Cost of residuals, as minimised but without prior and with a robust scale of 1, so that several compare; infinity
+// where a simulation diverged.
 double cost_of(const model::Simulation& simulation, const model::Residuals& residuals,
-               const LeastSquaresOptions& options, double scale);
+               const LeastSquaresOptions& options);
+// Of several sets of coordinates, a column each.
+std::vector<double> costs_of(const model::Simulation& simulation, const model::State& state,
+                             const std::vector<model::Parameter>& parameters, const Eigen::MatrixXd& sets,
+                             const LeastSquaresOptions& options);
 
 }  // namespace selvedge::estimate

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <vector>
 
+#include "geometry/order_statistics.h"
+
 namespace selvedge::estimate {
 
 using Eigen::VectorXd;
@@ -13,8 +15,7 @@ double robust_scale(const VectorXd& r) {
   for (const double x : r)
     if (x != 0) seen.push_back(std::abs(x));
   if (seen.empty()) return 1;
-  std::nth_element(seen.begin(), seen.begin() + static_cast<std::ptrdiff_t>(seen.size() / 2), seen.end());
-  return std::max(1.4826 * seen[seen.size() / 2], 1e-3);
+  return std::max(1.4826 * geometry::median(std::move(seen)), 1e-3);
 }
 
 double cauchy_cost(const VectorXd& r, double c) { return 0.5 * c * c * (1 + (r.array() / c).square()).log().sum(); }

@@ -5,6 +5,8 @@
 
 namespace selvedge::estimate {
 
+inline constexpr double kCauchy = 3;  // c, in robust standard deviations of what is fitted
+
 // ½ c² Σ ln(1 + (r/c)²) over rows, and its weights.
 double cauchy_cost(const Eigen::VectorXd& r, double c);
 Eigen::VectorXd cauchy_weights(const Eigen::VectorXd& r, double c);

@@ -63,4 +63,13 @@ VectorXd Rows::whitened(const model::Residuals& residuals) const {
   return out;
 }
 
+Eigen::MatrixXd Rows::whitened(const std::vector<model::Residuals>& sets) const {
+  Eigen::MatrixXd out(size(), static_cast<Index>(sets.size()));
+  for (Index k = 0; k < out.cols(); ++k) {
+    if (sets[static_cast<size_t>(k)].finite) out.col(k) = whitened(sets[static_cast<size_t>(k)]);
+    else out.col(k).setConstant(std::numeric_limits<double>::quiet_NaN());
+  }
+  return out;
+}
+
 }  // namespace selvedge::estimate

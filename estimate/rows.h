@@ -28,6 +28,8 @@ class Rows {
 
   // Trials that `residuals` has not: zero.
   Eigen::VectorXd whitened(const model::Residuals& residuals) const;
+  // Of several sets, a column each; of NaN where a simulation diverged.
+  Eigen::MatrixXd whitened(const std::vector<model::Residuals>& sets) const;
   // One where the sample was seen, zero elsewhere.
   const Eigen::VectorXd& seen() const { return seen_; }
   // Standard deviation of a row, mm, without the weight of still trials.

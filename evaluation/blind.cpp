@@ -19,6 +19,7 @@
 #include "files/lock.h"
 #include "files/sha256.h"
 #include "files/whole_file.h"
+#include "geometry/order_statistics.h"
 
 namespace selvedge::evaluation {
 
@@ -419,12 +420,7 @@ BlindScore open_keys(const fs::path& folder, const std::string& seal, bool parti
               row("two effects at once: one above 0.9, the other's gap left", "never", one_alone, pairs),
               row("one effect of the library: two said to be there", "shown", two_told, known)};
   out.reductions = reduction_errors.size();
-  if (!reduction_errors.empty()) {
-    std::nth_element(reduction_errors.begin(),
-                     reduction_errors.begin() + static_cast<std::ptrdiff_t>(reduction_errors.size() / 2),
-                     reduction_errors.end());
-    out.reduction_error = reduction_errors[reduction_errors.size() / 2];
-  }
+  if (!reduction_errors.empty()) out.reduction_error = geometry::median(reduction_errors);
   for (const double ratio : {0.5, 1.0, 2.0, 4.0}) {
     int of = 0, detected = 0, named = 0;
     for (const Answered& a : all)
@@ -437,10 +433,8 @@ BlindScore open_keys(const fs::path& folder, const std::string& seal, bool parti
     out.rows.push_back(row(fmt::format("power at gap/floor about {}: detected", ratio), "shown", detected, of));
     out.rows.push_back(row(fmt::format("power at gap/floor about {}: named first", ratio), "shown", named, of));
   }
-  if (!set_sizes.empty()) {
-    std::sort(set_sizes.begin(), set_sizes.end());
-    out.confusion.push_back(fmt::format("median size of the confusable set: {}", set_sizes[set_sizes.size() / 2]));
-  }
+  if (!set_sizes.empty())
+    out.confusion.push_back(fmt::format("median size of the confusable set: {}", geometry::median(set_sizes)));
   const int total = static_cast<int>(all.size());
   std::map<std::string, int> count;
   for (const Answered& a : all) ++count[a.truth];

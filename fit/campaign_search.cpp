@@ -42,17 +42,6 @@ MatrixXd filled_in(const MatrixXd& points, const VectorXd& start, const std::vec
   return sets;
 }
 
-estimate::BatchCosts residual_costs(const model::Simulation& simulation, const model::State& state,
-                                    const std::vector<model::Parameter>& parameters,
-                                    const estimate::LeastSquaresOptions& options) {
-  return [&simulation, state, parameters, options](const MatrixXd& sets) {
-    std::vector<double> costs;
-    for (const model::Residuals& r : simulation.evaluate(state, parameters, sets, options.trials))
-      costs.push_back(r.finite ? cost_of(simulation, r, options, 1) : std::numeric_limits<double>::infinity());
-    return costs;
-  };
-}
-
 // E of all trials up to the time that is fitted.
 struct FoldCosts {
   std::vector<FoldTrack> tracks;
@@ -108,9 +97,12 @@ estimate::SearchResult run_search(const CampaignSearch& search, const trial::Cam
   estimate::BatchCosts costs;
   if (search.error == SearchError::folds) {
     folds = fold_costs(objective, state, campaign, options.fit_until_s);
-    costs = fold_problem(*folds->objective, parameters, start).costs;
+    costs = [&](const MatrixXd& sets) {
+      const VectorXd sum = folds->objective->energy(parameters, sets).rowwise().sum();
+      return std::vector<double>(sum.begin(), sum.end());
+    };
   } else {
-    costs = residual_costs(objective, state, parameters, options);
+    costs = [&](const MatrixXd& sets) { return costs_of(objective, state, parameters, sets, options); };
   }
   const std::shared_ptr<model::Ranks>& ranks = objective.options().ranks;
   const std::string identity = identity_of(search, campaign, objective, start, parameters, rows, costs(start).front());

@@ -42,15 +42,13 @@ Eigen::MatrixXd all_combinations(const std::vector<model::Parameter>& parameters
   return columns;
 }
 
-// Infinity where a simulation diverged.
-std::vector<double> costs_of(const model::Simulation& simulation, const model::State& state,
-                             const std::vector<model::Parameter>& parameters, const Eigen::MatrixXd& sets,
-                             const estimate::LeastSquaresOptions& options, const std::string& name) {
+// As the journal has them, or computed.
+std::vector<double> kept_costs(const model::Simulation& simulation, const model::State& state,
+                               const std::vector<model::Parameter>& parameters, const Eigen::MatrixXd& sets,
+                               const estimate::LeastSquaresOptions& options, const std::string& name) {
   if (options.journal)
     if (const auto* kept = options.journal->find(name)) return *kept;
-  std::vector<double> costs;
-  for (const model::Residuals& r : simulation.evaluate(state, parameters, sets, options.trials))
-    costs.push_back(r.finite ? cost_of(simulation, r, options, 1) : std::numeric_limits<double>::infinity());
+  std::vector<double> costs = costs_of(simulation, state, parameters, sets, options);
   if (options.journal) options.journal->keep(name, costs);
   return costs;
 }
@@ -67,8 +65,8 @@ CoarseResult coarse_search(const model::Simulation& simulation, const model::Sta
   const std::string name = options.journal ? options.journal->next("grid") : "";
   for (Eigen::Index first = 0; first < sets.cols(); first += kAtOnce) {
     const Eigen::Index count = std::min(kAtOnce, sets.cols() - first);
-    const std::vector<double> some = costs_of(simulation, state, parameters, sets.middleCols(first, count), options,
-                                              name + " from " + std::to_string(first));
+    const std::vector<double> some = kept_costs(simulation, state, parameters, sets.middleCols(first, count), options,
+                                                name + " from " + std::to_string(first));
     for (Eigen::Index i = 0; i < count; ++i) {
       const double cost = some[static_cast<size_t>(i)];
       if (!std::isfinite(cost)) continue;

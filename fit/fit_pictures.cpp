@@ -57,19 +57,18 @@ cv::Mat difference(const AngleMap& a, const AngleMap& b) {
   return out;
 }
 
+cloth::Trajectory fitted_run(const FitOutcome& out, size_t trial) {
+  std::vector<model::Parameter> parameters;
+  for (const FittedParameter& p : out.parameters) parameters.push_back(p.parameter);
+  return out.simulation->trajectory(out.state, parameters, out.coordinates, trial);
+}
+
 void add_frames(report::HtmlReport& html, const FitOutcome& out, const trial::Trial& trial, size_t index) {
   const model::ObservedTrial& observed = out.simulation->trials()[index];
   const observe::StripeTrack& track = *observed.stripes;
-  std::vector<model::Parameter> parameters;
-  for (const FittedParameter& p : out.parameters) parameters.push_back(p.parameter);
-  const cloth::Trajectory run = out.simulation->trajectory(out.state, parameters, out.coordinates, index);
+  const cloth::Trajectory run = fitted_run(out, index);
   render::StripeRenderer renderer(track.camera, track.projector);
-  render::StripePattern pattern;
-  pattern.horizontal = track.pattern.orientation == "horizontal";
-  pattern.period_px = track.pattern.period_px;
-  pattern.duty = track.pattern.duty;
-  pattern.first_bright_px = track.pattern.first_bright_row_px;
-  renderer.set_pattern(pattern);
+  renderer.set_pattern(track.pattern);
   render::RowMap map(track.camera, track.projector);
   FoldMetric metric;
   for (const size_t k : {size_t{0}, track.frames.size() / 2, track.frames.size() - 1}) {
@@ -81,7 +80,8 @@ void add_frames(report::HtmlReport& html, const FitOutcome& out, const trial::Tr
     std::vector<unsigned char> inside;
     map.rasterise(x, out.simulation->sheet().mesh.triangles);
     map.fill_silhouette(inside);
-    const observe::StripeObservation seen = observe::observe_stripes(recorded, track.camera, track.projector, pattern);
+    const observe::StripeObservation seen =
+        observe::observe_stripes(recorded, track.camera, track.projector, track.pattern);
     const AngleMap a = metric.angle_map(recorded, seen.inside), b = metric.angle_map(simulated, inside);
     const FoldError error = metric.compare(a, b);
     html.picture_row(
@@ -115,9 +115,7 @@ cv::Mat draw_dots(const model::Simulation& objective, const Eigen::Matrix3Xd& sh
 void add_dots(report::HtmlReport& html, const FitOutcome& out, size_t index) {
   const model::ObservedTrial& observed = out.simulation->trials()[index];
   const observe::MarkerTrack& m = *observed.markers;
-  std::vector<model::Parameter> parameters;
-  for (const FittedParameter& p : out.parameters) parameters.push_back(p.parameter);
-  const cloth::Trajectory run = out.simulation->trajectory(out.state, parameters, out.coordinates, index);
+  const cloth::Trajectory run = fitted_run(out, index);
   std::vector<std::string> pictures, captions;
   for (const double share : {0.0, 0.35, 0.7}) {
     const auto j = static_cast<Eigen::Index>(share * static_cast<double>(m.time_s.size()));

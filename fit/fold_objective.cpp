@@ -4,7 +4,6 @@
 #include <cmath>
 #include <memory>
 #include <numeric>
-#include <tuple>
 
 #include <Eigen/QR>
 #include <tbb/enumerable_thread_specific.h>
@@ -12,8 +11,8 @@
 
 #include "files/bad_input.h"
 #include "observe/silhouette.h"
+#include "observe/stripe_residual.h"
 #include "render/row_map.h"
-#include "render/stripe_renderer.h"
 
 namespace selvedge::fit {
 
@@ -58,18 +57,13 @@ class StripeProfile {
 // What one thread pictures and compares one trial with.
 class FoldBench {
  public:
-  FoldBench(const FoldTrack& track, FoldPicture picture, const FoldMetricOptions& options)
-      : track_(track), map_(track.camera, track.projector), profile_(track.pattern), metric_(options) {
-    if (picture == FoldPicture::row_map) return;
-    renderer_ = std::make_unique<render::StripeRenderer>(track.camera, track.projector);
-    renderer_->set_pattern(track.pattern);
-  }
+  explicit FoldBench(const FoldTrack& track)
+      : track_(track), map_(track.camera, track.projector), profile_(track.pattern) {}
 
   double energy(const Eigen::Matrix3Xd& position, const std::vector<std::array<int, 3>>& triangles, size_t frame) {
     map_.rasterise(position, triangles);
     map_.fill_silhouette(inside_);
-    const render::Image image = renderer_ ? renderer_->render(position, triangles) : lit_rows();
-    return metric_.compare(track_.recorded[frame], metric_.angle_map(image, inside_)).total;
+    return metric_.compare(track_.recorded[frame], metric_.angle_map(lit_rows(), inside_)).total;
   }
 
  private:
@@ -90,7 +84,6 @@ class FoldBench {
   render::RowMap map_;
   StripeProfile profile_;
   FoldMetric metric_;
-  std::unique_ptr<render::StripeRenderer> renderer_;
   std::vector<unsigned char> inside_;
   std::vector<float> row_, column_, depth_;
 };
@@ -127,22 +120,15 @@ std::vector<Sheets> simulate_sheets(const model::Simulation& scenes, const model
 }  // namespace
 
 FoldTrack track_folds(const trial::Trial& trial, const FoldTrackOptions& options, bool still) {
-  const std::string where = (trial.folder / "trial.json").string();
   if (!trial.frames || trial.frames->time_s.empty())
-    refuse(where, "found no frames, expected images: the fold metric compares pictures");
-  if (!trial.camera || !trial.projector || !trial.pattern)
-    refuse(where, "found no {}, expected camera, projector and projector.pattern",
-           !trial.camera      ? "camera"
-           : !trial.projector ? "projector"
-                              : "projector.pattern");
+    refuse((trial.folder / "trial.json").string(),
+           "found no frames, expected images: the fold metric compares pictures");
+  observe::require_optics(trial);
   FoldTrack track;
   track.camera = *trial.camera;
   track.projector = *trial.projector;
-  track.pattern.horizontal = trial.pattern->orientation == "horizontal";
-  track.pattern.period_px = trial.pattern->period_px;
-  track.pattern.duty = trial.pattern->duty;
-  track.pattern.first_bright_px = trial.pattern->first_bright_row_px;
-  FoldMetric metric(options.metric);
+  track.pattern = observe::pattern_of(*trial.pattern);
+  FoldMetric metric;
   double next = -std::numeric_limits<double>::infinity();
   for (size_t i = 0; i < trial.frames->time_s.size() && track.time_s.size() < (still ? 1 : options.most_frames); ++i) {
     const double t = trial.frames->time_s[i];
@@ -157,8 +143,8 @@ FoldTrack track_folds(const trial::Trial& trial, const FoldTrackOptions& options
 }
 
 FoldObjective::FoldObjective(const model::Simulation& scenes, const model::State& state,
-                             const std::vector<FoldTrack>& tracks, FoldPicture picture, const FoldMetricOptions& metric)
-    : scenes_(scenes), state_(state), tracks_(tracks), picture_(picture), metric_(metric) {}
+                             const std::vector<FoldTrack>& tracks)
+    : scenes_(scenes), state_(state), tracks_(tracks) {}
 
 MatrixXd FoldObjective::energy(const std::vector<model::Parameter>& parameters, const MatrixXd& coordinates,
                                const std::vector<size_t>& wanted) const {
@@ -189,7 +175,7 @@ MatrixXd FoldObjective::energy(const std::vector<model::Parameter>& parameters, 
       const Sheets& sheet = sheets[t][i / frames];
       if (sheet.empty()) return;
       std::unique_ptr<FoldBench>& mine = bench.local();
-      if (!mine) mine = std::make_unique<FoldBench>(track, picture_, metric_);
+      if (!mine) mine = std::make_unique<FoldBench>(track);
       of_frame[i] = mine->energy(sheet[i % frames], scenes_.sheet().mesh.triangles, i % frames);
     });
     for (Index set = 0; set < sets; ++set) {
@@ -201,21 +187,10 @@ MatrixXd FoldObjective::energy(const std::vector<model::Parameter>& parameters, 
   return energy;
 }
 
-estimate::SearchProblem fold_problem(const FoldObjective& objective, const std::vector<model::Parameter>& parameters,
-                                     const VectorXd& start, const std::vector<size_t>& trials) {
-  estimate::SearchProblem problem;
-  std::tie(problem.lower, problem.upper) = bounds_of(parameters);
-  problem.start = start.cwiseMax(problem.lower).cwiseMin(problem.upper);
-  problem.costs = [&objective, parameters, trials](const MatrixXd& points) {
-    const VectorXd sum = objective.energy(parameters, points, trials).rowwise().sum();
-    return std::vector<double>(sum.begin(), sum.end());
-  };
-  return problem;
-}
-
 std::vector<double> variability_percent(const estimate::BatchCosts& costs,
-                                        const std::vector<model::Parameter>& parameters, const VectorXd& point,
-                                        double largest, int steps) {
+                                        const std::vector<model::Parameter>& parameters, const VectorXd& point) {
+  constexpr double largest = 0.2;
+  constexpr Index steps = 3;
   const Index n = point.size(), each = 2 * steps;
   MatrixXd sets(n, 1 + n * each);
   VectorXd relative(each);

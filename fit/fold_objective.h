@@ -3,9 +3,7 @@
 // Of each recorded frame the angle map and the silhouette are computed once. A parameter set is simulated, pictured and
 // compared frame by frame; E of a trial is the mean over its frames (the papers' tables give it so), of several
 // trials their sum. A parameter set's E does not depend on the others of its batch.
-// Two ways to picture the simulated sheet: `rendered` as the published method does, stripes, light and shadow through
-// the renderer; `row_map`, the fast path, gives each pixel the brightness of the projector row that lights it and
-// leaves light and shadow out.
+// A simulated sheet is pictured by the projector row that lights each pixel, without light and shadow.
 #pragma once
 
 #include "fit/fold_metric.h"
@@ -25,20 +23,16 @@ struct FoldTrack {
 struct FoldTrackOptions {
   double rate_hz = 30;      // frames are thinned to about this rate
   size_t most_frames = 50;  // the first ones (2003: 50)
-  FoldMetricOptions metric;
 };
 
 // Of a still trial its first frame alone. Throws BadInput where the trial has no images, camera, projector or pattern.
 FoldTrack track_folds(const trial::Trial& trial, const FoldTrackOptions& options, bool still);
 
-enum class FoldPicture { rendered, row_map };
-
 class FoldObjective {
  public:
   // scenes: meshes and experiments, on the branches of state; its trials and `tracks` correspond. Both must outlive
   // this.
-  FoldObjective(const model::Simulation& scenes, const model::State& state, const std::vector<FoldTrack>& tracks,
-                FoldPicture picture = FoldPicture::row_map, const FoldMetricOptions& metric = {});
+  FoldObjective(const model::Simulation& scenes, const model::State& state, const std::vector<FoldTrack>& tracks);
 
   // E per frame, sets × trials (all of them where `trials` is empty, otherwise those, in that order); infinity where
   // a simulation diverged. coordinates: parameters × sets.
@@ -49,19 +43,12 @@ class FoldObjective {
   const model::Simulation& scenes_;
   const model::State state_;
   const std::vector<FoldTrack>& tracks_;
-  FoldPicture picture_;
-  FoldMetricOptions metric_;
 };
 
-// The search over the parameters' bounds from `start` (coordinates) that minimises the sum of E over the trials.
-estimate::SearchProblem fold_problem(const FoldObjective& objective, const std::vector<model::Parameter>& parameters,
-                                     const Eigen::VectorXd& start, const std::vector<size_t>& trials = {});
-
-// The quadratic that Bhat et al. 2003, section 5, draw through perturbed parameters: each is moved to ± `largest`
-// (relative) in `steps` a side, and the change that raises E by 1 % is read off, in % of the value; infinity where the
+// The quadratic that Bhat et al. 2003, section 5, draw through perturbed parameters: each is moved to ± 20 %
+// in three steps a side, and the change that raises E by 1 % is read off, in % of the value; infinity where the
 // quadratic does not open upwards.
 std::vector<double> variability_percent(const estimate::BatchCosts& costs,
-                                        const std::vector<model::Parameter>& parameters, const Eigen::VectorXd& point,
-                                        double largest = 0.2, int steps = 3);
+                                        const std::vector<model::Parameter>& parameters, const Eigen::VectorXd& point);
 
 }  // namespace selvedge::fit

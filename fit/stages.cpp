@@ -165,8 +165,7 @@ Rivals minimise_and_return(const model::Simulation& simulation, model::State& st
   estimate::LeastSquaresResult second = minimise(simulation, state, parameters, first.coordinates + moved, part);
   const int evaluations = first.evaluations + second.evaluations;
   // One scale for both; the pull to either start is left out.
-  const double a = cost_of(simulation, first.residuals, options, 1),
-               b = cost_of(simulation, second.residuals, options, 1);
+  const double a = cost_of(simulation, first.residuals, options), b = cost_of(simulation, second.residuals, options);
   if (b < a) std::swap(first, second);
   Rivals out{std::move(first), std::nullopt};
   out.best.evaluations = evaluations;
@@ -197,7 +196,7 @@ Start find_start(const std::vector<model::ObservedTrial>& trials, const model::S
     const estimate::LeastSquaresResult fitted = minimise_on_branches(grid, own, parameters, found.best[i], search);
     out.evaluations += fitted.evaluations;
     // One scale for all, so that a start that fits little well does not win by calling the rest outliers.
-    const double cost = cost_of(grid, fitted.residuals, search, 1);
+    const double cost = cost_of(grid, fitted.residuals, search);
     if (!(cost < least)) continue;
     least = cost;
     out.coordinates = fitted.coordinates;

@@ -9,6 +9,7 @@
 
 #include "files/bad_input.h"
 #include "files/whole_file.h"
+#include "geometry/cubic.h"
 
 namespace selvedge::garment {
 
@@ -166,8 +167,7 @@ Eigen::Vector3d root_at(const Motion& m, size_t frame, double share) {
   const Eigen::Vector3d out = i > 0 ? Eigen::Vector3d((there - p(i - 1)) / 2) : Eigen::Vector3d(there - here);
   const Eigen::Vector3d in = i + 2 < static_cast<long>(m.translation.size()) ? Eigen::Vector3d((p(i + 2) - here) / 2)
                                                                              : Eigen::Vector3d(there - here);
-  const double s = share, s2 = s * s, s3 = s2 * s;
-  return (2 * s3 - 3 * s2 + 1) * here + (s3 - 2 * s2 + s) * out + (3 * s2 - 2 * s3) * there + (s3 - s2) * in;
+  return geometry::hermite(share, 1, here, out, there, in);
 }
 
 // Where a motion from rest that has unit speed at 0 is at a time before it.

@@ -20,17 +20,15 @@ cloth::Hold hold_of(trial::Held held) {
   return cloth::Hold::corners;
 }
 
-// Spread of a corner about its median, m: still corners show the tracker's noise alone.
+// Diagonal of the box that a corner stays in, m: still corners show the tracker's noise alone.
 double travel(const Eigen::Matrix3Xd& corner) {
-  double farthest = 0;
   Eigen::Vector3d low = Eigen::Vector3d::Constant(std::numeric_limits<double>::infinity()), high = -low;
   for (Eigen::Index i = 0; i < corner.cols(); ++i)
     if (corner.col(i).allFinite()) {
       low = low.cwiseMin(corner.col(i));
       high = high.cwiseMax(corner.col(i));
     }
-  farthest = (high - low).norm();
-  return farthest;
+  return (high - low).norm();
 }
 
 std::vector<double> sample_times(double start, double end, double rate_hz) {

@@ -4,10 +4,12 @@
 #include <cmath>
 #include <limits>
 #include <map>
-#include <mutex>
+#include <numeric>
 
 #include <tbb/parallel_for.h>
 
+#include "geometry/cubic.h"
+#include "geometry/order_statistics.h"
 #include "model/ranks/bytes.h"
 #include "model/ranks/ranks.h"
 #include "observe/stripe_residual.h"
@@ -22,8 +24,7 @@ Index residual_count(const ObservedTrial& trial) {
   Index count = 0;
   if (trial.markers) count += 3 * trial.markers->position.cols();
   if (trial.stripes)
-    for (const observe::StripeFrame& f : trial.stripes->frames)
-      count += static_cast<Index>(f.depth.size() + f.outline.size());
+    for (const observe::StripeFrame& f : trial.stripes->frames) count += f.points();
   return count;
 }
 
@@ -41,16 +42,12 @@ Between between(const std::vector<double>& sample_s, double t) {
 }
 
 template <class Pick>
-auto catmull_rom(const Between& b, size_t count, const Pick& pick) {
+auto interpolated(const Between& b, size_t count, const Pick& pick) {
   const auto clamped = [&](std::ptrdiff_t i) {
     return pick(static_cast<size_t>(std::clamp<std::ptrdiff_t>(i, 0, static_cast<std::ptrdiff_t>(count) - 1)));
   };
   const auto i = static_cast<std::ptrdiff_t>(b.before);
-  const double x = b.share, x2 = x * x, x3 = x2 * x;
-  using Value = decltype(pick(0));
-  const Value p0 = clamped(i - 1), p1 = clamped(i), p2 = clamped(i + 1), p3 = clamped(i + 2);
-  return Value(0.5 *
-               ((-x + 2 * x2 - x3) * p0 + (2 - 5 * x2 + 3 * x3) * p1 + (x + 4 * x2 - 3 * x3) * p2 + (x3 - x2) * p3));
+  return geometry::catmull_rom(b.share, clamped(i - 1), clamped(i), clamped(i + 1), clamped(i + 2));
 }
 
 // The time at which the fabric was as an observation stamped t shows it.
@@ -68,7 +65,7 @@ Eigen::Matrix3Xd on_mesh(const geometry::TriangleMesh& to, const cloth::Sheet& f
 
 std::vector<size_t> all_of(size_t count) {
   std::vector<size_t> all(count);
-  for (size_t i = 0; i < count; ++i) all[i] = i;
+  std::iota(all.begin(), all.end(), 0);
   return all;
 }
 
@@ -77,16 +74,14 @@ double median_absolute(const Eigen::VectorXd& r) {
   std::vector<double> seen;
   for (const double x : r)
     if (std::isfinite(x)) seen.push_back(std::abs(x));
-  if (seen.empty()) return std::numeric_limits<double>::infinity();
-  std::nth_element(seen.begin(), seen.begin() + static_cast<std::ptrdiff_t>(seen.size() / 2), seen.end());
-  return seen[seen.size() / 2];
+  return seen.empty() ? std::numeric_limits<double>::infinity() : geometry::median(std::move(seen));
 }
 
 }  // namespace
 
 Eigen::Matrix3Xd position_at(const cloth::Experiment& e, const cloth::Trajectory& trajectory, double t_s) {
-  return catmull_rom(between(e.sample_s, t_s), trajectory.samples.size(),
-                     [&](size_t i) -> const Eigen::Matrix3Xd { return trajectory.samples[i]; });
+  return interpolated(between(e.sample_s, t_s), trajectory.samples.size(),
+                      [&](size_t i) -> const Eigen::Matrix3Xd { return trajectory.samples[i]; });
 }
 
 Simulation::Simulation(std::vector<ObservedTrial> trials, const SimulationOptions& options)
@@ -258,7 +253,7 @@ Eigen::VectorXd Simulation::residual_of(size_t index, const ObservedTrial& trial
     for (size_t k = 0; k < m.uv.size(); ++k)
       for (size_t j = 0; j < m.time_s.size(); ++j) {
         const Between b = between(e.sample_s, shown_at(prediction, m.time_s[j]));
-        const Eigen::Vector3d x = catmull_rom(b, trajectory.samples.size(), [&](size_t i) -> Eigen::Vector3d {
+        const Eigen::Vector3d x = interpolated(b, trajectory.samples.size(), [&](size_t i) -> Eigen::Vector3d {
           return position_of(points[k], trajectory.samples[i]);
         });
         r.segment<3>(at) = 1e3 * (x - m.position.col(static_cast<Index>(k * m.time_s.size() + j)));
@@ -275,7 +270,7 @@ Eigen::VectorXd Simulation::residual_of(size_t index, const ObservedTrial& trial
       residuals_at(frame.time_s - 0.5 * rolling_s, r.data() + at);
       if (rolling_s != 0) {
         // Rows between the first and the last lie between the two times.
-        const auto points = static_cast<Index>(frame.depth.size() + frame.outline.size());
+        const Index points = frame.points();
         Eigen::VectorXd last(points);
         residuals_at(frame.time_s + 0.5 * rolling_s, last.data());
         for (Index k = 0; k < points; ++k) {
@@ -286,7 +281,7 @@ Eigen::VectorXd Simulation::residual_of(size_t index, const ObservedTrial& trial
           r(at + k) = (1 - share) * r(at + k) + share * last(k);
         }
       }
-      at += static_cast<Index>(frame.depth.size() + frame.outline.size());
+      at += frame.points();
     }
   return r;
 }
@@ -382,6 +377,13 @@ void Simulation::evaluate_groups(const Call& call, const std::vector<Group>& gro
 void Simulation::evaluate_on_ranks(const Call& call, std::vector<Residuals>& out) const {
   const Eigen::MatrixXd& coordinates = call.coordinates;
   const std::vector<Group>& groups = call.groups;
+  const auto put_group = [&](std::string& bytes, const Group& g) {
+    for (Index i = g.first; i < g.first + g.count; ++i) {
+      const Residuals& r = out[static_cast<size_t>(i)];
+      put(bytes, r.mm[g.trial].data(), r.mm[g.trial].size());
+      put(bytes, r.start[g.trial].data(), r.start[g.trial].size());
+    }
+  };
   // A share: which groups, and at which coordinates; a rank whose own are others must not answer.
   const auto compute = [&](const std::string& share) {
     TakenBytes in(share);
@@ -392,12 +394,7 @@ void Simulation::evaluate_on_ranks(const Call& call, std::vector<Residuals>& out
     std::string bytes;
     while (!in.at_end()) mine.push_back(groups.at(in.number()));
     evaluate_groups(call, mine, out);
-    for (const Group& g : mine)
-      for (Index i = g.first; i < g.first + g.count; ++i) {
-        const Residuals& r = out[static_cast<size_t>(i)];
-        put(bytes, r.mm[g.trial].data(), r.mm[g.trial].size());
-        put(bytes, r.start[g.trial].data(), r.start[g.trial].size());
-      }
+    for (const Group& g : mine) put_group(bytes, g);
     return bytes;
   };
   const auto take = [&](TakenBytes& in, const Group& g) {
@@ -425,12 +422,7 @@ void Simulation::evaluate_on_ranks(const Call& call, std::vector<Residuals>& out
   std::vector<TakenBytes> in(results.begin(), results.end());
   for (size_t g = 0; g < groups.size(); ++g) take(in[g % parts], groups[g]);
   std::string all;
-  for (const Group& g : groups)
-    for (Index i = g.first; i < g.first + g.count; ++i) {
-      const Residuals& r = out[static_cast<size_t>(i)];
-      put(all, r.mm[g.trial].data(), r.mm[g.trial].size());
-      put(all, r.start[g.trial].data(), r.start[g.trial].size());
-    }
+  for (const Group& g : groups) put_group(all, g);
   ranks.answer(all);
 }
 
@@ -499,7 +491,7 @@ Eigen::VectorXd Simulation::time_s(size_t trial) const {
         for (int axis = 0; axis < 3; ++axis) time(at++) = s;
   if (t.stripes)
     for (const observe::StripeFrame& f : t.stripes->frames)
-      for (size_t k = 0; k < f.depth.size() + f.outline.size(); ++k) time(at++) = f.time_s;
+      for (Index k = 0; k < f.points(); ++k) time(at++) = f.time_s;
   return time;
 }
 

@@ -5,18 +5,16 @@
 
 #include <opencv2/imgproc.hpp>
 
+#include "geometry/order_statistics.h"
+
 namespace selvedge::observe {
 
 namespace {
 
 constexpr int kBorder_px = 8;
 constexpr double kNoiseFactor = 5;
-
-double median(std::vector<double>& values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
+constexpr size_t kOutlineStep_px = 2;  // between points of the outline
+constexpr double kOutlineSd_px = 0.1;  // what the half-way rule itself is off by
 
 // Bilinear; positions outside are moved to the border.
 double grey_at(const Image& image, double x, double y) {
@@ -83,7 +81,7 @@ Background measure_background(const Image& image) {
       if (y < kBorder_px || x < kBorder_px || y >= image.rows() - kBorder_px || x >= image.cols() - kBorder_px)
         values.push_back(image(y, x));
   Background background;
-  background.grey = median(values);
+  background.grey = geometry::median(values);
   // Whole grey levels hide small noise from a median of deviations; the mean of those within reach does not.
   double sum = 0, square = 0;
   size_t count = 0;
@@ -117,12 +115,12 @@ std::vector<unsigned char> silhouette_mask(const Image& image, const Background&
 }
 
 std::vector<SilhouettePoint> outline_points(const Image& image, const std::vector<unsigned char>& inside,
-                                            const Background& background, int step_px, double fixed_sd_px) {
+                                            const Background& background) {
   cv::Mat mask(int(image.rows()), int(image.cols()), CV_8U, const_cast<unsigned char*>(inside.data()));
   const std::vector<cv::Point> contour = outer_contour(mask);
   const double noise = std::max(0.5, background.noise_grey);
   std::vector<SilhouettePoint> points;
-  for (size_t i = 0; i < contour.size(); i += size_t(step_px)) {
+  for (size_t i = 0; i < contour.size(); i += kOutlineStep_px) {
     const Eigen::Vector2d at(contour[i].x, contour[i].y);
     Eigen::Vector2d normal = contour_normal(contour, i, 8);
     if (normal.isZero()) continue;
@@ -150,7 +148,7 @@ std::vector<SilhouettePoint> outline_points(const Image& image, const std::vecto
     SilhouettePoint point;
     point.pixel = at + crossing * normal;
     point.normal = normal;
-    point.sd_px = std::hypot(fixed_sd_px, noise / std::max(slope, 1.0));
+    point.sd_px = std::hypot(kOutlineSd_px, noise / std::max(slope, 1.0));
     points.push_back(point);
   }
   return points;

@@ -36,6 +36,6 @@ Background measure_background(const Image& image);
 std::vector<unsigned char> silhouette_mask(const Image& image, const Background& background);
 
 std::vector<SilhouettePoint> outline_points(const Image& image, const std::vector<unsigned char>& inside,
-                                            const Background& background, int step_px, double fixed_sd_px);
+                                            const Background& background);
 
 }  // namespace selvedge::observe

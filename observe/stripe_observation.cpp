@@ -5,12 +5,16 @@
 
 #include <Eigen/Geometry>
 
+#include "geometry/cubic.h"
+
 namespace selvedge::observe {
 
 namespace {
 
 // Two sub-pixel steps beyond the silhouette's own blur.
 constexpr int kRimPx = 2;
+constexpr double kEdgeSd_px = 0.03;    // what the half-way rule itself is off by
+constexpr double kLeastContrast = 20;  // grey levels between the plateaus of neighbouring stripes
 
 struct Extremum {
   int at = 0;
@@ -57,9 +61,7 @@ std::optional<Crossing> crossing(const std::vector<double>& line, int from, int 
     if ((line[i] < level) == (line[i + 1] < level) || (line[i + 1] > line[i]) != up) continue;
     const double p0 = line[std::max(i - 1, 0)], p1 = line[i], p2 = line[i + 1],
                  p3 = line[std::min(i + 2, int(line.size()) - 1)];
-    const auto cubic = [&](double t) {
-      return p1 + 0.5 * t * (p2 - p0 + t * (2 * p0 - 5 * p1 + 4 * p2 - p3 + t * (3 * (p1 - p2) + p3 - p0)));
-    };
+    const auto cubic = [&](double t) { return geometry::catmull_rom(t, p0, p1, p2, p3); };
     double a = 0, b = 1;
     for (int k = 0; k < 30; ++k) {
       const double m = 0.5 * (a + b);
@@ -142,15 +144,12 @@ void set_scales(std::vector<StripeEdge>& edges, size_t from, bool columns, const
 }  // namespace
 
 StripeObservation observe_stripes(const Image& image, const geometry::Projection& camera,
-                                  const geometry::Projection& projector, const StripePattern& pattern,
-                                  const ObservationOptions& options) {
+                                  const geometry::Projection& projector, const StripePattern& pattern) {
   StripeObservation result;
   const Background background = measure_background(image);
-  result.background_grey = background.grey;
-  result.noise_grey = options.noise_grey > 0 ? options.noise_grey : std::max(0.3, background.noise_grey);
+  result.noise_grey = std::max(0.3, background.noise_grey);
   result.inside = silhouette_mask(image, background);
-  result.silhouette =
-      outline_points(image, result.inside, background, options.silhouette_step_px, options.fixed_outline_sd_px);
+  result.silhouette = outline_points(image, result.inside, background);
   result.scans_columns = columns_run_across(image, result.inside);
   result.scan_sign = scan_sign(camera, projector, pattern.horizontal, result.scans_columns);
 
@@ -160,7 +159,7 @@ StripeObservation observe_stripes(const Image& image, const geometry::Projection
   const int lines = int(columns ? image.cols() : image.rows());
   ScanLine line;
   int run = 0;
-  for (int index = 0; index < lines; index += options.scan_step_px) {
+  for (int index = 0; index < lines; ++index) {
     read_line(image, result.inside, columns, index, line);
     const int length = int(line.grey.size());
     int run_start = 0;
@@ -171,7 +170,7 @@ StripeObservation observe_stripes(const Image& image, const geometry::Projection
       }
       int run_end = run_start;
       while (run_end + 1 < length && line.inside[run_end + 1]) ++run_end;
-      const auto turns = extrema(line.grey, run_start + kRimPx, run_end - kRimPx, options.least_contrast_grey);
+      const auto turns = extrema(line.grey, run_start + kRimPx, run_end - kRimPx, kLeastContrast);
       const size_t before = result.edges.size();
       ++run;
       for (size_t i = 0; i + 1 < turns.size(); ++i) {
@@ -181,7 +180,7 @@ StripeObservation observe_stripes(const Image& image, const geometry::Projection
         edge.pixel = columns ? Eigen::Vector2d(index, hit->at) : Eigen::Vector2d(hit->at, index);
         edge.run = run;
         edge.rising = turns[i + 1].high == (result.scan_sign > 0);
-        edge.sd_px = std::hypot(options.fixed_sd_px, result.noise_grey / std::max(hit->slope, 1.0));
+        edge.sd_px = std::hypot(kEdgeSd_px, result.noise_grey / std::max(hit->slope, 1.0));
         result.edges.push_back(edge);
       }
       set_scales(result.edges, before, columns, pattern);

@@ -4,7 +4,7 @@
 // An edge is where grey crosses half-way between the plateaus of two neighbouring stripes, found along the
 // image axis that runs most across the stripes (columns for horizontal stripes). Going towards growing projector
 // row, dark to bright is a border of even half index and bright to dark one of odd (render/stripe_pattern.h:
-// border_px). Standard deviations: σ_grey / |slope|, and the fixed part of the options.
+// border_px). Standard deviations: σ_grey / |slope|, and what the half-way rule is off by.
 // Which k: edges of neighbouring scan lines are linked into curves; curves that follow one another on a scan
 // line differ by one edge; the held corners, whose positions are known, say where the counting starts
 // (label_edges). Only curves that every path from the corners agrees on are labelled.
@@ -40,27 +40,16 @@ struct StripeObservation {
   std::vector<StripeEdge> edges;
   std::vector<SilhouettePoint> silhouette;
   std::vector<unsigned char> inside;  // recorded silhouette A, row major
-  double noise_grey = 0;              // used, grey levels
-  double background_grey = 0;
-  bool scans_columns = true;  // edges were sought along image columns; else along rows
-  int scan_sign = 1;          // +1: projector row grows along the scan axis
+  double noise_grey = 0;              // of the background, grey levels
+  bool scans_columns = true;          // edges were sought along image columns; else along rows
+  int scan_sign = 1;                  // +1: projector row grows along the scan axis
   int curves = 0;
   double period_px = 0;  // of the pattern
 };
 
-struct ObservationOptions {
-  double noise_grey = 0;             // 0: measured from the frame's background
-  double fixed_sd_px = 0.03;         // what the half-way rule itself is off by
-  double fixed_outline_sd_px = 0.1;  // what the outline's half-way rule is off by
-  double least_contrast_grey = 20;   // between the plateaus of neighbouring stripes
-  int scan_step_px = 1;              // every how many-th column (row) is scanned
-  int silhouette_step_px = 2;        // along the outline
-};
-
 // Everything but the labels.
 StripeObservation observe_stripes(const Image& image, const geometry::Projection& camera,
-                                  const geometry::Projection& projector, const StripePattern& pattern,
-                                  const ObservationOptions& options = {});
+                                  const geometry::Projection& projector, const StripePattern& pattern);
 
 // Gives edges of one stripe border on neighbouring scan lines a common `curve`; `observe_stripes` has done it.
 void link_curves(StripeObservation& observation);

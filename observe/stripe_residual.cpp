@@ -5,6 +5,7 @@
 #include <map>
 
 #include "files/bad_input.h"
+#include "geometry/order_statistics.h"
 #include "render/row_map.h"
 
 namespace selvedge::observe {
@@ -23,30 +24,13 @@ std::vector<T> every_nth(const std::vector<T>& all, size_t at_most) {
   return few;
 }
 
-struct Optics {
-  geometry::Projection camera, projector;
-  render::StripePattern pattern;
-  double focal_px = 1;
-};
-
-render::StripePattern pattern_of(const trial::StripePattern& recorded) {
-  render::StripePattern pattern;
-  pattern.horizontal = recorded.orientation == "horizontal";
-  pattern.period_px = recorded.period_px;
-  pattern.duty = recorded.duty;
-  pattern.first_bright_px = recorded.first_bright_row_px;
-  return pattern;
-}
-
 double median_depth(const std::vector<DepthPoint>& points) {
   std::vector<double> depth;
   for (const DepthPoint& p : points) depth.push_back(p.depth_m);
-  if (depth.empty()) return 1;
-  std::nth_element(depth.begin(), depth.begin() + static_cast<std::ptrdiff_t>(depth.size() / 2), depth.end());
-  return depth[depth.size() / 2];
+  return depth.empty() ? 1 : geometry::median(std::move(depth));
 }
 
-StripeFrame track_frame(const trial::Trial& trial, size_t index, const Optics& o) {
+StripeFrame track_frame(const trial::Trial& trial, size_t index, const StripeTrack& o, double focal_px) {
   const trial::Frames& frames = *trial.frames;
   StripeFrame out;
   out.index = index;
@@ -58,7 +42,7 @@ StripeFrame track_frame(const trial::Trial& trial, size_t index, const Optics& o
   while (k > 0 && !(trial.corners.left.col(k).allFinite() && trial.corners.right.col(k).allFinite())) --k;
   label_edges(seen, o.camera, o.projector, o.pattern, trial.corners.left.col(k), trial.corners.right.col(k));
   out.depth = every_nth(depth_points(seen, o.camera, o.projector, o.pattern), kDepthPointsAFrame);
-  const double mm_per_px = 1e3 * median_depth(out.depth) / o.focal_px;
+  const double mm_per_px = 1e3 * median_depth(out.depth) / focal_px;
   std::vector<OutlinePoint> outline;
   for (const SilhouettePoint& p : seen.silhouette)
     outline.push_back({p.pixel, p.normal, mm_per_px, std::max(p.sd_px, 0.3) * mm_per_px});
@@ -109,6 +93,19 @@ Eigen::Vector2d nearest_on(const std::vector<Eigen::Vector2d>& line, const Eigen
 
 }  // namespace
 
+render::StripePattern pattern_of(const trial::StripePattern& recorded) {
+  return {recorded.orientation == "horizontal", recorded.period_px, recorded.duty, recorded.first_bright_row_px};
+}
+
+void require_optics(const trial::Trial& trial) {
+  if (trial.camera && trial.projector && trial.pattern) return;
+  refuse((trial.folder / "trial.json").string(),
+         "the trial has frames, but no {}; expected camera, projector and projector.pattern",
+         !trial.camera      ? "camera"
+         : !trial.projector ? "projector"
+                            : "projector.pattern");
+}
+
 std::vector<DepthPoint> depth_points(const StripeObservation& seen, const geometry::Projection& camera,
                                      const geometry::Projection& projector, const render::StripePattern& pattern) {
   constexpr double kShift_px = 0.1;
@@ -134,25 +131,19 @@ std::vector<DepthPoint> depth_points(const StripeObservation& seen, const geomet
 }
 
 std::shared_ptr<const StripeTrack> track_stripes(const trial::Trial& trial, const ObserveOptions& options, bool still) {
-  const std::string where = (trial.folder / "trial.json").string();
-  if (!trial.camera || !trial.projector || !trial.pattern)
-    refuse(where, "the trial has frames, but no {}; expected camera, projector and projector.pattern",
-           !trial.camera      ? "camera"
-           : !trial.projector ? "projector"
-                              : "projector.pattern");
+  require_optics(trial);
   auto track = std::make_shared<StripeTrack>();
   track->camera = *trial.camera;
   track->projector = *trial.projector;
-  track->pattern = *trial.pattern;
-  Optics o{*trial.camera, *trial.projector, pattern_of(*trial.pattern),
-           geometry::decompose(*trial.camera).intrinsics(0, 0)};
+  track->pattern = pattern_of(*trial.pattern);
+  const double focal_px = geometry::decompose(*trial.camera).intrinsics(0, 0);
   double next = -1e300;
   size_t labelled = 0;
   for (size_t i = 0; i < trial.frames->time_s.size(); ++i) {
     const double t = trial.frames->time_s[i];
     if (t < options.from_s - 1e-9 || t > options.to_s + 1e-9 || t < next - 1e-6) continue;
     next = t + 1 / options.rate_hz - 1e-3;
-    track->frames.push_back(track_frame(trial, i, o));
+    track->frames.push_back(track_frame(trial, i, *track, focal_px));
     labelled += track->frames.back().depth.size();
     if (still && track->frames.size() >= 3) break;
   }
@@ -175,12 +166,11 @@ void stripe_residuals(const StripeTrack& track, const StripeFrame& frame, const 
   const bool moved = sensor.radial_distortion != 0 || !sensor.projector_shift_m.isZero(0);
   geometry::Projection projector = track.projector;
   projector.matrix.col(3) -= projector.matrix.leftCols<3>() * sensor.projector_shift_m;
-  const render::StripePattern pattern = pattern_of(track.pattern);
   for (const DepthPoint& p : frame.depth) {
     const auto sample = map.at(p.pixel);
     double depth_m = p.depth_m;
     if (moved)
-      if (const auto at = triangulate(camera, projector, pattern, p.pixel, p.projector_px))
+      if (const auto at = triangulate(camera, projector, track.pattern, p.pixel, p.projector_px))
         depth_m = geometry::depth(camera, *at);
     *residual_mm++ =
         sample ? std::clamp(1e3 * (sample->depth_m - depth_m) * p.ray_m_per_depth_m, -50.0, 50.0) : kUncoveredMm;

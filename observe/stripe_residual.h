@@ -36,13 +36,20 @@ struct StripeFrame {
   size_t index = 0;  // into trial.frames
   std::vector<DepthPoint> depth;
   std::vector<OutlinePoint> outline;
+  Eigen::Index points() const { return static_cast<Eigen::Index>(depth.size() + outline.size()); }
 };
 
 struct StripeTrack {
   geometry::Projection camera, projector;
-  trial::StripePattern pattern;
+  render::StripePattern pattern;
   std::vector<StripeFrame> frames;
 };
+
+// A trial's pattern as it is rendered.
+render::StripePattern pattern_of(const trial::StripePattern& recorded);
+
+// Throws BadInput where a trial with frames lacks camera, projector or pattern.
+void require_optics(const trial::Trial& trial);
 
 // The labelled edges as points in space, each with its deviation along the ray.
 std::vector<DepthPoint> depth_points(const StripeObservation& seen, const geometry::Projection& camera,

@@ -67,7 +67,7 @@ std::vector<diagnose::Effect> diagnosed_effects(const SessionFile& file) {
 
 json run_on_files(const SessionFile& file, const Step& step, const fs::path& folder,
                   const report::ProgressCallback& progress) {
-  const fs::path fabric = folder / file.fabrics[step.fabric].name;
+  const fs::path fabric = file.folder_of(step.fabric, folder);
   return step.kind == "fit" ? fit_fabric(file, fabric, progress) : diagnose_fabric(file, fabric, step.round, progress);
 }
 

@@ -84,10 +84,6 @@ std::optional<Eigen::Vector2d> corner_of(const trial::GreyImage& image, const st
   return corner;
 }
 
-render::StripePattern pattern_of(const trial::StripePattern& p) {
-  return {p.orientation == "horizontal", p.period_px, p.duty, p.first_bright_row_px};
-}
-
 // The device as if its pixels were shifted by so much.
 geometry::Projection moved_by(geometry::Projection device, const Eigen::Vector2d& shift_px) {
   device.matrix.row(0) += shift_px.x() * device.matrix.row(2);
@@ -119,7 +115,7 @@ std::optional<LineMap> line_at(const observe::StripeObservation& seen, const Eig
 std::optional<LineMap> find_line(const trial::Trial& trial, observe::StripeObservation& seen,
                                  const Eigen::Vector3d& tracked, const Eigen::Vector2d& at,
                                  const CornerOptions& options) {
-  const render::StripePattern pattern = pattern_of(*trial.pattern);
+  const render::StripePattern pattern = observe::pattern_of(*trial.pattern);
   const geometry::Projection camera = moved_by(*trial.camera, at - geometry::project(*trial.camera, tracked));
   const Eigen::Vector2d across = pattern.horizontal ? Eigen::Vector2d::UnitY() : Eigen::Vector2d::UnitX();
   const double expected_px = across.dot(geometry::project(*trial.projector, tracked));
@@ -141,14 +137,14 @@ HeldCorners find_held_corners(const trial::Trial& trial, const trial::GreyImage&
   HeldCorners corners;
   const observe::Background background = observe::measure_background(image);
   const std::vector<unsigned char> mask = observe::silhouette_mask(image, background);
-  const auto outline = observe::outline_points(image, mask, background, 2, 0.1);
+  const auto outline = observe::outline_points(image, mask, background);
   for (size_t side = 0; side < 2; ++side)
     if (tracked[side])
       corners[side].pixel =
           corner_of(image, mask, outline, geometry::project(*trial.camera, *tracked[side]), side == 0, options);
   if (!trial.projector || !trial.pattern) return corners;
   observe::StripeObservation seen =
-      observe::observe_stripes(image, *trial.camera, *trial.projector, pattern_of(*trial.pattern));
+      observe::observe_stripes(image, *trial.camera, *trial.projector, observe::pattern_of(*trial.pattern));
   for (size_t side = 0; side < 2; ++side)
     if (tracked[side])
       corners[side].line =
@@ -161,7 +157,7 @@ std::optional<Eigen::Vector2d> find_corner(const trial::GreyImage& image, const 
                                            const CornerOptions& options) {
   const observe::Background background = observe::measure_background(image);
   const std::vector<unsigned char> mask = observe::silhouette_mask(image, background);
-  return corner_of(image, mask, observe::outline_points(image, mask, background, 2, 0.1), expected, left, options);
+  return corner_of(image, mask, observe::outline_points(image, mask, background), expected, left, options);
 }
 
 }  // namespace selvedge::station

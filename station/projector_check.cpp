@@ -8,6 +8,7 @@
 #include "files/bad_input.h"
 #include "files/csv_table.h"
 #include "files/whole_file.h"
+#include "geometry/order_statistics.h"
 #include "rig/clock.h"
 #include "station/pattern_images.h"
 
@@ -67,9 +68,7 @@ std::optional<Eigen::Vector2d> CodedCorner::projector_at(const Eigen::Vector2d& 
       const Eigen::Vector2d d = camera[i] - camera_px;
       residual[i] = (projector[i] - fit.transpose() * Eigen::Vector3d(1, d.x(), d.y())).norm();
     }
-    std::vector<double> sorted = residual;
-    std::nth_element(sorted.begin(), sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2), sorted.end());
-    const double scale = std::max(2 * sorted[sorted.size() / 2], 0.5);
+    const double scale = std::max(2 * geometry::median(residual), 0.5);
     for (size_t i = 0; i < camera.size(); ++i) robust[i] = 1 / (1 + std::pow(residual[i] / scale, 2));
   }
   return fit.row(0).transpose();

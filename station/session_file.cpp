@@ -218,6 +218,25 @@ SessionFile read_session_file(const fs::path& path) {
   return file;
 }
 
+SessionFile session_of_rig(const fs::path& rig, const fs::path& world) {
+  SessionFile file;
+  file.path = file.rig = rig;
+  file.text = files::read_whole(rig);
+  file.world = world;
+  file.simulated_world = files::read_whole(world);
+  const session::SessionPlan plan = session::read_session_plan(rig::Configuration::load(rig));
+  file.fabrics.push_back({plan.fabric.name, plan, {}});
+  file.in_place = true;
+  file.checks = {1, 1, false, false};
+  file.fit = file.diagnosis = false;
+  for (const char* kind : {"calibrate", "record"}) file.on_failure[kind] = {};
+  return file;
+}
+
+fs::path SessionFile::folder_of(size_t fabric, const fs::path& session) const {
+  return in_place ? session : session / fabrics[fabric].name;
+}
+
 std::optional<session::SessionPlan> read_follow_up(const SessionFile& file, size_t fabric, const fs::path& proposal) {
   if (!fs::is_regular_file(proposal)) return std::nullopt;
   if (files::read_whole(proposal).find("By hand") != std::string::npos) return std::nullopt;

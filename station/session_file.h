@@ -76,10 +76,17 @@ struct SessionFile {
   int diagnosis_columns = 13, diagnosis_fine_columns = 25;
   int follow_up = 0;
   std::map<std::string, OnFailure> on_failure;  // "calibrate", "record", "fit", "diagnose"
+  bool in_place = false;  // of one fabric, whose trials lie in the session's folder itself, not in one of its name
+
+  std::filesystem::path folder_of(size_t fabric, const std::filesystem::path& session) const;
 };
 
 // Throws BadInput naming file, section and key.
 SessionFile read_session_file(const std::filesystem::path& path);
+
+// What a simulated rig's own configuration describes: its fabric and trials, calibrated and recorded in place as they
+// come, unchecked; the first failure stops it. Fits and diagnoses are left to whoever asks for it.
+SessionFile session_of_rig(const std::filesystem::path& rig, const std::filesystem::path& world);
 
 // The plan of a fabric's trials that a diagnosis proposes (its next_session.toml), the rest as before; none where the
 // proposal asks for something by hand that no prompt of a trial says, or for nothing.

@@ -7,7 +7,7 @@
 #include <spdlog/spdlog.h>
 
 #include "files/bad_input.h"
-#include "station/automated_session.h"
+#include "station/rig_steps.h"
 
 namespace selvedge::station {
 

@@ -19,7 +19,8 @@
 #include "files/whole_file.h"
 #include "rig/channels.h"
 #include "rig/clock.h"
-#include "station/automated_session.h"
+#include "station/rig_steps.h"
+#include "station/calibration_watch.h"
 #include "station/file_steps.h"
 
 namespace selvedge::station {
@@ -99,7 +100,7 @@ const session::SessionPlan& StationSteps::plan_of(const Step& step) const {
   return step.round > 0 && found != appended_.end() ? found->second : file_.fabrics[step.fabric].plan;
 }
 
-fs::path StationSteps::fabric_folder(const Step& step) const { return folder_ / file_.fabrics[step.fabric].name; }
+fs::path StationSteps::fabric_folder(const Step& step) const { return file_.folder_of(step.fabric, folder_); }
 
 fs::path StationSteps::calibration_folder(const Step& step) const {
   return file_.calibration == CalibrationPolicy::each ? fabric_folder(step) : folder_;

@@ -4,6 +4,8 @@
 #include <array>
 #include <cstdlib>
 
+#include "geometry/order_statistics.h"
+
 namespace selvedge::session {
 
 namespace {
@@ -16,10 +18,9 @@ double share_that_moved(const Frame& before, const Frame& after, double least_di
   size_t pixels = 0;
   for (size_t i = 0; i < before.pixels.size(); i += kPixelStep, ++pixels)
     ++count[static_cast<size_t>(std::abs(static_cast<int>(before.pixels[i]) - static_cast<int>(after.pixels[i])))];
-  size_t median = 0;
-  for (size_t below = 0; median < 255 && (below += count[median]) * 2 < pixels; ++median) {}
+  const int median = geometry::level_of_share(count, 0.5, static_cast<double>(pixels));
   // The median of |difference| is 0.95 σ for normal noise of σ in each frame; rounding hides half a level.
-  const double threshold = std::max(least_difference, 6 * (static_cast<double>(median) + 0.5) / 0.95 * 1.42);
+  const double threshold = std::max(least_difference, 6 * (median + 0.5) / 0.95 * 1.42);
   size_t moved = 0;
   for (auto level = static_cast<size_t>(threshold) + 1; level < 256; ++level) moved += count[level];
   return static_cast<double>(moved) / static_cast<double>(pixels);

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <set>
 
+#include "geometry/order_statistics.h"
+
 namespace selvedge::trial {
 
 Sampling sampling(const std::vector<double>& times_s) {
@@ -16,9 +18,7 @@ Sampling sampling(const std::vector<double>& times_s) {
     if (times_s[i] > times_s[i - 1]) steps.push_back(times_s[i] - times_s[i - 1]);
   result.count = steps.size() + 1;
   if (steps.empty()) return result;
-  std::vector<double> sorted = steps;
-  std::nth_element(sorted.begin(), sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2), sorted.end());
-  const double median = sorted[sorted.size() / 2];
+  const double median = geometry::median(steps);
   result.rate_hz = 1 / median;
   result.longest_gap_s = *std::max_element(steps.begin(), steps.end());
   result.gaps =

@@ -6,6 +6,7 @@
 #include <string>
 
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 #include <spdlog/sinks/basic_file_sink.h>
 #include <spdlog/spdlog.h>
 
@@ -18,10 +19,11 @@
 #include "fit/fit_report.h"
 #include "report/progress.h"
 #include "rig/network.h"
-#include "station/automated_session.h"
+#include "station/calibration_watch.h"
 #include "station/demo_verdict.h"
 #include "station/free_addresses.h"
-#include "station/simulated_rig.h"
+#include "station/session_steps.h"
+#include "station/station_steps.h"
 
 namespace selvedge::cli {
 
@@ -55,17 +57,19 @@ fs::path make_folder(const DemoArguments& a) {
   return folder;
 }
 
-station::SessionResult capture(const DemoArguments& a, const fs::path& folder,
-                               const report::ProgressCallback& progress) {
-  station::SimulatedRig rig({a.rig, a.world, shared_folder() / "data" / "arms"}, folder);
-  return station::run_session(rig.configuration(), folder, [&](double done, const std::string& what) {
-    rig.require_running();
-    progress(kCaptured * done, what);
-  });
+// Its trials lie in `folder` itself.
+trial::Campaign capture(const station::SessionFile& file, station::Journal& journal, const fs::path& folder,
+                        const report::ProgressCallback& progress) {
+  station::StationSteps steps(file, journal, folder, shared_folder());
+  station::run_steps(
+      file, journal, steps, [](const std::string&) { return station::Answer::stop; },
+      [&](double done, const std::string& what) { progress(kCaptured * done, what); });
+  steps.prepare({"fit", 0, "", 0, 0});
+  return trial::read_campaign(folder);
 }
 
-fit::FitOutcome fit_run(const DemoArguments& a, const fs::path& folder, const report::ProgressCallback& progress) {
-  const trial::Campaign campaign = trial::read_campaign(folder);
+fit::FitOutcome fit_run(const DemoArguments& a, const trial::Campaign& campaign, const fs::path& folder,
+                        const report::ProgressCallback& progress) {
   fit::FitOptions options;
   options.columns = a.columns;
   options.progress = [&](double done, const std::string& what) {
@@ -76,17 +80,24 @@ fit::FitOutcome fit_run(const DemoArguments& a, const fs::path& folder, const re
   return outcome;
 }
 
-void print_session(const station::SessionResult& session) {
-  const calib::Calibration& c = session.calibration;
-  fmt::print(
-      "calibration {}: expected error at the fabric {:.2f} px camera, {:.2f} px projector, {:.2f} mm triangulated\n",
-      calib::to_text(c.verdict), c.camera.deviation.mean_sd_px, c.projector->deviation.mean_sd_px,
-      c.triangulation_sd_mm);
-  for (const session::TrialRecord& trial : session.trials)
-    fmt::print("{:<10} {} frames, {} lost, {} corner samples{}{}\n", trial.folder.filename().string(), trial.frames,
-               trial.frames_lost, trial.samples, trial.started_at_rest ? "" : ", not at rest at its start",
-               trial.attempts > 1 ? fmt::format(", attempt {}", trial.attempts) : "");
-  fmt::print("{}\n{}\n", session.watch.camera.sentence, session.watch.projector.sentence);
+void print_session(const station::SessionFile& file, const station::Journal& journal,
+                   const station::CalibrationWatch& watch) {
+  for (const station::Step& step : station::planned_steps(file)) {
+    const nlohmann::json found = journal.record(step.id(file)).result;
+    const auto text = [&](const char* key) {
+      return found[key].is_null() ? "?" : fmt::format("{:.2f}", found[key].get<double>());
+    };
+    if (step.kind == "calibrate")
+      fmt::print("calibration {}: expected error at the fabric {} px camera, {} px projector, {} mm triangulated\n",
+                 found["verdict"].get<std::string>(), text("camera_sd_px"), text("projector_sd_px"),
+                 text("triangulation_sd_mm"));
+    else
+      fmt::print("{:<10} {} frames, {} lost, {} corner samples{}{}\n", step.trial, found["frames"].get<size_t>(),
+                 found["frames_lost"].get<size_t>(), found["samples"].get<size_t>(),
+                 found["started_at_rest"] ? "" : ", not at rest at its start",
+                 found["attempts"] > 1 ? fmt::format(", attempt {}", found["attempts"].get<int>()) : "");
+  }
+  fmt::print("{}\n{}\n", watch.camera.sentence, watch.projector.sentence);
 }
 
 int run_demo(const DemoArguments& a) {
@@ -97,12 +108,16 @@ int run_demo(const DemoArguments& a) {
   spdlog::set_default_logger(spdlog::basic_logger_mt("session", (folder / "logs" / "session.log").string()));
   spdlog::flush_on(spdlog::level::info);
   const report::ProgressCallback progress = report::terminal_progress("demo");
-  const station::SessionResult session = capture(a, folder, progress);
-  const fit::FitOutcome outcome = fit_run(a, folder, progress);
+  const station::SessionFile file = station::session_of_rig(a.rig, a.world);
+  station::Journal journal(folder, file.text);
+  const trial::Campaign campaign = capture(file, journal, folder, progress);
+  const station::CalibrationWatch watch = station::watch_calibration(campaign, [](double, const std::string&) {});
+  station::write_watch(watch, folder);
+  const fit::FitOutcome outcome = fit_run(a, campaign, folder, progress);
   // Only now is what the simulated fabric was read, to be compared with.
   const station::DemoVerdict verdict = station::judge(outcome, files::read_json(folder / "truth.json"));
   const double wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-  print_session(session);
+  print_session(file, journal, watch);
   fmt::print("{}", station::to_text(verdict));
   fmt::print("{:.0f} s; see {}\n", wall_s, (folder / "report.html").string());
   return verdict.parameters_hold() && verdict.held_out_holds() ? 0 : 1;

@@ -22,12 +22,6 @@ const char* relation_sign(Relation relation) {
 
 }  // namespace
 
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 bool holds(const Figure& figure) {
   switch (figure.relation) {
     case Relation::at_most: return figure.measured <= figure.reference;

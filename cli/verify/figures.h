@@ -10,6 +10,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "geometry/order_statistics.h"
 #include "report/progress.h"
 
 namespace selvedge::cli {
@@ -41,8 +42,7 @@ struct FigureSet {
 const std::vector<FigureSet>& proofs();
 const std::vector<FigureSet>& benches();
 
-// The middle value, the upper of two; values: at least one.
-double median(std::vector<double> values);
+using geometry::median;
 
 bool holds(const Figure& figure);
 void print(const std::vector<Figure>& figures);

@@ -16,6 +16,10 @@ namespace selvedge::estimate {
 
 namespace {
 
+constexpr double kSigma = 0.15;  // first standard deviation, in shares of the box
+// It ends where neither points (in shares of the box) nor costs differ by more, relative.
+constexpr double kTolerance = 1e-9;
+
 using Points = std::vector<std::vector<double>>;
 
 struct Rehearsal {
@@ -51,7 +55,7 @@ void look_up(SearchBudget& budget, Rehearsal& rehearsal, const Points& points) {
     rehearsal.costs[points[i]] = std::isfinite(costs[i]) ? costs[i] : 1e300;  // pagmo sums them
 }
 
-bool has_converged(const pagmo::population& population, double tolerance) {
+bool has_converged(const pagmo::population& population) {
   const auto f = population.get_f();
   const auto x = population.get_x();
   double low = f[0][0], high = low, apart = 0;
@@ -60,22 +64,22 @@ bool has_converged(const pagmo::population& population, double tolerance) {
     high = std::max(high, f[i][0]);
     for (size_t k = 0; k < x[i].size(); ++k) apart = std::max(apart, std::abs(x[i][k] - x[0][k]));
   }
-  return apart < tolerance || high - low <= tolerance * std::abs(low) * 1e-3;
+  return apart < kTolerance || high - low <= kTolerance * std::abs(low) * 1e-3;
 }
 
 }  // namespace
 
-SearchResult search_cma(const SearchProblem& problem, const SearchLimits& limits, const CmaOptions& options) {
+SearchResult search_cma(const SearchProblem& problem, const SearchLimits& limits) {
   SearchBudget budget(problem, limits);
   const auto n = static_cast<size_t>(budget.parameters());
+  // 4 + 3 ln(parameters), rounded up to a multiple of 4, which are lanes; pagmo wants five.
   const auto usual = static_cast<size_t>(4 * std::ceil((4 + 3 * std::log(static_cast<double>(n))) / 4));
-  const size_t individuals =
-      std::max<size_t>(options.individuals > 0 ? static_cast<size_t>(options.individuals) : usual, 5);
+  const size_t individuals = std::max<size_t>(usual, 5);
 
   auto rehearsal = std::make_shared<Rehearsal>();
   pagmo::population population(pagmo::problem(UnitBox{rehearsal, n}), 0, limits.seed);
   std::mt19937_64 random(limits.seed);
-  std::normal_distribution<double> normal(0, options.sigma);
+  std::normal_distribution<double> normal(0, kSigma);
   Points first;
   for (size_t i = 0; i < individuals; ++i) {
     const Eigen::VectorXd start = budget.unit_start();
@@ -88,7 +92,7 @@ SearchResult search_cma(const SearchProblem& problem, const SearchLimits& limits
   for (const std::vector<double>& x : first) population.push_back(x);
 
   // One generation a call, with memory; its own tolerances off: ours see the whole population.
-  pagmo::cmaes algorithm(1, -1, -1, -1, -1, options.sigma, 0, 0, true, true, limits.seed);
+  pagmo::cmaes algorithm(1, -1, -1, -1, -1, kSigma, 0, 0, true, true, limits.seed);
   while (!budget.over()) {
     rehearsal->noted.clear();
     rehearsal->noting = true;
@@ -98,7 +102,7 @@ SearchResult search_cma(const SearchProblem& problem, const SearchLimits& limits
     look_up(budget, *rehearsal, rehearsal->noted);
     population = algorithm.evolve(population);
     rehearsal->costs.clear();
-    if (has_converged(population, options.tolerance)) break;
+    if (has_converged(population)) break;
   }
   return budget.result();
 }

@@ -9,12 +9,6 @@
 
 namespace selvedge::estimate {
 
-struct CmaOptions {
-  int individuals = 0;      // 0: 4 + 3 ln(parameters), rounded up to a multiple of 4
-  double sigma = 0.15;      // first standard deviation, in shares of the box
-  double tolerance = 1e-9;  // ends where neither points (in shares of the box) nor costs differ by more, relative
-};
-
-SearchResult search_cma(const SearchProblem& problem, const SearchLimits& limits, const CmaOptions& options = {});
+SearchResult search_cma(const SearchProblem& problem, const SearchLimits& limits);
 
 }  // namespace selvedge::estimate

@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cmath>
 
+#include "geometry/cubic.h"
 #include "hardware_sim/synthetic_grid/synthetic_images.h"
 #include "hardware_sim/world/smooth_step.h"
 #include "rig/clock.h"
@@ -245,10 +246,10 @@ Eigen::Matrix3Xd World::interpolated(double t) const {
   if (after == moments_.end()) return moments_.back().position.cast<double>();
   if (after == moments_.begin()) return after->position.cast<double>();
   const Moment &a = *(after - 1), &b = *after;
-  // Cubic Hermite.
-  const double h = b.time_s - a.time_s, s = (t - a.time_s) / h, s2 = s * s, s3 = s2 * s;
-  return (2 * s3 - 3 * s2 + 1) * a.position.cast<double>() + (3 * s2 - 2 * s3) * b.position.cast<double>() +
-         h * (s3 - 2 * s2 + s) * a.velocity.cast<double>() + h * (s3 - s2) * b.velocity.cast<double>();
+  const auto number = [](const auto& values) -> Eigen::Matrix3Xd { return values.template cast<double>(); };
+  const double h = b.time_s - a.time_s;
+  return geometry::hermite((t - a.time_s) / h, h, number(a.position), number(a.velocity), number(b.position),
+                           number(b.velocity));
 }
 
 Eigen::Matrix3Xd World::fabric_at(double host_time_s) {

@@ -3,28 +3,11 @@
 
 #include <gtest/gtest.h>
 
-#include "calib/cubic_spline.h"
 #include "hardware_sim/synthetic_grid/synthetic_motion.h"
 #include "hardware_sim/synthetic_grid/synthetic_poses.h"
 
 namespace selvedge::calib {
 namespace {
-
-TEST(cubic_spline, follows_a_sine_with_its_velocity) {
-  std::vector<double> times;
-  std::vector<Eigen::Vector3d> places;
-  for (int i = 0; i <= 120; ++i) {
-    times.push_back(i / 60.0);
-    places.emplace_back(std::sin(3 * times.back()), times.back(), 1);
-  }
-  const CubicSpline spline(times, places);
-  for (double t = 0.2; t < 1.8; t += 0.013) {
-    EXPECT_NEAR(spline.position(t).x(), std::sin(3 * t), 1e-6);
-    EXPECT_NEAR(spline.velocity(t).x(), 3 * std::cos(3 * t), 1e-3);
-    EXPECT_NEAR(spline.velocity(t).y(), 1, 1e-9);
-  }
-  EXPECT_TRUE(std::isinf(spline.gap_s(2.5)));
-}
 
 class Delay : public ::testing::Test {
  protected:

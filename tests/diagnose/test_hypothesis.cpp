@@ -54,7 +54,7 @@ TEST_F(Hypotheses, AStepStaysWithinBounds) {
     const model::Parameter& p = study_->parameters[static_cast<size_t>(k)];
     at_bound.x(k) = model::to_coordinate(p, p.upper);
   }
-  const Eigen::VectorXd x = step_from(*study_, at_bound, {0, 1, 2});
+  const Eigen::VectorXd x = steps_from(*study_, at_bound, {0, 1, 2}, {0}).col(0);
   for (const Eigen::Index k : at_bound.active)
     EXPECT_LE(x(k), at_bound.x(k) + 1e-9) << study_->parameters[static_cast<size_t>(k)].name;
 }

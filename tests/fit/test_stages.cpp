@@ -157,7 +157,7 @@ TEST_F(Search, StepsBetweenDerivativesCostLessAndEndAsLow) {
   const estimate::LeastSquaresResult found = minimise(plain, state, parameters_, start_, options);
   EXPECT_LT(found.evaluations, 0.8 * wanted.evaluations);
   const auto cost = [&](const VectorXd& x) {
-    return cost_of(plain, plain.evaluate(begin, parameters_, x).front(), options, 1);
+    return cost_of(plain, plain.evaluate(begin, parameters_, x).front(), options);
   };
   EXPECT_LT(cost(found.coordinates), 1.1 * cost(wanted.coordinates));
   EXPECT_LT(cost(found.coordinates), 0.6 * cost(start_));

@@ -69,6 +69,19 @@ TEST_F(SessionFileTest, ReadsFabricsTrialsAndRepeats) {
                                       "knit/diagnose", "satin/fit", "satin/diagnose"}));
 }
 
+TEST_F(SessionFileTest, ARigsOwnConfigurationIsASessionOfItsTrialsInPlace) {
+  const SessionFile file = session_of_rig(folder_ / "rig.toml", folder_ / "world.toml");
+  std::vector<std::string> kinds;
+  for (const Step& step : planned_steps(file)) kinds.push_back(step.kind);
+  ASSERT_EQ(file.fabrics.size(), 1u);
+  std::vector<std::string> expected(1 + file.fabrics[0].plan.trials.size(), "record");
+  expected[0] = "calibrate";
+  EXPECT_EQ(kinds, expected);
+  for (const std::string& kind : kinds) EXPECT_EQ(file.on_failure.at(kind).repeats, 0) << kind;
+  EXPECT_EQ(file.folder_of(0, "runs/demo"), "runs/demo");
+  EXPECT_EQ(read(session_ + fabrics_).folder_of(1, "runs/two"), "runs/two/satin");
+}
+
 TEST_F(SessionFileTest, RefusesByName) {
   EXPECT_EQ(refusal(session_ + fabrics_), "");
   EXPECT_NE(refusal(session_ + fabrics_ + "[fit]\ncolumn = 13\n").find("[fit] column: unknown key"), std::string::npos)

@@ -1,11 +1,10 @@
-#include "calib/cubic_spline.h"
+#include "geometry/cubic.h"
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 #include <stdexcept>
 
-namespace selvedge::calib {
+namespace selvedge::geometry {
 
 CubicSpline::CubicSpline(std::vector<double> time_s, std::vector<Eigen::Vector3d> position)
     : time_(std::move(time_s)), position_(std::move(position)) {
@@ -60,36 +59,4 @@ double CubicSpline::fraction(double time_s) const {
   return (time_s - time_[i]) / (time_[i + 1] - time_[i]);
 }
 
-namespace {
-
-constexpr int kImpulseReach = 12;  // samples further off add nothing
-
-// The answer to a single sample of one among zeros, samples a unit of time apart.
-const CubicSpline& impulse_answer() {
-  static const CubicSpline answer = [] {
-    std::vector<double> times;
-    std::vector<Eigen::Vector3d> impulse(2 * kImpulseReach + 1, Eigen::Vector3d::Zero());
-    for (int i = -kImpulseReach; i <= kImpulseReach; ++i) times.push_back(i);
-    impulse[kImpulseReach].x() = 1;
-    return CubicSpline(times, impulse);
-  }();
-  return answer;
-}
-
-}  // namespace
-
-double variance_slope(double fraction) {
-  double slope = 0;
-  for (int sample = -kImpulseReach + 1; sample < kImpulseReach - 1; ++sample)
-    slope += 2 * impulse_answer().position(fraction + sample).x() * impulse_answer().velocity(fraction + sample).x();
-  return slope;
-}
-
-double velocity_variance(double fraction) {
-  double variance = 0;
-  for (int sample = -kImpulseReach + 1; sample < kImpulseReach - 1; ++sample)
-    variance += std::pow(impulse_answer().velocity(fraction + sample).x(), 2);
-  return variance;
-}
-
-}  // namespace selvedge::calib
+}  // namespace selvedge::geometry
