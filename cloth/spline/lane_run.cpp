@@ -30,31 +30,48 @@ bool bends_otherwise(const Material& m) {
          m.bend_friction != 0;
 }
 
-// (1 + share R K)⁻¹ − 1 of one direction within the kernels' band. What the band cuts off goes to the nearest three, so
-// that velocities that are constant or linear stay what they are.
-MatrixXd damping_over_a_step(const Side& side, double share) {
-  const MatrixXd one = MatrixXd::Identity(side.bend.rows(), side.bend.cols());
-  MatrixXd added = (one + share * side.inverse * side.bend).inverse() - one;
-  for (Index i = 0; i < added.rows(); ++i) {
-    const Index first = std::clamp<Index>(i - 1, 0, added.cols() - 3);
-    const double here = side.basis.greville(static_cast<int>(i));
+// What the band cuts off goes to the nearest three of a row, so that velocities that are constant or linear stay what
+// they are.
+void cut_to_band(const Basis& basis, MatrixXd& matrix) {
+  for (Index i = 0; i < matrix.rows(); ++i) {
+    const Index first = std::clamp<Index>(i - 1, 0, matrix.cols() - 3);
+    const double here = basis.greville(static_cast<int>(i));
     double sum = 0, moment = 0;
-    for (Index j = 0; j < added.cols(); ++j) {
-      if (std::abs(i - j) > kReach) added(i, j) = 0;
-      sum += added(i, j);
-      moment += added(i, j) * (side.basis.greville(static_cast<int>(j)) - here);
+    for (Index j = 0; j < matrix.cols(); ++j) {
+      if (std::abs(i - j) <= kReach) continue;
+      sum += matrix(i, j);
+      moment += matrix(i, j) * (basis.greville(static_cast<int>(j)) - here);
+      matrix(i, j) = 0;
     }
     Eigen::Vector3d at;
-    for (Index k = 0; k < 3; ++k) at(k) = side.basis.greville(static_cast<int>(first + k)) - here;
+    for (Index k = 0; k < 3; ++k) at(k) = basis.greville(static_cast<int>(first + k)) - here;
     const double size = at.norm();
     Eigen::Matrix<double, 2, 3> rule;
     rule << Eigen::RowVector3d::Ones(), at.transpose() / size;
     const Eigen::Vector3d change =
         rule.transpose() * (rule * rule.transpose()).inverse() * Eigen::Vector2d(sum, moment / size);
-    added.row(i).segment<3>(first) -= change.transpose();
+    matrix.row(i).segment<3>(first) += change.transpose();
   }
-  return added;
 }
+
+// One direction of a step's damping of bending: B − 1, and √2 B A / (1 + c² A²) with A = √share R S B. Next to a free
+// rim A exceeds the half that it stays below elsewhere; bounded by 1/2c in each direction, the twist never turns a
+// velocity round.
+constexpr double kTwistBound = 0.8;
+
+struct StepDamping {
+  MatrixXd added, twist;
+
+  StepDamping(const Side& side, double share) {
+    const MatrixXd one = MatrixXd::Identity(side.bend.rows(), side.bend.cols());
+    const MatrixXd damped = (one + share * side.inverse * side.bend).inverse();
+    added = damped - one;
+    const MatrixXd rate = std::sqrt(share) * side.inverse * side.slope * damped;
+    twist = std::sqrt(2) * damped * rate * (one + kTwistBound * kTwistBound * rate * rate).inverse();
+    cut_to_band(side.basis, added);
+    cut_to_band(side.basis, twist);
+  }
+};
 
 // All rows of the kernels' table, in their order.
 std::vector<double> numbers_of(const Experiment& e) {
@@ -172,6 +189,8 @@ void LaneRun<T>::point_at_memory() {
   run_.held.velocity = held_velocity_.data();
   run_.damp_u = start(damp_u_);
   run_.damp_v = start(damp_v_);
+  run_.twist_u = start(twist_u_);
+  run_.twist_v = start(twist_v_);
   run_.mu = mu_.data();
   run_.nu = nu_.data();
   run_.gain = gain_.data();
@@ -206,16 +225,18 @@ Inertia LaneRun<T>::inertia_of(size_t lane) const {
 template <class T>
 void LaneRun<T>::fill_damping(size_t lane, double step_s) {
   const double share = step_s * materials_[lane].bend_damping / materials_[lane].density;
-  const auto fill = [&](const Side& side, Aligned<T>& to) {
-    const MatrixXd added = damping_over_a_step(side, share);
-    to.resize(static_cast<size_t>(added.rows()) * kBand * width_);
-    for (Index i = 0; i < added.rows(); ++i)
+  const auto fill = [&](const MatrixXd& from, Aligned<T>& to) {
+    to.resize(static_cast<size_t>(from.rows() * kBand) * width_);
+    for (Index i = 0; i < from.rows(); ++i)
       for (Index d = -kReach; d <= kReach; ++d)
         to[static_cast<size_t>(i * kBand + kReach + d) * width_ + lane] =
-            i + d >= 0 && i + d < added.cols() ? static_cast<T>(added(i, i + d)) : T(0);
+            i + d >= 0 && i + d < from.cols() ? static_cast<T>(from(i, i + d)) : T(0);
   };
-  fill(sheet_.u, damp_u_);
-  fill(sheet_.v, damp_v_);
+  const StepDamping u(sheet_.u, share), v(sheet_.v, share);
+  fill(u.added, damp_u_);
+  fill(v.added, damp_v_);
+  fill(u.twist, twist_u_);
+  fill(v.twist, twist_v_);
 }
 
 template <class T>

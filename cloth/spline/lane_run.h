@@ -13,10 +13,10 @@ namespace selvedge::cloth::spline {
 // kg/m² at the control points, of fabric, hem and local weight; no air.
 Eigen::VectorXd densities(const SplineSheet& sheet, const Material& material);
 
-// Damping of bending is stiff, even, and the same at all times. A step ends with it, taken implicitly and one direction
-// after the other, v ← (1 + h D R_u K_u / ρ)⁻¹ ⊗ (1 + h D R_v K_v / ρ)⁻¹ v, K the bending of one direction: to first
-// order in the step h that of x_uu and x_vv. That of the twist is a force like others; these two outweigh it
-// (2 k_u² k_v² ≤ k_u⁴ + k_v⁴), so that bending's damping never shortens the step.
+// Damping of bending is stiff, even, and the same at all times: it is no part of the force, and a step ends with it.
+// That of x_uu and x_vv is taken implicitly, one direction after the other, v ← B_u ⊗ B_v v, B = (1 + h D R K / ρ)⁻¹, K
+// the bending of one direction; then that of the twist explicitly, between these two and bounded (lane_run.cpp). No
+// step is too long for it; its error is of the order of h.
 //
 // T: float or double. Throws std::invalid_argument where a material carries air with it (added_mass), which a spline
 // sheet cannot.
@@ -68,8 +68,8 @@ class LaneRun {
   std::vector<Material> materials_;  // one a lane
   std::vector<int> reads_start_, reads_point_, moves_start_, moves_point_;
   std::vector<T> reads_weight_, mu_, nu_, gain_;
-  Aligned<T> material_, damp_u_, damp_v_, mass_scale_, bend_factor_, moves_weight_, held_position_, held_velocity_, x_,
-      v_half_, force_, acceleration_, change_[3], scratch_, kept_, membrane_memory_, bend_memory_;
+  Aligned<T> material_, damp_u_, damp_v_, twist_u_, twist_v_, mass_scale_, bend_factor_, moves_weight_, held_position_,
+      held_velocity_, x_, v_half_, force_, acceleration_, change_[3], scratch_, kept_, membrane_memory_, bend_memory_;
   kernel::Run<T> run_;
 };
 extern template class LaneRun<float>;

@@ -92,6 +92,9 @@ Spectrum spectrum_of(const SplineSheet& sheet, const Material& m) {
   const double weight_n = 9.81 * m.density * sheet.swatch.width_m * sheet.swatch.height_m;
   const double across = std::max(2 * sheet.swatch.grip_m, sheet.swatch.width_m / sheet.u.basis.cells());
   out.tension = std::clamp(0.05 + weight_n / (across * std::min(ku, kv)), 0.1, 1.0);
+  // The plan looks at tension where nothing damps; it stiffens what is damped as well.
+  out.membrane_omega2 *= 1 + out.tension;
+  out.membrane_ratio *= 1 + out.tension;
   return out;
 }
 

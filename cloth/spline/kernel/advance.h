@@ -42,26 +42,37 @@ void times_inverse_mass(const Run<T>& run, V* from, V* to) {
   scale_by_mass(run, to);
 }
 
-// y += what bending's damping adds along v, then along u; other: a field beside.
+// y ← (1 + damp_v) (1 + damp_u) y − twist_v twist_u y; other: two fields of one axis beside.
 template <class V, class T>
 void damp_bending(const Run<T>& run, V* y, V* other) {
   const int n = run.u.functions, nv = run.v.functions, field = n * nv;
   const V *along = lanes<V>(run.damp_u), *down = lanes<V>(run.damp_v);
+  const V *twist_along = lanes<V>(run.twist_u), *twist_down = lanes<V>(run.twist_v);
   for (int c = 0; c < 3; ++c) {
     V* of = y + c * field;
     for (int j = 0; j < nv; ++j) {
       const int low = j < 6 ? -j : -6, high = nv - 1 - j < 6 ? nv - 1 - j : 6;
-      V* row = other + j * n;
-      for (int i = 0; i < n; ++i) row[i] = of[j * n + i];
-      for (int d = low; d <= high; ++d)
-        for (int i = 0; i < n; ++i) row[i] = fused(down[13 * j + 6 + d], of[(j + d) * n + i], row[i]);
+      V *row = other + j * n, *twisted = row + field;
+      for (int i = 0; i < n; ++i) row[i] = of[j * n + i], twisted[i] = V{};
+      for (int d = low; d <= high; ++d) {
+        const V p = down[13 * j + 6 + d], q = twist_down[13 * j + 6 + d];
+        for (int i = 0; i < n; ++i) {
+          const V from = of[(j + d) * n + i];
+          row[i] = fused(p, from, row[i]);
+          twisted[i] = fused(q, from, twisted[i]);
+        }
+      }
     }
     for (int j = 0; j < nv; ++j)
       for (int i = 0; i < n; ++i) {
         const int left = i < 6 ? -i : -6, right = n - 1 - i < 6 ? n - 1 - i : 6;
-        V sum = other[j * n + i];
-        for (int d = left; d <= right; ++d) sum = fused(along[13 * i + 6 + d], other[j * n + i + d], sum);
-        of[j * n + i] = sum;
+        const V *row = other + j * n + i, *twisted = row + field;
+        V sum = *row, less{};
+        for (int d = left; d <= right; ++d) {
+          sum = fused(along[13 * i + 6 + d], row[d], sum);
+          less = fused(twist_along[13 * i + 6 + d], twisted[d], less);
+        }
+        of[j * n + i] = sum - less;
       }
   }
 }

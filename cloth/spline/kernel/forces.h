@@ -168,22 +168,21 @@ void subtract_bending(const Run<T>& run, const V* uu, const V* uv, const V* vv, 
   }
 }
 
-// Bending of even rigidities, and damping of its twist; that of x_uu and x_vv is no force (lane_run.h). Sets the force.
+// Bending of even rigidities. Sets the force.
 template <class V, class T>
 void set_bending(const Run<T>& run) {
-  const V *x = lanes<V>(static_cast<const T*>(run.x)), *y = lanes<V>(static_cast<const T*>(run.v_half));
   const int n = run.u.functions, field = n * run.v.functions;
   const LaneMaterial<V> m = material_of<V>(run);
   V *rows = lanes<V>(run.scratch), *uu = rows + 18 * n, *uv = uu + field, *vv = uv + field;
-  const V twist = T(2) * m[kBendUV], twist_damping = T(2) * m[kBendDamping];
+  const V twist = T(2) * m[kBendUV];
   for (int c = 0; c < 3; ++c) {
     V* force = lanes<V>(run.force) + c * field;
-    const V *at = x + c * field, *rate = y + c * field;
+    const V* x = lanes<V>(static_cast<const T*>(run.x)) + c * field;
     for (int i = 0; i < field; ++i) {
       force[i] = V{};
-      uu[i] = m[kBendUU] * at[i];
-      vv[i] = m[kBendVV] * at[i];
-      uv[i] = fused(twist, at[i], twist_damping * rate[i]);
+      uu[i] = m[kBendUU] * x[i];
+      uv[i] = twist * x[i];
+      vv[i] = m[kBendVV] * x[i];
     }
     subtract_bending(run, uu, uv, vv, rows, force);
   }

@@ -75,10 +75,11 @@ inline constexpr int kMembraneMemory = 6, kBendMemory = 3;  // numbers a point
 template <class T>
 struct Run {
   SideTables<T> u, v;
-  const T* material = nullptr;                   // [Row][lane]
-  const T *damp_u = nullptr, *damp_v = nullptr;  // rows of thirteen, [entry][lane]: what bending's damping adds to a
-                                                 // velocity over a step, one direction after the other; null: nothing
-  const T* mass_scale = nullptr;                 // [control point][lane]; null: 1
+  const T* material = nullptr;  // [Row][lane]
+  // Rows of thirteen, [entry][lane]: bending's damping over a step, v ← (1 + damp) ⊗ (1 + damp) v − twist ⊗ twist v;
+  // null: none.
+  const T *damp_u = nullptr, *damp_v = nullptr, *twist_u = nullptr, *twist_v = nullptr;
+  const T* mass_scale = nullptr;   // [control point][lane]; null: 1
   const T* bend_factor = nullptr;  // [point of the rule][lane], by which rigidity exceeds the material's; null: 1
   bool uses_moments = false;       // bending is more than three even rigidities
   bool uses_normals = false;       // of these: friction or rest curvature
