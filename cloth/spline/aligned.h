@@ -1,6 +1,7 @@
 // Numbers that begin at a cache line, as vectors of lanes need them.
 #pragma once
 
+#include <cstddef>
 #include <new>
 #include <vector>
 

@@ -43,11 +43,8 @@ Rest rest_on(const Swatch& swatch, const Experiment& e, double cell_m, const Res
 
 double bending_length_m(const Material& m, double gravity_m_s2) {
   const double bend = m.bend * std::exp(-std::abs(m.bend_anisotropy)), weight = m.density * gravity_m_s2;
-  double length = std::cbrt(bend / weight);
-  // A softened rigidity makes the length shorter, and that the curvature larger: a few rounds settle it.
-  for (int k = 0; k < 8; ++k)
-    length = std::cbrt(bend * std::max(0.05, 1 + m.bend_stiffening / (length * length)) / weight);
-  return length;
+  const double hard = std::cbrt(bend / weight);
+  return std::cbrt(bend * std::max(0.05, 1 + m.bend_stiffening / (hard * hard)) / weight);
 }
 
 ChosenGrid choose_grid(const Swatch& swatch, const Experiment& experiment, double tolerance_m, double side) {

@@ -11,8 +11,8 @@
 
 namespace selvedge::cloth::spline {
 
-inline constexpr double kCellsALength = 1.5;
-inline constexpr int kMostCells = 64;  // a side; a grid finer than that is not tried
+inline constexpr double kCellsALength = 1;
+inline constexpr int kMostCells = 32;  // a side; a grid finer than that is not tried
 
 struct ChosenGrid {
   Grid grid;

@@ -8,6 +8,7 @@
 #include <Eigen/Dense>
 
 #include "cloth/kernel/vertex_parts.h"
+#include "cloth/spline/step_damping.h"
 
 namespace selvedge::cloth::spline {
 
@@ -17,7 +18,7 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr Index kReach = 6, kBand = 2 * kReach + 1;  // of the inverse masses
+constexpr Index kReach = kStepDampingReach, kBand = 2 * kReach + 1;
 
 double rim_distance(const Swatch& s, const Eigen::Vector2d& uv) {
   return std::max(0.0, std::min({uv.x(), s.width_m - uv.x(), uv.y(), s.height_m - uv.y()}));
@@ -29,49 +30,6 @@ bool bends_otherwise(const Material& m) {
   return m.bend_stiffening != 0 || m.hem_stiffness != 0 || m.rest_curvature_u != 0 || m.rest_curvature_v != 0 ||
          m.bend_friction != 0;
 }
-
-// What the band cuts off goes to the nearest three of a row, so that velocities that are constant or linear stay what
-// they are.
-void cut_to_band(const Basis& basis, MatrixXd& matrix) {
-  for (Index i = 0; i < matrix.rows(); ++i) {
-    const Index first = std::clamp<Index>(i - 1, 0, matrix.cols() - 3);
-    const double here = basis.greville(static_cast<int>(i));
-    double sum = 0, moment = 0;
-    for (Index j = 0; j < matrix.cols(); ++j) {
-      if (std::abs(i - j) <= kReach) continue;
-      sum += matrix(i, j);
-      moment += matrix(i, j) * (basis.greville(static_cast<int>(j)) - here);
-      matrix(i, j) = 0;
-    }
-    Eigen::Vector3d at;
-    for (Index k = 0; k < 3; ++k) at(k) = basis.greville(static_cast<int>(first + k)) - here;
-    const double size = at.norm();
-    Eigen::Matrix<double, 2, 3> rule;
-    rule << Eigen::RowVector3d::Ones(), at.transpose() / size;
-    const Eigen::Vector3d change =
-        rule.transpose() * (rule * rule.transpose()).inverse() * Eigen::Vector2d(sum, moment / size);
-    matrix.row(i).segment<3>(first) += change.transpose();
-  }
-}
-
-// One direction of a step's damping of bending: B − 1, and √2 B A / (1 + c² A²) with A = √share R S B. Next to a free
-// rim A exceeds the half that it stays below elsewhere; bounded by 1/2c in each direction, the twist never turns a
-// velocity round.
-constexpr double kTwistBound = 0.8;
-
-struct StepDamping {
-  MatrixXd added, twist;
-
-  StepDamping(const Side& side, double share) {
-    const MatrixXd one = MatrixXd::Identity(side.bend.rows(), side.bend.cols());
-    const MatrixXd damped = (one + share * side.inverse * side.bend).inverse();
-    added = damped - one;
-    const MatrixXd rate = std::sqrt(share) * side.inverse * side.slope * damped;
-    twist = std::sqrt(2) * damped * rate * (one + kTwistBound * kTwistBound * rate * rate).inverse();
-    cut_to_band(side.basis, added);
-    cut_to_band(side.basis, twist);
-  }
-};
 
 // All rows of the kernels' table, in their order.
 std::vector<double> numbers_of(const Experiment& e) {

@@ -135,7 +135,8 @@ double triangles_mm(const cloth::Sheet& sheet, Experiment e, const Matrix3Xd& re
 
 SplineCase run_spline_case(const DrawnFabric& fabric, int motions, double duration_s, double tolerance_m) {
   namespace spline = cloth::spline;
-  SplineCase out{fabric, {}};
+  SplineCase out;
+  out.fabric = fabric;
   const spline::Swatch swatch;
   const cloth::Sheet triangles = cloth::make_sheet(geometry::make_grid_mesh(kSide_m, kSide_m, 33, 33));
   out.triangle_columns = 33;

@@ -1,5 +1,7 @@
 // Makes the kernels of one kind of processor. A file that includes this is compiled with its instructions, and sets
 // SELVEDGE_KIND, SELVEDGE_WIDTH (bytes of its vectors) and SELVEDGE_KERNELS (name of the function) first.
+#pragma once
+
 #include "cloth/spline/kernel/advance.h"
 
 namespace selvedge::cloth::spline::kernel {

@@ -1,6 +1,13 @@
 // Vectors of lanes and their arithmetic, once for each kind of processor (SELVEDGE_KIND names the namespace).
 #pragma once
 
+// For who looks at a header alone; the kinds set their own (kernels_of_kind.h).
+#ifndef SELVEDGE_KIND
+#define SELVEDGE_KIND kind_alone
+#define SELVEDGE_WIDTH 16
+#define SELVEDGE_KERNELS alone_kernels
+#endif
+
 #ifdef __AVX2__
 #include <immintrin.h>
 #endif
