@@ -13,6 +13,7 @@ std::vector<Figure> prove_louchet(const FigureOptions& options);
 std::vector<Figure> prove_metric(const FigureOptions& options);
 std::vector<Figure> prove_recorder(const FigureOptions& options);
 std::vector<Figure> prove_rig(const FigureOptions& options);
+std::vector<Figure> prove_spline_sheet(const FigureOptions& options);
 std::vector<Figure> prove_station(const FigureOptions& options);
 
 const std::vector<FigureSet>& proofs() {
@@ -46,6 +47,9 @@ const std::vector<FigureSet>& proofs() {
        "clock offsets, drifts and the delay set in the simulated devices come back over the real wire, within what is "
        "stated",
        prove_rig},
+      {"spline-sheet",
+       "real fabrics as sheets of splines on the grid chosen for each, against four times the cells; of ../shared",
+       prove_spline_sheet},
       {"station", "a session of four fabrics runs by itself and names what was hidden; a browser walks the console",
        prove_station},
   };

@@ -1,0 +1,28 @@
+// Makes the kernels of one kind of processor. A file that includes this is compiled with its instructions, and sets
+// SELVEDGE_KIND, SELVEDGE_WIDTH (bytes of its vectors) and SELVEDGE_KERNELS (name of the function) first.
+#pragma once
+
+#include "cloth/spline/kernel/advance.h"
+
+namespace selvedge::cloth::spline::kernel {
+
+namespace SELVEDGE_KIND {
+
+template <class T, int L>
+Kernels<T> made() {
+  using V = Pack<T, L>;
+  return {L, forces<V, T>, advance<V, T>};
+}
+
+template <class T>
+Kernels<T> for_lanes(int wanted) {
+  constexpr int widest = SELVEDGE_WIDTH / sizeof(T), narrowest = 16 / sizeof(T);
+  return wanted <= narrowest ? made<T, narrowest>() : made<T, widest>();
+}
+
+}  // namespace SELVEDGE_KIND
+
+Kernels<float> SELVEDGE_KERNELS(int lanes, float) { return SELVEDGE_KIND::for_lanes<float>(lanes); }
+Kernels<double> SELVEDGE_KERNELS(int lanes, double) { return SELVEDGE_KIND::for_lanes<double>(lanes); }
+
+}  // namespace selvedge::cloth::spline::kernel

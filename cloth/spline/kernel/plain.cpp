@@ -1,0 +1,4 @@
+#define SELVEDGE_KIND kind_plain
+#define SELVEDGE_WIDTH 16
+#define SELVEDGE_KERNELS plain_kernels
+#include "cloth/spline/kernel/kernels_of_kind.h"

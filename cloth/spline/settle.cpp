@@ -1,0 +1,231 @@
+#include "cloth/spline/settle.h"
+
+#include <algorithm>
+#include <cmath>
+#include <deque>
+
+#include <Eigen/Dense>
+#include <Eigen/SparseCholesky>
+
+#include "cloth/kernel/force_field.h"
+#include "cloth/spline/energy.h"
+#include "cloth/spline/lane_run.h"
+
+namespace selvedge::cloth::spline {
+
+namespace {
+
+using Eigen::Index;
+using Eigen::Matrix3Xd;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+constexpr double kNear_m = 0.03;        // longest first step of a start that is near
+constexpr double kLongest_m = 0.01;     // of a step
+constexpr double kInertia_per_s2 = 10;  // mass is added to the stiffness by this: no mode is without resistance
+constexpr int kMemory = 16, kMostSteps = 600, kMostTries = 4, kCoarse = 12;
+constexpr double kLeft = 0.9;    // share of the push along a step that may be left at its end
+constexpr int kOften = 30;       // steps that a tangent serves
+constexpr double kFar_m = 0.02;  // a tangent serves so far from where it was taken
+
+double longest(const VectorXd& step) {
+  return std::sqrt(step.reshaped(3, step.size() / 3).colwise().squaredNorm().maxCoeff());
+}
+
+// Masses of the control points, kg.
+VectorXd lumped(const SplineSheet& sheet, const Material& m) {
+  const VectorXd area = (sheet.u.mass.rowwise().sum() * sheet.v.mass.rowwise().sum().transpose()).reshaped();
+  return densities(sheet, m).cwiseProduct(area);
+}
+
+// Forces at rest.
+class Forces {
+ public:
+  Forces(const SplineSheet& sheet, const Experiment& e)
+      : run_(sheet, {&e}), experiment_(e), mass_(lumped(sheet, e.material)) {}
+  VectorXd at(const VectorXd& x) {
+    const Matrix3Xd control = x.reshaped(3, mass_.size());
+    run_.set_position(0, control);
+    run_.set_forces(cloth::kernel::kBroughtFromFlat);
+    Matrix3Xd f = run_.force(0) + experiment_.gravity_m_s2 * mass_.transpose();
+    if (experiment_.guide)
+      add_nudging(*experiment_.guide, mass_.sum(), experiment_.start_s, control.data(), nullptr, f.data());
+    return f.reshaped();
+  }
+  const VectorXd& mass() const { return mass_; }
+
+ private:
+  LaneRun<double> run_;
+  const Experiment& experiment_;
+  VectorXd mass_;
+};
+
+// The inverse of the tangent at a shape between what is held.
+class FirstGuess {
+ public:
+  FirstGuess(const SplineSheet& sheet, const Experiment& e, const VectorXd& mass)
+      : sheet_(sheet), experiment_(e), is_held_(3 * static_cast<size_t>(sheet.count()), 0) {
+    const double nudging = e.guide ? e.guide->nudging_per_s * e.guide->nudging_per_s : 0;
+    inertia_ = (kInertia_per_s2 + nudging) * mass;
+    for (const Grip& grip : grips_of(sheet, e.path.hold)) {
+      if (grip.reads.size() > 1) joined_.push_back(grip);
+      else
+        for (int a = 0; a < 3; ++a) is_held_[static_cast<size_t>(3 * grip.reads[0].point + a)] = 1;
+    }
+  }
+
+  bool factorise(const VectorXd& x) {
+    const Matrix3Xd control = x.reshaped(3, inertia_.size());
+    StiffnessMatrix k = tangent(sheet_, experiment_.material, control, Convexity::kept_positive);
+    for (Index i = 0; i < k.rows(); ++i) k.coeffRef(i, i) += inertia_(i / 3);
+    hold_still(is_held_, k);
+    if (!analysed_) solver_.analyzePattern(k);
+    analysed_ = true;
+    solver_.factorize(k);
+    if (solver_.info() != Eigen::Success) return false;
+    rows_ = MatrixXd::Zero(k.rows(), 3 * static_cast<Index>(joined_.size()));
+    for (size_t g = 0; g < joined_.size(); ++g)
+      for (const Weight& w : joined_[g].reads)
+        for (Index a = 0; a < 3; ++a) rows_(3 * w.point + a, 3 * static_cast<Index>(g) + a) = w.weight;
+    if (joined_.empty()) return true;
+    moved_ = solver_.solve(rows_);
+    gram_.compute(MatrixXd(rows_.transpose() * moved_));
+    return true;
+  }
+
+  VectorXd times(const VectorXd& f) const {
+    VectorXd y = solver_.solve(held_out(f));
+    if (!joined_.empty()) y -= moved_ * gram_.solve(VectorXd(rows_.transpose() * y));
+    return y;
+  }
+
+  VectorXd held_out(VectorXd f) const {
+    for (Index i = 0; i < f.size(); ++i)
+      if (is_held_[static_cast<size_t>(i)]) f(i) = 0;
+    return f;
+  }
+
+ private:
+  const SplineSheet& sheet_;
+  const Experiment& experiment_;
+  std::vector<char> is_held_;
+  std::vector<Grip> joined_;  // that read more than one control point
+  VectorXd inertia_;
+  bool analysed_ = false;
+  Eigen::SimplicialLLT<StiffnessMatrix> solver_;
+  MatrixXd rows_, moved_;
+  Eigen::LDLT<MatrixXd> gram_;
+};
+
+struct Pair {
+  VectorXd moved, changed;  // of positions, and of forces with their sign turned
+  double inverse;           // 1 / (moved · changed)
+};
+
+VectorXd direction(const FirstGuess& guess, const std::deque<Pair>& pairs, const VectorXd& force) {
+  VectorXd q = force;
+  std::vector<double> alpha(pairs.size());
+  for (size_t i = pairs.size(); i-- > 0;) {
+    alpha[i] = pairs[i].inverse * pairs[i].moved.dot(q);
+    q -= alpha[i] * pairs[i].changed;
+  }
+  VectorXd r = guess.times(q);
+  for (size_t i = 0; i < pairs.size(); ++i)
+    r += (alpha[i] - pairs[i].inverse * pairs[i].changed.dot(r)) * pairs[i].moved;
+  return r;
+}
+
+void remember(VectorXd moved, VectorXd changed, std::deque<Pair>& pairs) {
+  const double curvature = moved.dot(changed);
+  if (curvature <= 1e-8 * moved.norm() * changed.norm()) return;
+  pairs.push_back({std::move(moved), std::move(changed), 1 / curvature});
+  if (pairs.size() > kMemory) pairs.pop_front();
+}
+
+Matrix3Xd placed(const SplineSheet& sheet, const Experiment& e, Matrix3Xd control) {
+  const std::vector<Grip> grips = grips_of(sheet, e.path.hold);
+  const auto moves = responses(sheet, grips, {sheet.u.inverse, sheet.v.inverse, {}});
+  const Eigen::Matrix<double, 3, 2> corners = e.path.at(e.start_s);
+  std::vector<Eigen::Vector3d> lack;
+  for (const Grip& grip : grips) {
+    lack.push_back(held_position(grip, e.path, corners));
+    for (const Weight& w : grip.reads) lack.back() -= w.weight * control.col(w.point);
+  }
+  for (size_t g = 0; g < grips.size(); ++g)
+    for (const Weight& w : moves[g]) control.col(w.point) += w.weight * lack[g];
+  return control;
+}
+
+std::vector<double> halved(const std::vector<double>& breaks) {
+  std::vector<double> out;
+  for (size_t i = 0; i + 1 < breaks.size(); i += 2) out.push_back(breaks[i]);
+  out.push_back(breaks.back());
+  return out;
+}
+
+// A start for this sheet from the equilibrium on half its cells a direction.
+Matrix3Xd brought_nearer(const SplineSheet& sheet, const Experiment& e, const Matrix3Xd& start, double change_m) {
+  const SplineSheet coarse =
+      make_spline_sheet(sheet.swatch, {halved(sheet.u.basis.breaks()), halved(sheet.v.basis.breaks())});
+  Experiment there = e;
+  there.guide = nullptr;  // it reads control points of this sheet
+  const Settled settled = settle(coarse, there, carried_over(sheet, start, coarse), change_m);
+  return carried_over(coarse, settled.position, sheet);
+}
+
+}  // namespace
+
+Settled settle(const SplineSheet& sheet, const Experiment& e, const Matrix3Xd& start, double change_m) {
+  Forces forces(sheet, e);
+  FirstGuess guess(sheet, e, forces.mass());
+  Settled out{placed(sheet, e, start)};
+  VectorXd x = out.position.reshaped(), taken_at = x;
+  VectorXd f = guess.held_out(forces.at(x));
+  std::deque<Pair> pairs;
+  int since = 0;
+  for (bool fresh = false; out.steps < kMostSteps; ++out.steps) {
+    if (!fresh) {
+      if (!f.allFinite() || !guess.factorise(x)) break;
+      ++out.factorised;
+      pairs.clear();
+      taken_at = x;
+      fresh = true;
+      since = 0;
+    }
+    const VectorXd p = direction(guess, pairs, f);
+    const double push = p.dot(f), length = longest(p);
+    if (!(push > 0) && !pairs.empty()) {
+      fresh = false;
+      continue;
+    }
+    if (length < 0.1 * change_m) {
+      out.at_rest = true;
+      break;
+    }
+    if (out.steps == 0 && length > kNear_m && !e.guide &&
+        std::min(sheet.u.basis.cells(), sheet.v.basis.cells()) > kCoarse) {
+      x = placed(sheet, e, brought_nearer(sheet, e, x.reshaped(3, x.size() / 3), 10 * change_m)).reshaped();
+      f = guess.held_out(forces.at(x));
+      fresh = false;
+      continue;
+    }
+    double share = std::min(1.0, kLongest_m / length);
+    VectorXd there, force_there;
+    for (int t = 0; t < kMostTries; ++t) {
+      there = x + share * p;
+      force_there = guess.held_out(forces.at(there));
+      const double left = force_there.allFinite() ? p.dot(force_there) : -1e9 * push;
+      if (left > -kLeft * push) break;
+      share *= std::clamp(push / (push - left), 0.1, 0.6);
+    }
+    if (!force_there.allFinite()) break;
+    remember(there - x, f - force_there, pairs);
+    x = there;
+    f = force_there;
+    if (longest(x - taken_at) > kFar_m || ++since == kOften) fresh = false;
+  }
+  out.position = x.reshaped(3, x.size() / 3);
+  return out;
+}
+
+}  // namespace selvedge::cloth::spline

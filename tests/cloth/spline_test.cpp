@@ -1,0 +1,264 @@
+// The spline sheet against the triangles, against closed forms and differences, and its lanes against one another.
+#include <cmath>
+
+#include <gtest/gtest.h>
+
+#include "cloth/kernel/force_field.h"
+#include "cloth/spline/chosen_grid.h"
+#include "cloth/spline/derivatives.h"
+#include "cloth/spline/energy.h"
+#include "cloth/spline/kernel/tables.h"
+#include "cloth/spline/lane_run.h"
+#include "cloth/spline/settle.h"
+#include "cloth/spline/simulate.h"
+
+namespace selvedge::cloth::spline {
+namespace {
+
+SplineSheet sheet_of(int cells, Hold hold = Hold::corners, const Swatch& swatch = {}) {
+  return make_spline_sheet(swatch, make_grid(swatch, hold, swatch.width_m / cells));
+}
+
+// Corners 0.255 m apart, the right one moved sideways.
+Experiment waved(Hold hold = Hold::corners) {
+  Experiment e;
+  std::vector<double> time_s;
+  Eigen::Matrix3Xd left(3, 40), right(3, 40);
+  for (Eigen::Index i = 0; i < 40; ++i) {
+    time_s.push_back(0.01 * static_cast<double>(i));
+    const double away = 0.03 * (1 - std::cos(2 * M_PI * 1.5 * time_s.back()));
+    left.col(i) << -0.1275, 0, 0;
+    right.col(i) << 0.1275, away, 0;
+  }
+  e.path = make_path(hold, time_s, left, right);
+  for (int k = 0; k <= 10; ++k) e.sample_s.push_back(0.02 * k);
+  return e;
+}
+
+Material every_effect_with_an_energy() {
+  Material m;
+  m.stretch_damping = m.shear_damping = m.bend_damping = m.drag_normal = m.drag_tangent = 0;
+  m.stretch_anisotropy = 0.3;
+  m.coupling = 0.2;
+  m.stretch_stiffening = 3;
+  m.bend = 1e-3;
+  m.bend_stiffening = 1e-4;
+  return m;
+}
+
+Eigen::Matrix3Xd crumpled(const SplineSheet& sheet) {
+  Eigen::Index next = 0;
+  return control_points_through(sheet, [&](const Eigen::Vector2d& uv) -> Eigen::Vector3d {
+    const double rough = 1e-3 * std::sin(12.9898 * static_cast<double>(++next));
+    return {1.03 * uv.x() + rough, 0.97 * uv.y() + 0.1 * uv.x(), 0.3 * uv.x() * uv.x() - 0.2 * uv.x() * uv.y() - rough};
+  });
+}
+
+TEST(SplineBasis, SumsToOneAndFollowsItsSlopes) {
+  const Basis basis({0, 0.01, 0.03, 0.07, 0.11, 0.2});
+  for (double x = 0.001; x < 0.2; x += 0.0063) {
+    const Alive here = basis.at(x), there = basis.at(x + 1e-7);
+    double sum = 0, linear = 0;
+    for (size_t k = 0; k < 4; ++k) {
+      sum += here.of[0][k];
+      linear += here.of[0][k] * basis.greville(here.first + static_cast<int>(k));
+      if (here.first != there.first) continue;
+      for (size_t d = 0; d < 3; ++d)
+        EXPECT_NEAR((there.of[d][k] - here.of[d][k]) / 1e-7, here.of[d + 1][k], 1e-4 * std::pow(100, d + 1));
+    }
+    EXPECT_NEAR(sum, 1, 1e-12);
+    EXPECT_NEAR(linear, x, 1e-12);
+  }
+  EXPECT_THROW(Basis({0, 0.1, 0.1, 0.2, 0.3}), std::invalid_argument);
+}
+
+TEST(SplineForces, AreTheEnergysGradient) {
+  const SplineSheet sheet = sheet_of(5);
+  Experiment e = waved();
+  e.material = every_effect_with_an_energy();
+  Eigen::Matrix3Xd x = crumpled(sheet);
+  const Eigen::Matrix3Xd still = Eigen::Matrix3Xd::Zero(3, x.cols());
+  LaneRun<double> run(sheet, {&e});
+  run.set_position(0, x);
+  run.set_forces(0);
+  const Eigen::Matrix3Xd force = run.force(0);
+  const auto energy = [&] { return energy_of(sheet, e.material, Eigen::Vector3d::Zero(), x, still).potential(); };
+  const auto slope = [&](Eigen::Index k, double h) {
+    const double at = x(k);
+    x(k) = at + h;
+    const double up = energy();
+    x(k) = at - h;
+    const double down = energy();
+    x(k) = at;
+    return (up - down) / (2 * h);
+  };
+  for (Eigen::Index k = 0; k < x.size(); k += 5)
+    EXPECT_NEAR(force(k), -(4 * slope(k, 1e-5) - slope(k, 2e-5)) / 3, 1e-6 * force.cwiseAbs().maxCoeff()) << k;
+}
+
+TEST(SplineForces, AreWhatTheTangentSays) {
+  const SplineSheet sheet = sheet_of(5);
+  Experiment e = waved();
+  e.material = every_effect_with_an_energy();
+  e.material.bend_stiffening = 0;
+  const Eigen::Matrix3Xd x = crumpled(sheet);
+  Eigen::VectorXd moved(x.size());
+  for (Eigen::Index i = 0; i < moved.size(); ++i) moved(i) = std::sin(78.233 * static_cast<double>(i + 1));
+  const auto force_at = [&](double share) {
+    LaneRun<double> run(sheet, {&e});
+    run.set_position(0, x + share * moved.reshaped(3, x.cols()));
+    run.set_forces(0);
+    return Eigen::VectorXd(run.force(0).reshaped());
+  };
+  const Eigen::VectorXd change = (force_at(1e-7) - force_at(-1e-7)) / 2e-7;
+  const Eigen::VectorXd told = -(tangent(sheet, e.material, x, Convexity::as_it_is) * moved);
+  EXPECT_LT((change - told).norm(), 1e-5 * told.norm());
+}
+
+TEST(SplineLanes, HaveTheBitsOfASingleRun) {
+  const SplineSheet sheet = sheet_of(9);
+  Experiment e = waved();
+  e.material.bend = 2e-5;
+  e.starts_at_rest = false;
+  e.start_shape = hung_shape(sheet, e, 1);
+  std::vector<Experiment> lanes(11, e);
+  for (size_t i = 0; i < lanes.size(); ++i) lanes[i].material.bend *= 1 + 0.01 * static_cast<double>(i);
+  for (const Precision precision : {Precision::single, Precision::twofold}) {
+    Options options;
+    options.precision = precision;
+    options.step_s = common_step_s(sheet, lanes);
+    const auto together = simulate(sheet, lanes, options);
+    for (const size_t i : {size_t{0}, size_t{10}}) {
+      const auto alone = simulate(sheet, {lanes[i]}, options);
+      EXPECT_TRUE(alone[0].finite);
+      for (size_t k = 0; k < e.sample_s.size(); ++k) EXPECT_EQ(together[i].samples[k], alone[0].samples[k]) << i;
+    }
+  }
+}
+
+TEST(SplineLanes, AreAlikeOnEachKindOfProcessorAndInEachPrecision) {
+  const SplineSheet sheet = sheet_of(9);
+  Experiment e = waved();
+  e.material.bend = 2e-5;
+  e.start_shape = settle(sheet, e, hung_shape(sheet, e, 1), 2e-6).position;
+  e.starts_at_rest = false;
+  Options twofold;
+  twofold.precision = Precision::twofold;
+  const Trajectory exact = simulate(sheet, {e}, twofold)[0];
+  const std::string best = kernel::processor_kind();
+  for (const char* kind : {"plain", "avx2", "avx512"}) {
+    if (!kernel::use_processor_kind(kind)) continue;
+    const Trajectory motion = simulate(sheet, {e})[0];
+    for (size_t k = 0; k < e.sample_s.size(); ++k)
+      EXPECT_LT((motion.samples[k] - exact.samples[k]).colwise().norm().maxCoeff(), 1e-5) << kind;
+  }
+  EXPECT_TRUE(kernel::use_processor_kind(best.c_str()));
+}
+
+TEST(SplineSettle, FindsTheEquilibriumOfTheTriangles) {
+  const SplineSheet sheet = sheet_of(14);
+  Experiment e = waved();
+  const Settled rest = settle(sheet, e, hung_shape(sheet, e, 1), 2e-6);
+  ASSERT_TRUE(rest.at_rest);
+  const Sheet triangles = make_sheet(geometry::make_grid_mesh(0.3, 0.3, 33, 33), Sides::arcs);
+  e.start_shape = cloth::hung_shape(triangles, e, 1);
+  const Eigen::Matrix3Xd other = relax(triangles, {e})[0].position;
+  double sum = 0;
+  for (int k = 0; k < 25; ++k) {
+    const Eigen::Vector2d uv(0.015 + 0.0675 * (k % 5), 0.015 + 0.0675 * (k / 5));
+    sum +=
+        (position_of(surface_point(sheet, uv), rest.position) - position_of(cloth::surface_point(triangles, uv), other))
+            .squaredNorm();
+  }
+  EXPECT_LT(std::sqrt(sum / 25), 1e-3);
+}
+
+TEST(SplineHold, KeepsWhatTheRigHolds) {
+  for (const Hold hold : {Hold::corners, Hold::top_edge, Hold::top_edge_clamped, Hold::side_edges}) {
+    const SplineSheet sheet = sheet_of(8, hold);
+    Experiment e = waved(hold);
+    e.material.bend = 1e-4;
+    e.start_shape = hung_shape(sheet, e, 1);
+    if (hold == Hold::side_edges) e.path.clamp_direction = {0, 0, -1};
+    const Trajectory t = simulate(sheet, {e})[0];
+    ASSERT_TRUE(t.finite);
+    for (const Grip& grip : grips_of(sheet, hold))
+      for (size_t k = 1; k < e.sample_s.size(); ++k) {
+        Eigen::Vector3d reads = Eigen::Vector3d::Zero();
+        for (const Weight& w : grip.reads) reads += w.weight * t.samples[k].col(w.point);
+        EXPECT_LT((reads - held_position(grip, e.path, e.path.at(e.sample_s[k]))).norm(), 2e-5);
+      }
+  }
+}
+
+TEST(SplineEnergy, OfAnUndampedSheetStays) {
+  const SplineSheet sheet = sheet_of(8);
+  Experiment e = waved();
+  e.material.stretch_damping = e.material.shear_damping = e.material.bend_damping = 0;
+  e.material.drag_normal = e.material.drag_tangent = 0;
+  e.path = make_path(Hold::corners, {0.0}, Eigen::Vector3d(-0.1275, 0, 0), Eigen::Vector3d(0.1275, 0, 0));
+  const Eigen::Vector3d upright = e.gravity_m_s2;
+  e.gravity_m_s2 = 9.81 * Eigen::Vector3d(0, std::sin(0.35), -std::cos(0.35));
+  e.start_shape = settle(sheet, e, hung_shape(sheet, e, 1), 2e-6).position;
+  e.gravity_m_s2 = upright;
+  const Eigen::Matrix3Xd rest = settle(sheet, e, e.start_shape, 2e-6).position;
+  e.starts_at_rest = false;
+  Options options;
+  options.precision = Precision::twofold;
+  options.step_s = 0.3 * common_step_s(sheet, {e});
+  const double last = std::round(1 / options.step_s);
+  e.sample_s = {(last - 1) * options.step_s, last * options.step_s, (last + 1) * options.step_s};
+  const Trajectory t = simulate(sheet, {e}, options)[0];
+  const auto total = [&](const Eigen::Matrix3Xd& x, const Eigen::Matrix3Xd& v) {
+    return energy_of(sheet, e.material, upright, x, v).total();
+  };
+  const Eigen::Matrix3Xd still = Eigen::Matrix3Xd::Zero(3, rest.cols());
+  const double at_rest = total(rest, still);
+  const Eigen::Matrix3Xd velocity = (t.samples[2] - t.samples[0]) / (2 * options.step_s);
+  const double kept = (total(t.samples[1], velocity) - at_rest) / (total(e.start_shape, still) - at_rest);
+  EXPECT_NEAR(kept, 1, 1e-3);
+}
+
+TEST(SplineDerivatives, AreThoseOfCentralDifferences) {
+  const SplineSheet sheet = sheet_of(8);
+  Experiment e = waved();
+  e.start_shape = hung_shape(sheet, e, 1);
+  Options options;
+  options.precision = Precision::twofold;
+  const double step = 0.005 * e.material.shear;
+  const Derivatives d = derivatives(sheet, e, {{&Material::shear, step}, {&Material::drag_normal, 0.005}}, options);
+  ASSERT_TRUE(d.finite);
+  e.start_shape = d.motion.start;
+  options.step_s = 0.9 * common_step_s(sheet, {e});
+  std::vector<Experiment> sides(2, e);
+  sides[0].material.shear -= step;
+  sides[1].material.shear += step;
+  const auto motion = simulate(sheet, sides, options);
+  const Eigen::Matrix3Xd central = (motion[1].samples.back() - motion[0].samples.back()) / (2 * step);
+  EXPECT_GT(central.norm(), 0);
+  EXPECT_LT((d.by[0].back() - central).norm(), 0.05 * central.norm());
+}
+
+TEST(SplineGrid, IsFinerForASofterFabric) {
+  Experiment e = waved();
+  e.material.bend = 1e-4;
+  const ChosenGrid stiff = choose_grid({}, e, 1e-3);
+  EXPECT_TRUE(stiff.within_tolerance) << stiff.left_open_m;
+  EXPECT_NEAR(stiff.bending_length_m, std::cbrt(1e-4 / (0.16 * 9.81)), 1e-6);
+  e.material.bend_stiffening = -1e-4;
+  EXPECT_LT(bending_length_m(e.material), 0.99 * stiff.bending_length_m);
+  e.material.bend = 1e-5;
+  EXPECT_LT(bending_length_m(e.material), stiff.bending_length_m / 2);
+}
+
+TEST(SplineSheet, RefusesWhatItCannotDo) {
+  const SplineSheet sheet = sheet_of(6);
+  Experiment e = waved();
+  e.start_shape = hung_shape(sheet, e, 1);
+  e.starts_at_rest = false;
+  e.material.added_mass = 0.1;
+  EXPECT_THROW(simulate(sheet, {e}), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace selvedge::cloth::spline
