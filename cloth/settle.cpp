@@ -1,14 +1,13 @@
 #include "cloth/settle.h"
 
-#include <algorithm>
-#include <cmath>
-#include <deque>
+#include <utility>
 
 #include <Eigen/SparseCholesky>
 
 #include "cloth/energy.h"
 #include "cloth/held_motion.h"
 #include "cloth/kernel/force_field.h"
+#include "cloth/quasi_newton.h"
 #include "cloth/stiffness.h"
 
 namespace selvedge::cloth {
@@ -18,15 +17,8 @@ namespace {
 using Eigen::Index;
 using Eigen::VectorXd;
 
-constexpr double kNear_m = 0.03;        // longest first step of a start that is near
-constexpr double kLongest_m = 0.004;    // of a step
-constexpr double kInertia_per_s2 = 10;  // mass is added to the stiffness by this: no mode is without resistance
-constexpr int kMemory = 16, kMostSteps = 120, kMostTries = 4;
-constexpr double kLeft = 0.9;  // share of the push along a step that may be left at its end
-
-double longest(const VectorXd& step) {
-  return std::sqrt(step.reshaped(3, step.size() / 3).colwise().squaredNorm().maxCoeff());
-}
+constexpr double kLongest_m = 0.004;  // of a step
+constexpr int kMostSteps = 120;
 
 // Forces at rest, with the held vertices' left out.
 class Forces {
@@ -73,24 +65,6 @@ class FirstGuess {
   Eigen::SimplicialLLT<StiffnessMatrix> solver_;
 };
 
-struct Pair {
-  VectorXd moved, changed;  // of positions, and of forces with their sign turned
-  double inverse;           // 1 / (moved · changed)
-};
-
-VectorXd direction(const FirstGuess& guess, const std::deque<Pair>& pairs, const VectorXd& force) {
-  VectorXd q = force;
-  std::vector<double> alpha(pairs.size());
-  for (size_t i = pairs.size(); i-- > 0;) {
-    alpha[i] = pairs[i].inverse * pairs[i].moved.dot(q);
-    q -= alpha[i] * pairs[i].changed;
-  }
-  VectorXd r = guess.times(q);
-  for (size_t i = 0; i < pairs.size(); ++i)
-    r += (alpha[i] - pairs[i].inverse * pairs[i].changed.dot(r)) * pairs[i].moved;
-  return r;
-}
-
 }  // namespace
 
 Settled settle(const Sheet& sheet, const Experiment& experiment, const Eigen::Matrix3Xd& start, double change_m) {
@@ -103,12 +77,13 @@ Settled settle(const Sheet& sheet, const Experiment& experiment, const Eigen::Ma
   VectorXd x = out.position.reshaped(), f = forces.at(x);
   const FirstGuess guess(sheet, still, forces, x);
   if (!guess.ok() || !f.allFinite()) return out;
-  std::deque<Pair> pairs;
+  const ForceOf inverse = [&](const VectorXd& force) { return guess.times(force); };
+  StepMemory memory;
   for (int k = 0; k < kMostSteps; ++k) {
-    VectorXd p = direction(guess, pairs, f);
+    VectorXd p = memory.direction(inverse, f);
     double push = p.dot(f);
     if (!(push > 0)) {
-      pairs.clear();
+      memory.clear();
       p = guess.times(f);
       push = p.dot(f);
       if (!(push > 0)) break;
@@ -120,25 +95,11 @@ Settled settle(const Sheet& sheet, const Experiment& experiment, const Eigen::Ma
       out.at_rest = true;
       return out;
     }
-    double share = std::min(1.0, kLongest_m / length);
-    VectorXd there, force_there;
-    for (int t = 0; t < kMostTries; ++t) {
-      there = x + share * p;
-      force_there = forces.at(there);
-      const double left = force_there.allFinite() ? p.dot(force_there) : -1e9 * push;
-      if (left > -kLeft * push) break;
-      share *= std::clamp(push / (push - left), 0.1, 0.6);
-    }
-    if (!force_there.allFinite()) break;
-    Pair pair{there - x, f - force_there, 0};
-    const double curvature = pair.moved.dot(pair.changed);
-    if (curvature > 1e-8 * pair.moved.norm() * pair.changed.norm()) {
-      pair.inverse = 1 / curvature;
-      pairs.push_back(std::move(pair));
-      if (pairs.size() > kMemory) pairs.pop_front();
-    }
-    x = there;
-    f = force_there;
+    SearchedStep there = search_along(x, p, push, kLongest_m, [&](const VectorXd& at) { return forces.at(at); });
+    if (!there.force.allFinite()) break;
+    memory.remember(there.x - x, f - there.force);
+    x = std::move(there.x);
+    f = std::move(there.force);
   }
   return out;
 }

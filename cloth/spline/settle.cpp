@@ -1,13 +1,13 @@
 #include "cloth/spline/settle.h"
 
 #include <algorithm>
-#include <cmath>
-#include <deque>
+#include <utility>
 
 #include <Eigen/Dense>
 #include <Eigen/SparseCholesky>
 
 #include "cloth/kernel/force_field.h"
+#include "cloth/quasi_newton.h"
 #include "cloth/spline/energy.h"
 #include "cloth/spline/lane_run.h"
 
@@ -20,17 +20,10 @@ using Eigen::Matrix3Xd;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr double kNear_m = 0.03;        // longest first step of a start that is near
-constexpr double kLongest_m = 0.01;     // of a step
-constexpr double kInertia_per_s2 = 10;  // mass is added to the stiffness by this: no mode is without resistance
-constexpr int kMemory = 16, kMostSteps = 600, kMostTries = 4, kCoarse = 12;
-constexpr double kLeft = 0.9;    // share of the push along a step that may be left at its end
+constexpr double kLongest_m = 0.01;  // of a step
+constexpr int kMostSteps = 600, kCoarse = 12;
 constexpr int kOften = 30;       // steps that a tangent serves
 constexpr double kFar_m = 0.02;  // a tangent serves so far from where it was taken
-
-double longest(const VectorXd& step) {
-  return std::sqrt(step.reshaped(3, step.size() / 3).colwise().squaredNorm().maxCoeff());
-}
 
 // Masses of the control points, kg.
 VectorXd lumped(const SplineSheet& sheet, const Material& m) {
@@ -117,31 +110,6 @@ class FirstGuess {
   Eigen::LDLT<MatrixXd> gram_;
 };
 
-struct Pair {
-  VectorXd moved, changed;  // of positions, and of forces with their sign turned
-  double inverse;           // 1 / (moved · changed)
-};
-
-VectorXd direction(const FirstGuess& guess, const std::deque<Pair>& pairs, const VectorXd& force) {
-  VectorXd q = force;
-  std::vector<double> alpha(pairs.size());
-  for (size_t i = pairs.size(); i-- > 0;) {
-    alpha[i] = pairs[i].inverse * pairs[i].moved.dot(q);
-    q -= alpha[i] * pairs[i].changed;
-  }
-  VectorXd r = guess.times(q);
-  for (size_t i = 0; i < pairs.size(); ++i)
-    r += (alpha[i] - pairs[i].inverse * pairs[i].changed.dot(r)) * pairs[i].moved;
-  return r;
-}
-
-void remember(VectorXd moved, VectorXd changed, std::deque<Pair>& pairs) {
-  const double curvature = moved.dot(changed);
-  if (curvature <= 1e-8 * moved.norm() * changed.norm()) return;
-  pairs.push_back({std::move(moved), std::move(changed), 1 / curvature});
-  if (pairs.size() > kMemory) pairs.pop_front();
-}
-
 Matrix3Xd placed(const SplineSheet& sheet, const Experiment& e, Matrix3Xd control) {
   const std::vector<Grip> grips = grips_of(sheet, e.path.hold);
   const auto moves = responses(sheet, grips, {sheet.u.inverse, sheet.v.inverse, {}});
@@ -156,7 +124,8 @@ Matrix3Xd placed(const SplineSheet& sheet, const Experiment& e, Matrix3Xd contro
   return control;
 }
 
-std::vector<double> halved(const std::vector<double>& breaks) {
+// Every other of them.
+std::vector<double> thinned(const std::vector<double>& breaks) {
   std::vector<double> out;
   for (size_t i = 0; i + 1 < breaks.size(); i += 2) out.push_back(breaks[i]);
   out.push_back(breaks.back());
@@ -166,7 +135,7 @@ std::vector<double> halved(const std::vector<double>& breaks) {
 // A start for this sheet from the equilibrium on half its cells a direction.
 Matrix3Xd brought_nearer(const SplineSheet& sheet, const Experiment& e, const Matrix3Xd& start, double change_m) {
   const SplineSheet coarse =
-      make_spline_sheet(sheet.swatch, {halved(sheet.u.basis.breaks()), halved(sheet.v.basis.breaks())});
+      make_spline_sheet(sheet.swatch, {thinned(sheet.u.basis.breaks()), thinned(sheet.v.basis.breaks())});
   Experiment there = e;
   there.guide = nullptr;  // it reads control points of this sheet
   const Settled settled = settle(coarse, there, carried_over(sheet, start, coarse), change_m);
@@ -181,20 +150,22 @@ Settled settle(const SplineSheet& sheet, const Experiment& e, const Matrix3Xd& s
   Settled out{placed(sheet, e, start)};
   VectorXd x = out.position.reshaped(), taken_at = x;
   VectorXd f = guess.held_out(forces.at(x));
-  std::deque<Pair> pairs;
+  const ForceOf inverse = [&](const VectorXd& force) { return guess.times(force); };
+  const ForceOf force_at = [&](const VectorXd& at) { return guess.held_out(forces.at(at)); };
+  StepMemory memory;
   int since = 0;
   for (bool fresh = false; out.steps < kMostSteps; ++out.steps) {
     if (!fresh) {
       if (!f.allFinite() || !guess.factorise(x)) break;
       ++out.factorised;
-      pairs.clear();
+      memory.clear();
       taken_at = x;
       fresh = true;
       since = 0;
     }
-    const VectorXd p = direction(guess, pairs, f);
+    const VectorXd p = memory.direction(inverse, f);
     const double push = p.dot(f), length = longest(p);
-    if (!(push > 0) && !pairs.empty()) {
+    if (!(push > 0) && !memory.empty()) {
       fresh = false;
       continue;
     }
@@ -205,23 +176,15 @@ Settled settle(const SplineSheet& sheet, const Experiment& e, const Matrix3Xd& s
     if (out.steps == 0 && length > kNear_m && !e.guide &&
         std::min(sheet.u.basis.cells(), sheet.v.basis.cells()) > kCoarse) {
       x = placed(sheet, e, brought_nearer(sheet, e, x.reshaped(3, x.size() / 3), 10 * change_m)).reshaped();
-      f = guess.held_out(forces.at(x));
+      f = force_at(x);
       fresh = false;
       continue;
     }
-    double share = std::min(1.0, kLongest_m / length);
-    VectorXd there, force_there;
-    for (int t = 0; t < kMostTries; ++t) {
-      there = x + share * p;
-      force_there = guess.held_out(forces.at(there));
-      const double left = force_there.allFinite() ? p.dot(force_there) : -1e9 * push;
-      if (left > -kLeft * push) break;
-      share *= std::clamp(push / (push - left), 0.1, 0.6);
-    }
-    if (!force_there.allFinite()) break;
-    remember(there - x, f - force_there, pairs);
-    x = there;
-    f = force_there;
+    SearchedStep there = search_along(x, p, push, kLongest_m, force_at);
+    if (!there.force.allFinite()) break;
+    memory.remember(there.x - x, f - there.force);
+    x = std::move(there.x);
+    f = std::move(there.force);
     if (longest(x - taken_at) > kFar_m || ++since == kOften) fresh = false;
   }
   out.position = x.reshaped(3, x.size() / 3);

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <ctime>
 #include <memory>
 
 #include <fmt/format.h>
@@ -12,6 +11,7 @@
 
 #include "cli/verify/figures.h"
 #include "cli/verify/proofs/cloth_cases.h"
+#include "cli/verify/thread_cpu.h"
 #include "cloth/contact/solver.h"
 
 namespace selvedge::cli {
@@ -19,13 +19,6 @@ namespace selvedge::cli {
 namespace {
 
 using cloth::Experiment;
-
-// Time of this thread: other work on the machine does not count.
-double cpu_s() {
-  timespec now{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-}
 
 struct BenchFabric {
   const char* name;
@@ -52,7 +45,7 @@ struct Timed {
 
 double wall_s() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
 
-// clock: cpu_s for one thread, wall_s for all cores.
+// clock: thread_cpu_s for one thread, wall_s for all cores.
 Timed timed(double (*clock)(), const cloth::Sheet& sheet, const std::vector<Experiment>& lanes,
             const cloth::Options& options, int repeats) {
   Timed out;
@@ -91,7 +84,7 @@ Cheapest cheapest(const cloth::Sheet& sheet, const Experiment& e, const cloth::T
                   const std::vector<std::pair<std::string, cloth::Options>>& settings) {
   Cheapest out;
   for (const auto& [name, options] : settings) {
-    const Timed run = timed(cpu_s, sheet, {e}, options, 1);
+    const Timed run = timed(thread_cpu_s, sheet, {e}, options, 1);
     out = {run.seconds, run.motion[0].finite ? apart_mm(run.motion[0], reference) : INFINITY, name, options};
     if (out.error_mm <= kEqualError_mm) break;
   }
@@ -128,13 +121,13 @@ void add_fabric(const cloth::Sheet& sheet, const BenchFabric& fabric, const Figu
   tight.integrator = cloth::Options::Integrator::runge_kutta_45;
   tight.tolerance_m = 1e-6;
   const cloth::Trajectory reference = cloth::simulate(sheet, {e}, tight)[0];
-  const Timed own = timed(cpu_s, sheet, {e}, {}, repeats);
+  const Timed own = timed(thread_cpu_s, sheet, {e}, {}, repeats);
   Experiment touching = e;
   const cloth::contact::Surface surface = cloth::contact::make_surface(sheet.mesh);
   touching.make_step_filter = [&] {
     return cloth::contact::make_filter(surface, {}, {}, std::make_shared<cloth::contact::Statistics>());
   };
-  const Timed with_contact = timed(cpu_s, sheet, {touching}, {}, repeats);
+  const Timed with_contact = timed(thread_cpu_s, sheet, {touching}, {}, repeats);
   const std::string label = fmt::format("{}, {} vertices: ", fabric.name, sheet.data.vertex_count),
                     unit = "s per simulated s";
   out.push_back(
@@ -148,7 +141,7 @@ void add_fabric(const cloth::Sheet& sheet, const BenchFabric& fabric, const Figu
     out.push_back({what, c.seconds, own.seconds, unit, Relation::shown, "leapfrog, same run"});
     out.push_back({what + ": distance from the tight reference", c.error_mm, kEqualError_mm, "mm rms", Relation::shown,
                    "equal error asked"});
-    out.push_back({what + ", contact on", timed(cpu_s, sheet, {touching}, c.options, 1).seconds, c.seconds, unit,
+    out.push_back({what + ", contact on", timed(thread_cpu_s, sheet, {touching}, c.options, 1).seconds, c.seconds, unit,
                    Relation::shown, "contact off, same run"});
   };
   add("Runge-Kutta 4(5)", cheapest(sheet, e, reference, runge_kutta_settings()));
@@ -192,8 +185,8 @@ std::vector<Figure> bench_cloth(const FigureOptions& options) {
   options.progress(0.9, "mesh sizes");
   const int small = options.quick ? 5 : 17, large = options.quick ? 17 : 65;
   const cloth::Sheet coarse = bench_sheet(small), fine = bench_sheet(large);
-  const double coarse_s = timed(cpu_s, coarse, {swatch(coarse, kFabrics[0])}, {}, options.quick ? 1 : 3).seconds;
-  const double fine_s = timed(cpu_s, fine, {swatch(fine, kFabrics[0])}, {}, 1).seconds;
+  const double coarse_s = timed(thread_cpu_s, coarse, {swatch(coarse, kFabrics[0])}, {}, options.quick ? 1 : 3).seconds;
+  const double fine_s = timed(thread_cpu_s, fine, {swatch(fine, kFabrics[0])}, {}, 1).seconds;
   out.push_back({fmt::format("knit: cost from {0}x{0} to {1}x{1}", small, large), fine_s / coarse_s, 1, "times",
                  Relation::shown, "same run"});
   out.push_back({"knit: exponent of the cost in the number of vertices",
@@ -203,8 +196,8 @@ std::vector<Figure> bench_cloth(const FigureOptions& options) {
   for (const int n : {small, 2 * small - 1}) {
     const cloth::Sheet arcs = bench_sheet(n, cloth::Sides::arcs), straight = bench_sheet(n);
     out.push_back({fmt::format("knit, {0}x{0}: leapfrog with arcs", n),
-                   timed(cpu_s, arcs, {swatch(arcs, kFabrics[0])}, {}, options.quick ? 1 : 3).seconds,
-                   timed(cpu_s, straight, {swatch(straight, kFabrics[0])}, {}, options.quick ? 1 : 3).seconds,
+                   timed(thread_cpu_s, arcs, {swatch(arcs, kFabrics[0])}, {}, options.quick ? 1 : 3).seconds,
+                   timed(thread_cpu_s, straight, {swatch(straight, kFabrics[0])}, {}, options.quick ? 1 : 3).seconds,
                    "s per simulated s", Relation::shown, "straight sides, same run"});
   }
   options.progress(1, "done");

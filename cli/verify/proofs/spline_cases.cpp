@@ -2,12 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <ctime>
 #include <limits>
 #include <memory>
 
 #include <tbb/task_arena.h>
 
+#include "cli/verify/thread_cpu.h"
 #include "cloth/spline/kernel/tables.h"
 #include "cloth/spline/settle.h"
 #include "cloth/spline/simulate.h"
@@ -24,12 +24,6 @@ using Eigen::Matrix3Xd;
 
 constexpr double kSide_m = 0.3, kPull_per_s = 5;
 constexpr int kMarkers = 25;
-
-double cpu_s() {
-  timespec now{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-}
 
 Eigen::Vector2d marker(int k) { return kSide_m * Eigen::Vector2d(0.05 + 0.225 * (k % 5), 0.05 + 0.225 * (k / 5)); }
 
@@ -112,9 +106,9 @@ double batch_cost(const cloth::spline::SplineSheet& sheet, const Experiment& e) 
   double least = std::numeric_limits<double>::infinity();
   for (int k = 0; k < 2; ++k)
     tbb::task_arena(1).execute([&] {
-      const double start = cpu_s();
+      const double start = thread_cpu_s();
       cloth::spline::simulate(sheet, lanes);
-      least = std::min(least, cpu_s() - start);
+      least = std::min(least, thread_cpu_s() - start);
     });
   return least / 0.1 / static_cast<double>(lanes.size());
 }
@@ -124,10 +118,10 @@ double triangles_mm(const cloth::Sheet& sheet, Experiment e, const Matrix3Xd& re
   e.starts_at_rest = true;
   tbb::task_arena(1).execute([&] { e.start_shape = cloth::relax(sheet, {e})[0].position; });
   e.starts_at_rest = false;
-  const double moving = cpu_s();
+  const double moving = thread_cpu_s();
   cloth::Trajectory t;
   tbb::task_arena(1).execute([&] { t = cloth::simulate(sheet, {e})[0]; });
-  if (cost) *cost = (cpu_s() - moving) / e.sample_s.back();
+  if (cost) *cost = (thread_cpu_s() - moving) / e.sample_s.back();
   return t.finite ? rms_mm(track_of(sheet, t), reference) : std::numeric_limits<double>::infinity();
 }
 
