@@ -208,7 +208,12 @@ class RunningArm {
     }
     return false;
   }
-  bool wave_for_long() { return start_moving({.amplitude_m = 0.02, .frequency_hz = 1, .duration_s = 60}, 1); }
+  // First towards home, for a stop leaves the tool some way along: a hundred of them do not walk it off.
+  bool wave_for_long() {
+    arm::Sinusoid sinusoid{.amplitude_m = 0.02, .frequency_hz = 1, .duration_s = 60};
+    if ((controller_->tool_at(rig::host_now_s()) - home_m_).dot(sinusoid.direction) > 0) sinusoid.direction *= -1;
+    return start_moving(sinusoid, 1);
+  }
 
   // From now, until the joints of the simulated controller rest; s.
   double time_to_rest(double limit_s = 5) {
