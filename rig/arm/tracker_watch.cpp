@@ -1,5 +1,7 @@
 #include "rig/arm/tracker_watch.h"
 
+#include <algorithm>
+
 #include <fmt/format.h>
 #include <selvedge_rig/arm_status_t.hpp>
 
@@ -48,19 +50,21 @@ void TrackerWatch::begin(const Eigen::Vector3d& tool_m, double now_s) {
   changed_ = false;
   changed_tool_m_ = tool_m;
   changed_s_ = now_s;
+  farthest_m_ = 0;
 }
 
 std::optional<std::pair<int8_t, std::string>> TrackerWatch::fault(const Eigen::Vector3d& tool_m, double now_s) {
   if (changed_) begin(tool_m, now_s);
+  if (changed_tool_m_) farthest_m_ = std::max(farthest_m_, (tool_m - *changed_tool_m_).norm());
   const double old_s = now_s - seen_s_;
   if (!(old_s <= limits_.timeout_s))
     return {{arm_status_t::STOP_TRACKER,
              corners_ ? fmt::format("both corners not seen for {:.2f} s", old_s) : "both corners were never seen"}};
-  if (changed_tool_m_ && now_s - changed_s_ > limits_.timeout_s && (tool_m - *changed_tool_m_).norm() > kMoved_m)
+  if (now_s - changed_s_ > limits_.timeout_s && farthest_m_ > kMoved_m)
     return {
         {arm_status_t::STOP_TRACKER,
          fmt::format("the tracker shows the held corner at one place for {:.2f} s while the tool moved by {:.0f} mm",
-                     now_s - changed_s_, 1e3 * (tool_m - *changed_tool_m_).norm())}};
+                     now_s - changed_s_, 1e3 * farthest_m_)}};
   const double apart_m = (corners_->held_m - corners_->fixed_m).norm();
   if (limits_.corner_distance_m > 0 && !(apart_m <= limits_.corner_distance_m + kMarkerSlack_m))
     return {{arm_status_t::STOP_LIMIT,

@@ -2,8 +2,9 @@
 //
 // What counts is when a sample was taken (its own utime) and that its number and its time rise, not that something
 // arrived: a tracker that repeats itself, or whose samples come late, is a tracker that is lost. So is one that shows
-// the held corner at the very same place, to the last bit, while the tool has moved by kMoved_m. Numbers may begin anew
-// only after a silence longer than the time-out, by which a moving arm has been stopped.
+// the held corner at the very same place, to the last bit, for that long, though the tool was kMoved_m away meanwhile
+// (a tool that swings may be back). Numbers may begin anew only after a silence longer than the time-out, by which a
+// moving arm has been stopped.
 // Positions in the motion-capture frame, m; times on the host's clock, s.
 #pragma once
 
@@ -52,7 +53,7 @@ class TrackerWatch {
   int64_t number_ = 0;
   bool changed_ = false;                           // the held corner, since changed_tool_m_ was noted
   std::optional<Eigen::Vector3d> changed_tool_m_;  // where the tool was when the corner last moved
-  double changed_s_ = 0;
+  double changed_s_ = 0, farthest_m_ = 0;          // when, and how far from there the tool has been since
   int64_t repeated_ = 0;
 };
 
