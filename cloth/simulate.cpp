@@ -8,15 +8,14 @@
 #include <stdexcept>
 #include <tuple>
 
-#include <Eigen/Dense>
 #include <tbb/parallel_for.h>
 
 #include "cloth/held_motion.h"
 #include "cloth/implicit_euler.h"
 #include "cloth/runge_kutta.h"
 #include "cloth/settle.h"
+#include "cloth/start_shapes.h"
 #include "cloth/step_plan.h"
-#include "cloth/surface_point.h"
 
 namespace selvedge::cloth {
 
@@ -217,9 +216,6 @@ void check_lanes(const std::vector<Experiment>& lanes) {
           "simulate: lanes must share start_s, sample_s, the way of holding, contact or none, and a guide or none");
 }
 
-// Thin-plate basis r² ln r.
-double thin_plate(double r2) { return r2 > 0 ? 0.5 * r2 * std::log(r2) : 0; }
-
 }  // namespace
 
 kernel::StepFilter step_filter_of(const Experiment& e) {
@@ -290,54 +286,11 @@ std::vector<kernel::HeldVertex> held_vertices(const Sheet& sheet, Hold hold) {
   return held;
 }
 
-Eigen::Matrix3Xd hung_shape(const Sheet& sheet, const Experiment& experiment, double side) {
-  const Eigen::Matrix<double, 3, 2> corners = experiment.path.at(experiment.start_s);
-  const Eigen::Vector3d along = corners.col(1) - corners.col(0);
-  const Eigen::Vector3d down = experiment.gravity_m_s2.normalized();
-  const Eigen::Vector3d out = down.cross(along).normalized() * (side < 0 ? -1 : 1);
-  const double slack = std::max(0.0, sheet.mesh.width_m / along.norm() - 1);
-  const double bulge = experiment.path.hold == Hold::corners
-                           ? std::max(2 * along.norm() / M_PI * std::sqrt(slack), 0.01 * sheet.mesh.width_m)
-                           : 0.0;
-  Eigen::Matrix3Xd shape(3, sheet.data.vertex_count);
-  for (Eigen::Index i = 0; i < shape.cols(); ++i) {
-    const Eigen::Vector2d& uv = sheet.mesh.rest_uv[static_cast<size_t>(i)];
-    const double u = uv.x() / sheet.mesh.width_m;
-    // A trace of v keeps a flat start from balancing on a ridge of its energy.
-    const double swell = bulge * std::sin(M_PI * u) + (side < 0 ? 1.3e-4 : 1e-4) * std::sin(3 * u + uv.y() * 20);
-    shape.col(i) = corners.col(0) + u * along + uv.y() * down + swell * out;
-  }
-  return shape;
-}
-
-Eigen::Matrix3Xd bent_through(const Sheet& sheet, const Eigen::Matrix3Xd& shape, const std::vector<Eigen::Vector2d>& uv,
-                              const Eigen::Matrix3Xd& position) {
-  const auto n = static_cast<Eigen::Index>(uv.size());
-  if (n < 4) return shape;
-  // Scaled coordinates keep the system well conditioned; a trace of smoothing takes the sensor's noise.
-  const double scale = std::max(sheet.mesh.width_m, sheet.mesh.height_m);
-  Eigen::MatrixXd system = Eigen::MatrixXd::Zero(n + 3, n + 3);
-  Eigen::MatrixX3d right = Eigen::MatrixX3d::Zero(n + 3, 3);
-  for (Eigen::Index i = 0; i < n; ++i) {
-    const Eigen::Vector2d& p = uv[static_cast<size_t>(i)];
-    for (Eigen::Index j = 0; j < n; ++j)
-      system(i, j) = thin_plate((p - uv[static_cast<size_t>(j)]).squaredNorm() / (scale * scale));
-    system(i, i) += 1e-4;
-    const Eigen::RowVector3d affine(1, p.x() / scale, p.y() / scale);
-    system.block<1, 3>(i, n) = affine;
-    system.block<3, 1>(n, i) = affine.transpose();
-    right.row(i) = (position.col(i) - position_of(surface_point(sheet, p), shape)).transpose();
-  }
-  const Eigen::MatrixX3d weights = system.partialPivLu().solve(right);
-  Eigen::Matrix3Xd moved = shape;
-  for (Eigen::Index v = 0; v < moved.cols(); ++v) {
-    const Eigen::Vector2d& p = sheet.mesh.rest_uv[static_cast<size_t>(v)];
-    Eigen::RowVector3d shift = Eigen::RowVector3d(1, p.x() / scale, p.y() / scale) * weights.bottomRows<3>();
-    for (Eigen::Index i = 0; i < n; ++i)
-      shift += thin_plate((p - uv[static_cast<size_t>(i)]).squaredNorm() / (scale * scale)) * weights.row(i);
-    moved.col(v) += shift.transpose();
-  }
-  return moved;
+Eigen::Matrix3Xd hung_shape(const Sheet& sheet, const Experiment& e, double side) {
+  const ShapeOf shape = hung(e.path, e.start_s, e.gravity_m_s2, sheet.mesh.width_m, side);
+  Eigen::Matrix3Xd out(3, sheet.data.vertex_count);
+  for (Eigen::Index i = 0; i < out.cols(); ++i) out.col(i) = shape(sheet.mesh.rest_uv[static_cast<size_t>(i)]);
+  return out;
 }
 
 }  // namespace selvedge::cloth

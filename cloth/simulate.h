@@ -80,9 +80,4 @@ std::vector<kernel::HeldVertex> held_vertices(const Sheet& sheet, Hold hold);
 // the held corners, bulging to the side of the given sign (+1: along gravity × (right − left), −1: against).
 Eigen::Matrix3Xd hung_shape(const Sheet& sheet, const Experiment& experiment, double side);
 
-// `shape` moved so that it passes through points on the fabric, by radial basis functions over the flat
-// sheet (a thin plate: −r² ln r … plus an affine part) with the held vertices kept.
-Eigen::Matrix3Xd bent_through(const Sheet& sheet, const Eigen::Matrix3Xd& shape, const std::vector<Eigen::Vector2d>& uv,
-                              const Eigen::Matrix3Xd& position);
-
 }  // namespace selvedge::cloth

@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "cloth/spline/chosen_grid.h"
 #include "diagnose/hypothesis.h"
 #include "estimate/robust_cost.h"
 #include "files/whole_file.h"
@@ -29,9 +30,9 @@ bool applies(const Effect& effect, const std::vector<model::ObservedTrial>& tria
   return true;
 }
 
-// Replicates share a group; so do all still trials that are wanted, which say too little to stand alone.
+// Replicates share a group; so do all still trials, which say too little to stand alone.
 std::vector<std::vector<size_t>> group_trials(const trial::Campaign& campaign,
-                                              const std::vector<model::ObservedTrial>& trials, bool with_still) {
+                                              const std::vector<model::ObservedTrial>& trials) {
   std::vector<std::vector<size_t>> groups;
   std::vector<bool> placed(trials.size(), false);
   for (const std::vector<std::string>& names : campaign.replicates) {
@@ -49,7 +50,7 @@ std::vector<std::vector<size_t>> group_trials(const trial::Campaign& campaign,
     else if (!placed[i]) groups.push_back({i});
   }
   std::sort(groups.begin(), groups.end());
-  if (!still.empty() && with_still) groups.push_back(still);
+  if (!still.empty()) groups.push_back(still);
   return groups;
 }
 
@@ -62,7 +63,7 @@ std::vector<double> nudged_harder(const std::vector<model::ObservedTrial>& trial
 }
 
 // Trials that go on being nudged harder, told at x: those that the usual gain does not keep in the recorded
-// folds, and those where a finer mesh goes another way.
+// folds, and those where a finer grid goes another way.
 void choose_gains(Study& study, const std::vector<model::Parameter>& base, const VectorXd& x) {
   const double nudging_per_s = study.protocol.nudging_per_s;
   const size_t trials = study.simulation->trials().size();
@@ -84,59 +85,58 @@ void choose_gains(Study& study, const std::vector<model::Parameter>& base, const
   study.state.nudging_per_s = study.fine_state.nudging_per_s = gains;
 }
 
-model::SimulationOptions on_grid_of(long columns, const Protocol& protocol) {
+model::SimulationOptions on_grid_of(long cells) {
   model::SimulationOptions o;
-  o.columns = static_cast<int>(columns);
-  o.skipped_s = protocol.skipped_s;
-  o.shared_rests = true;
-  // A hundredth of a millimetre is far below what a tracker sees, and half of all work is relaxation.
-  o.cloth.rest_change_m = 1e-5;
-  o.cloth.rest_speed_m_s = 5e-4;
-  o.cloth.longest_rest_s = 5;
+  o.cells = static_cast<int>(cells);
+  o.sheet.rest_change_m = 1e-5;  // a hundredth of a millimetre is far below what a tracker sees
   return o;
 }
 
-// A damping or a drag that came to lie near its lower bound does nothing there, nor do small changes of it: a fit that
-// goes on from it on another mesh would never find it again. So it starts from its usual value.
-VectorXd lifted_off_bounds(const std::vector<model::Parameter>& base, const Protocol& protocol, VectorXd x) {
-  for (size_t k = 0; k < base.size(); ++k)
-    if (const auto at = static_cast<Index>(k);
-        !base[k].at_rest && model::to_value(base[k], x(at)) < protocol.near_bound * base[k].lower)
-      x(at) = model::to_coordinate(base[k], base[k].start);
-  return x;
+// One cell a bending length of the base at x, unless the protocol says how many; and the study's simulation on it.
+void begin_usual_grid(Study& study, const std::vector<model::ObservedTrial>& trials,
+                      const std::vector<model::Parameter>& base, const VectorXd& x) {
+  long& cells = study.protocol.cells;
+  if (cells == 0) {
+    model::Prediction p;
+    p.experiment = trials.front().experiment;
+    for (size_t k = 0; k < base.size(); ++k) base[k].apply(p, model::to_value(base[k], x(static_cast<Index>(k))));
+    const double length_m = cloth::spline::bending_length_m(p.experiment.material, p.experiment.gravity_m_s2.norm());
+    cells = std::clamp(std::lround(std::ceil(trials.front().width_m / length_m)), study.protocol.coarse_cells,
+                       long{cloth::spline::kMostCells});
+  }
+  study.simulation = std::make_shared<const model::Simulation>(trials, on_grid_of(cells));
 }
 
-// The base fit on the coarse mesh and on the usual one, which becomes the study's simulation. Where markers nudge,
+// The base fit on the coarse grid and on the usual one, which becomes the study's simulation. Where markers nudge,
 // moving trials are nudged twice as hard, and the end need not be exact: it is refitted with another gain.
 VectorXd fit_base(Study& study, const std::vector<model::ObservedTrial>& trials,
                   const std::vector<model::Parameter>& base, const StudyOptions& options) {
   const Protocol& protocol = options.protocol;
-  VectorXd x =
-      options.start ? lifted_off_bounds(base, protocol, options.start->coordinates) : model::usual_coordinates(base);
+  VectorXd x = model::usual_coordinates(base);
   std::vector<double> gains(trials.size(), protocol.nudging_per_s);
-  if (options.start) gains = options.start->state.nudging_per_s;
-  else if (study.nudged) gains = nudged_harder(trials, protocol);
-  study.simulation = std::make_shared<const model::Simulation>(trials, on_grid_of(protocol.columns, protocol));
+  if (study.nudged) gains = nudged_harder(trials, protocol);
   if (options.fitted) {
     x = *options.fitted;
+    begin_usual_grid(study, trials, base, x);
     study.state = study.simulation->state_at(base, x, protocol.nudging_per_s);
-  } else if (study.nudged || options.start) {
-    const model::Simulation coarse(trials, on_grid_of(protocol.coarse_columns, protocol));
+  } else if (study.nudged) {
+    const model::Simulation coarse(trials, on_grid_of(protocol.coarse_cells));
     model::State on_coarse = coarse.state_at(base, x, protocol.nudging_per_s);
     on_coarse.nudging_per_s = gains;
     estimate::LeastSquaresOptions start = search_options(8, protocol.near_enough);
-    start.progress = fit::part_of(options.progress, 0.02, 0.1, "coarse mesh");
+    start.progress = fit::part_of(options.progress, 0.02, 0.1, "coarse grid");
     x = minimise(coarse, on_coarse, base, x, start).coordinates;
+    begin_usual_grid(study, trials, base, x);
     study.state = study.simulation->state_of(coarse, on_coarse);
   } else {
     estimate::LeastSquaresOptions start;
-    start.progress = fit::part_of(options.progress, 0.02, 0.25, "coarse mesh");
-    x = fit::find_start(trials, on_grid_of(protocol.coarse_columns, protocol), base, start).coordinates;
+    start.progress = fit::part_of(options.progress, 0.02, 0.25, "coarse grid");
+    x = fit::find_start(trials, on_grid_of(protocol.coarse_cells), base, start).coordinates;
+    begin_usual_grid(study, trials, base, x);
     study.state = study.simulation->state_at(base, x, protocol.nudging_per_s);
   }
   study.state.nudging_per_s = gains;
-  estimate::LeastSquaresOptions search =
-      search_options(options.start ? 5 : 8, study.nudged ? protocol.near_enough : protocol.enough);
+  estimate::LeastSquaresOptions search = search_options(8, study.nudged ? protocol.near_enough : protocol.enough);
   search.progress = fit::part_of(options.progress, study.nudged ? 0.1 : 0.25, 0.55, "base fit");
   const estimate::LeastSquaresResult fitted =
       fit::minimise_on_branches(*study.simulation, study.state, base, x, search);
@@ -144,7 +144,7 @@ VectorXd fit_base(Study& study, const std::vector<model::ObservedTrial>& trials,
   return fitted.coordinates;
 }
 
-// Finds derivatives and what the fine mesh adds, both at the base fit, and refits by them.
+// Finds derivatives and what the fine grid adds, both at the base fit, and refits by them.
 void refit_on_grid_correction(Study& study) {
   correct_mesh(study);
   linearise(study);
@@ -157,8 +157,8 @@ void refit_on_grid_correction(Study& study) {
   if (moved > study.protocol.updated_within) linearise(study);
 }
 
-// The base fit to what the fine mesh predicts: what it adds is found, and found again after a refit.
-void refit_on_fine_mesh(Study& study, const std::vector<model::Parameter>& base,
+// The base fit to what the fine grid predicts: what it adds is found, and found again after a refit.
+void refit_on_fine_grid(Study& study, const std::vector<model::Parameter>& base,
                         const report::ProgressCallback& progress) {
   const auto n = static_cast<Index>(study.base_count);
   correct_mesh(study);
@@ -196,8 +196,8 @@ void fit_from(Study& study, const Hypothesis& there) {
 
 // The fine grid, from the equilibria of the usual one, which were matched to the recording.
 void begin_fine_grid(Study& study, const std::vector<model::ObservedTrial>& trials) {
-  study.fine =
-      std::make_shared<const model::Simulation>(trials, on_grid_of(study.protocol.fine_columns, study.protocol));
+  const double cells = study.protocol.finer * static_cast<double>(study.protocol.cells);
+  study.fine = std::make_shared<const model::Simulation>(trials, on_grid_of(std::lround(cells)));
   study.fine_state = study.fine->state_of(*study.simulation, study.state);
 }
 
@@ -212,16 +212,14 @@ BaseFit fit_base_model(Study& study, const std::vector<model::ObservedTrial>& tr
   const VectorXd x = fit_base(study, trials, base, options);
   begin_fine_grid(study, trials);
   if (!study.nudged) study.fine->rematch(study.fine_state, base, x);
-  if (!options.start && study.nudged) choose_gains(study, base, x);
+  if (study.nudged) choose_gains(study, base, x);
   begin_rows(study);
   study.base = model::usual_coordinates(study.parameters);
   study.base.head(x.size()) = x;
-  refit_on_fine_mesh(study, base, fit::part_of(options.progress, 0.55, 0.85, "base fit, finer mesh"));
-  if (!options.start) {
-    options.progress(0.85, "base fit from another start");
-    if (const auto there = base_of_isotropic_shear(study)) fit_from(study, *there);
-  }
-  BaseFit out{study.base.head(x.size()), study.state, study.fine_state};
+  refit_on_fine_grid(study, base, fit::part_of(options.progress, 0.55, 0.85, "base fit, finer grid"));
+  options.progress(0.85, "base fit from another start");
+  if (const auto there = base_of_isotropic_shear(study)) fit_from(study, *there);
+  BaseFit out{study.base.head(x.size()), study.protocol.cells, study.state, study.fine_state};
   out.state.grid_correction_mm.clear();
   return out;
 }
@@ -229,9 +227,10 @@ BaseFit fit_base_model(Study& study, const std::vector<model::ObservedTrial>& tr
 // All that a study holds at its base fit, from the fit alone.
 void begin_at(Study& study, const std::vector<model::ObservedTrial>& trials, const std::vector<model::Parameter>& base,
               const BaseFit& fit, const StudyOptions& options) {
-  if (!study.simulation)
-    study.simulation =
-        std::make_shared<const model::Simulation>(trials, on_grid_of(study.protocol.columns, study.protocol));
+  if (!study.simulation) {
+    if (fit.cells > 0) study.protocol.cells = fit.cells;
+    begin_usual_grid(study, trials, base, fit.coordinates);
+  }
   const bool is_whole = !fit.state.branch.empty();
   study.state = is_whole ? fit.state : study.simulation->state_at(base, fit.coordinates, study.protocol.nudging_per_s);
   if (!study.fine || !is_whole) begin_fine_grid(study, trials);
@@ -244,7 +243,7 @@ void begin_at(Study& study, const std::vector<model::ObservedTrial>& trials, con
   correct_mesh(study);
   linearise(study);
   options.progress(0.95, "derivatives at the base fit");
-  if (!options.start) study.other_start = base_of_isotropic_shear(study);
+  study.other_start = base_of_isotropic_shear(study);
 }
 
 nlohmann::json to_json(const model::State& state) {
@@ -270,6 +269,7 @@ model::State state_of(const nlohmann::json& json) {
 void write_base_fit(const std::filesystem::path& file, const BaseFit& fit, const std::string& input) {
   std::filesystem::create_directories(file.parent_path());
   files::write_json(file, {{"input", input},
+                           {"cells", fit.cells},
                            {"coordinates", std::vector<double>(fit.coordinates.begin(), fit.coordinates.end())},
                            {"state", to_json(fit.state)},
                            {"fine_state", to_json(fit.fine_state)}});
@@ -282,7 +282,7 @@ std::optional<BaseFit> read_base_fit(const std::filesystem::path& file, const st
     if (stored.value("input", "") != input) return {};
     const auto values = stored.at("coordinates").get<std::vector<double>>();
     return BaseFit{Eigen::Map<const VectorXd>(values.data(), static_cast<Index>(values.size())),
-                   state_of(stored.at("state")), state_of(stored.at("fine_state"))};
+                   stored.at("cells").get<long>(), state_of(stored.at("state")), state_of(stored.at("fine_state"))};
   } catch (const nlohmann::json::exception&) {
     return {};  // of another version
   }
@@ -306,7 +306,7 @@ FittedStudy make_study(const trial::Campaign& campaign, const std::vector<Effect
     study.parameters.insert(study.parameters.end(), effect.parameters.begin(), effect.parameters.end());
   }
   for (const trial::Trial& trial : campaign.trials) study.cameras.push_back(trial.camera);
-  study.groups = group_trials(campaign, trials, options.protocol.skipped_s == 0);
+  study.groups = group_trials(campaign, trials);
   study.nudged =
       options.protocol.nudging_per_s > 0 &&
       std::any_of(trials.begin(), trials.end(), [](const model::ObservedTrial& t) { return t.markers.has_value(); });

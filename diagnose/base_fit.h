@@ -18,6 +18,7 @@ namespace selvedge::diagnose {
 // Where a base fit ended. Without states: parameters alone, of which the recorded branches are still to be found.
 struct BaseFit {
   Eigen::VectorXd coordinates;
+  long cells = 0;                  // of the usual grid, along the width; 0: to be chosen
   model::State state, fine_state;  // on the usual and on the fine grid, uncorrected
 };
 
@@ -31,7 +32,6 @@ struct StudyOptions {
   Protocol protocol;
   std::optional<Eigen::VectorXd> fitted;  // coordinates of the base that a fit found: the base fit begins there
   std::optional<BaseFit> base_fit;        // found before: it is taken as it is
-  std::optional<BaseFit> start;  // found on other grids: the base fit begins there, with that hold, and seeks no other
   report::ProgressCallback progress = [](double, const std::string&) {};
 };
 

@@ -1,7 +1,6 @@
 #include "diagnose/diagnosis.h"
 
 #include <algorithm>
-#include <array>
 #include <chrono>
 #include <cmath>
 #include <ctime>
@@ -34,10 +33,9 @@ namespace {
 
 // Shares of the work that are done when stages begin, as they were measured of seven trials of markers.
 struct SharesAt {
-  double screening, refitting, finer_mesh, held_out, in_full, two_effects, ahead, free, next;
+  double screening, refitting, finer_grid, held_out, in_full, two_effects, ahead, free, next;
 };
-constexpr SharesAt kOnTwoMeshes = {0.40, 0.49, 0.61, 0.74, 0.75, 0.83, 0.89, 0.92, 0.98};
-constexpr SharesAt kOnOneMesh = {0.14, 0.22, 0.25, 0.29, 0.33, 0.68, 0.84, 0.85, 0.98};
+constexpr SharesAt kShares = {0.40, 0.49, 0.61, 0.74, 0.75, 0.83, 0.89, 0.92, 0.98};
 
 class Stages {
  public:
@@ -66,7 +64,7 @@ double absorbed_share(const Study& study, const Hypothesis& h) {
   return e.squaredNorm() > 0 ? 1 - left.squaredNorm() / e.squaredNorm() : 1;
 }
 
-// The effects to refit on the fine mesh, behind the base: those that explain most after their first refit, and as many
+// The effects to refit on the fine grid, behind the base: those that explain most after their first refit, and as many
 // of those whose finite change explains most. The first step of a refit may fail where an effect is large.
 std::vector<Hypothesis> finalists(const std::vector<Hypothesis>& all, size_t count) {
   std::vector<size_t> order;
@@ -128,13 +126,11 @@ std::string best_of(const std::map<std::string, double>& probability) {
       ->first;
 }
 
-// Whether to fit in full before it is said what scores say. On one fine mesh hypotheses have come there by fewer
-// refits: so nothing is named in doubt, either.
+// Whether to fit in full before it is said what scores say.
 bool is_in_doubt(const Study& study, const Scores& scores) {
   const std::string first = best_of(scores.probability);
   const double p = scores.probability.at(first);
-  return first == "unknown" || (first == "none" && study.nudged && p < study.protocol.plainly_none) ||
-         (study.has_one_mesh() && p < study.protocol.plainly_named);
+  return first == "unknown" || (first == "none" && study.nudged && p < study.protocol.plainly_none);
 }
 
 size_t least_cost(const std::vector<Hypothesis>& arms) {
@@ -144,7 +140,7 @@ size_t least_cost(const std::vector<Hypothesis>& arms) {
       arms.begin());
 }
 
-// The study's state with what the fine mesh adds at this hypothesis.
+// The study's state with what the fine grid adds at this hypothesis.
 model::State state_of(const Study& study, const Hypothesis& h) {
   model::State state = study.state;
   state.grid_correction_mm = study.mesh_change;
@@ -166,16 +162,15 @@ VectorXd as_usual(const Study& study, VectorXd x) {
   return with_isotropic_shear(study, std::move(x));
 }
 
-// Least squares from where each of these has come to, with what the fine mesh adds there, and from usual damping, drag
+// Least squares from where each of these has come to, with what the fine grid adds there, and from usual damping, drag
 // and shear, but for two effects, which go on from one that was fitted so; once more those that came far.
 void fit_further(Study& study, std::vector<Hypothesis>& arms, std::vector<size_t> few,
                  const report::ProgressCallback& progress) {
   constexpr double kFirstRound = 0.8;  // of the time
   const double round_share = kFirstRound / static_cast<double>(few.size());
   double done = 0;
-  // On one fine mesh hypotheses come here from fewer refits.
   bool is_first = true;
-  for (const int iterations : study.has_one_mesh() ? std::array{5, 3} : std::array{3, 2}) {
+  for (const int iterations : {3, 2}) {
     std::vector<Hypothesis> moving;
     for (const size_t i : few) {
       progress(done, "fitting in full: " + name_of(study, arms[i]));
@@ -490,9 +485,6 @@ std::string settings_of(const StudyOptions& study) {
 }  // namespace
 
 void keep_base_fit(DiagnosisOptions& options, const std::filesystem::path& file, const trial::Campaign& campaign) {
-  const std::filesystem::path finer_file =
-      file.parent_path() / (file.stem().string() + "_finer" + file.extension().string());
-  options.on_finer = [finer_file, &campaign](DiagnosisOptions& finer) { keep_base_fit(finer, finer_file, campaign); };
   const std::string input = estimate::input_hash(estimate::recordings_hash(campaign), settings_of(options.study));
   options.study.base_fit = read_base_fit(file, input);
   options.on_base_fit = [file, input](const BaseFit& fit) { write_base_fit(file, fit, input); };
@@ -509,17 +501,14 @@ std::optional<std::filesystem::path> begin_with_fit(DiagnosisOptions& options, c
   return {};
 }
 
-namespace {
-
-Diagnosis diagnose_on_mesh(const trial::Campaign& campaign, const std::vector<Effect>& effects,
-                           const DiagnosisOptions& options) {
+Diagnosis diagnose(const trial::Campaign& campaign, const std::vector<Effect>& effects,
+                   const DiagnosisOptions& options) {
   Diagnosis out;
   Stages stages(out);
   const std::clock_t cpu = std::clock();
   const report::ProgressCallback& progress = options.study.progress;
   StudyOptions study_options = options.study;
-  const SharesAt& at =
-      study_options.protocol.columns == study_options.protocol.fine_columns ? kOnOneMesh : kOnTwoMeshes;
+  const SharesAt& at = kShares;
   study_options.progress = part(progress, 0, at.screening);
   FittedStudy fitted = make_study(campaign, effects, study_options);
   Study& study = fitted.study;
@@ -527,17 +516,12 @@ Diagnosis diagnose_on_mesh(const trial::Campaign& campaign, const std::vector<Ef
   out.base_fit = fitted.base_fit;
   if (options.on_base_fit) options.on_base_fit(out.base_fit);
   out.campaign = study.campaign;
-  out.columns = static_cast<int>(study.protocol.columns);
-  out.fine_columns = static_cast<int>(study.protocol.fine_columns);
-  for (const model::ObservedTrial& t : study.simulation->trials())
-    if (!t.still) out.motion_s += t.experiment.sample_s.back() - t.experiment.start_s;
-  const auto still = std::count_if(study.simulation->trials().begin(), study.simulation->trials().end(),
-                                   [](const model::ObservedTrial& t) { return t.still; });
-  out.meshes_part = 2 * study.nudged_harder.size() > study.rows->trials() - static_cast<size_t>(still);
+  out.cells = study.simulation->options().cells;
+  out.fine_cells = study.fine->options().cells;
   if (!study.nudged_harder.empty())
     out.remarks.push_back(
         fmt::format("nudged harder than the others, as the base model leaves the recorded folds there, or a finer "
-                    "mesh goes another way: {}",
+                    "grid goes another way: {}",
                     fmt::join(study.nudged_harder, ", ")));
   out.base = model::to_text(options.study.drag);
   stages.done("base fit");
@@ -561,21 +545,16 @@ Diagnosis diagnose_on_mesh(const trial::Campaign& campaign, const std::vector<Ef
   }
 
   progress(at.refitting, "refitting with every effect");
-  if (all.size() > static_cast<size_t>(study.protocol.refitted) + 1) {
-    std::stable_sort(all.begin() + 1, all.end(),
-                     [](const Hypothesis& a, const Hypothesis& b) { return a.screened_gain > b.screened_gain; });
-    all.resize(static_cast<size_t>(study.protocol.refitted) + 1, all[0]);
-  }
   refit(study, all, 1);
   if (study.other_start) refit_from_other_start(study, all);
   std::vector<Hypothesis> few = finalists(all, static_cast<size_t>(study.protocol.finalists));
   refit(study, few, 1);
   stages.done("refitting");
-  progress(at.finer_mesh, "finer mesh for the best");
+  progress(at.finer_grid, "finer grid for the best");
   refine_mesh(study, few);
   relinearise_far(study, few);
   refit(study, few, 2);
-  stages.done("finer mesh for the best");
+  stages.done("finer grid for the best");
   progress(at.held_out, "predicting held-out trials");
   HeldOut held = hold_out(study, few);
   stages.done("held-out trials");
@@ -657,7 +636,7 @@ Diagnosis diagnose_on_mesh(const trial::Campaign& campaign, const std::vector<Ef
     const auto arm = static_cast<Index>(k + 1);
     f.free_reduction = reduction_of(before, errors_of(study, free.mm.row(arm)), noise);
     f.reduction = f.free_reduction;
-    if (ahead.size() > 0 && f.name != "mesh_resolution") {  // predictions ahead are made on the fine mesh alone
+    if (ahead.size() > 0 && f.name != "mesh_resolution") {  // predictions ahead are made on the fine grid alone
       f.reduction = reduction_of(errors_of(study, ahead.row(0)), errors_of(study, ahead.row(arm)),
                                  errors_of(study, floor.noise_mm));
       f.reduction.is_ahead = true;
@@ -694,60 +673,7 @@ Diagnosis diagnose_on_mesh(const trial::Campaign& campaign, const std::vector<Ef
   out.evaluations = study.evaluations;
   out.wall_s = stages.total();
   out.cpu_s = static_cast<double>(std::clock() - cpu) / CLOCKS_PER_SEC;
-  return out;
-}
-
-}  // namespace
-
-constexpr double kMotionAnHour_s = 10;  // on 33 columns, two threads of one core
-
-bool wants_finer_meshes(const Diagnosis& first, const DiagnosisOptions& options) {
-  const bool in_doubt =
-      first.cause == "unknown" || (first.cause == "none" && first.p_value < options.study.protocol.plain_gap);
-  return in_doubt && first.meshes_part && options.study.protocol.columns < options.study.protocol.finer_columns;
-}
-
-Diagnosis diagnose(const trial::Campaign& campaign, const std::vector<Effect>& effects,
-                   const DiagnosisOptions& options) {
-  Diagnosis first = diagnose_on_mesh(campaign, effects, options);
-  const bool lasts_too_long = first.motion_s > options.study.protocol.finer_longest_s;
-  if (wants_finer_meshes(first, options) && lasts_too_long)
-    first.remarks.push_back(fmt::format(
-        "most moving trials follow different folds on meshes of {} and {} columns; nothing was done on finer ones, "
-        "which takes an hour for each {:.0f} s of motion: found {:.0f} s (--columns {} --fine-columns {} does it)",
-        first.columns, first.fine_columns, kMotionAnHour_s, first.motion_s, options.study.protocol.finer_columns,
-        options.study.protocol.finer_columns));
-  if (!wants_finer_meshes(first, options) || lasts_too_long) {
-    options.study.progress(1, "done");
-    return first;
-  }
-  DiagnosisOptions finer = options;
-  Protocol& protocol = finer.study.protocol;
-  protocol.columns = protocol.fine_columns =
-      std::max(options.study.protocol.finer_columns, options.study.protocol.fine_columns);
-  protocol.coarse_columns = options.study.protocol.finer_coarse_columns;
-  protocol.skipped_s = options.study.protocol.finer_skipped_s;
-  finer.study.start = first.base_fit;
-  finer.study.base_fit.reset();
-  finer.study.fitted.reset();
-  protocol.refitted = options.study.protocol.finer_refitted;
-  finer.on_base_fit = {};
-  if (options.on_finer) options.on_finer(finer);
-  constexpr double kFirstShare = 0.06;  // of the time of both
-  finer.study.progress = [&](double done, const std::string& what) {
-    options.study.progress(kFirstShare + (1 - kFirstShare) * done, "finer meshes: " + what);
-  };
-  Diagnosis out = diagnose_on_mesh(campaign, effects, finer);
-  out.remarks.push_back(fmt::format(
-      "answered {} ({:.2f}, p {:.2g}) on meshes of {} and {} columns, which follow different folds in most moving "
-      "trials: this is the answer of {} columns, which leaves out the first {} s of each motion, and what hangs still",
-      first.cause, first.probability.at(first.cause), first.p_value, first.columns, first.fine_columns, out.columns,
-      protocol.skipped_s));
-  out.stage_s.insert(out.stage_s.begin(), {"coarser meshes", first.wall_s});
-  out.wall_s += first.wall_s;
-  out.cpu_s += first.cpu_s;
-  out.evaluations += first.evaluations;
-  options.study.progress(1, "done");
+  progress(1, "done");
   return out;
 }
 

@@ -1,9 +1,9 @@
 // Diagnosing a campaign: where the gap between recording and base model lies, what it is fixed to, which effect
 // closes it, how far, and what to record next.
 //
-//   1. base      fit the base model, with what a finer mesh adds (study.h)
+//   1. base      fit the base model, with what a finer grid adds (study.h)
 //   2. screen    change every effect by a finite size; keep what a refit of the base does not absorb
-//   3. refit     every effect together with the base; the best few on the fine mesh as well
+//   3. refit     every effect together with the base; the best few on the fine grid as well
 //   4. hold out  predict each group of trials from the others, with and without each effect
 //   5. judge     probabilities, confusable set, gap reduction, size (verdict.h); two effects where one does not suffice
 //   6. ahead     how far the gap shrinks, in predictions for a quarter of a second (ahead.h)
@@ -31,7 +31,6 @@ namespace selvedge::diagnose {
 struct DiagnosisOptions {
   StudyOptions study;
   std::function<void(const BaseFit&)> on_base_fit;  // called once it is there
-  std::function<void(DiagnosisOptions&)> on_finer;  // with the options of a second pass, before it begins
 };
 
 struct SizedParameter {
@@ -55,7 +54,7 @@ struct EffectFinding {
   bool finalist = false;
   std::vector<SizedParameter> size;
   GapReduction
-      reduction;  // of motions that run free where no markers were seen, or where the effect is that of the mesh
+      reduction;  // of motions that run free where no markers were seen, or where the effect is that of the grid
   GapReduction free_reduction;  // of motions that run free
   double probability = 0;
 };
@@ -98,17 +97,14 @@ struct Diagnosis {
   std::string next_experiment, next_session;  // in words, and as sections of a rig's configuration
   std::vector<std::string> remarks;
   std::vector<std::pair<std::string, double>> stage_s;  // wall time of each stage
-  int columns = 0, fine_columns = 0;                    // of the meshes
+  int cells = 0, fine_cells = 0;                        // of the grids, along the width
   BaseFit base_fit;                                     // of the base model
-  double motion_s = 0;                                  // all moving trials together
-  bool meshes_part =
-      false;  // more than half of the moving trials leave the recorded folds, or follow others on the finer mesh
   int evaluations = 0;
   double wall_s = 0, cpu_s = 0;
 };
 
 // Goes on from the base fit that `file` holds of this campaign, these settings and this code, and keeps it there once
-// it is found; that of a second pass, on finer grids, beside it.
+// it is found.
 void keep_base_fit(DiagnosisOptions& options, const std::filesystem::path& file, const trial::Campaign& campaign);
 
 // Begins with the parameters of the campaign's fit.json, where one of the folders has one of this very campaign and
@@ -116,11 +112,6 @@ void keep_base_fit(DiagnosisOptions& options, const std::filesystem::path& file,
 std::optional<std::filesystem::path> begin_with_fit(DiagnosisOptions& options, const trial::Campaign& campaign,
                                                     const std::vector<std::filesystem::path>& folders);
 
-// Nothing is called unknown because of the mesh, and nothing none: where the answer is `unknown`, or `none` beside a
-// gap that one in twenty null campaigns would show, and more than half of the moving trials leave the
-// recorded folds, or follow others on the finer mesh, all is done once more on one finer mesh, which takes twenty times
-// as long.
-bool wants_finer_meshes(const Diagnosis& first, const DiagnosisOptions& options);
 Diagnosis diagnose(const trial::Campaign& campaign, const std::vector<Effect>& effects,
                    const DiagnosisOptions& options = {});
 

@@ -197,7 +197,7 @@ json to_json(const Diagnosis& d) {
               {"free_fit", d.free_fit},
               {"sides", sides},
               {"remarks", d.remarks},
-              {"mesh_columns", {d.columns, d.fine_columns}},
+              {"grid_cells", {d.cells, d.fine_cells}},
               {"evaluations", d.evaluations},
               {"cpu_s", d.cpu_s},
               {"wall_s", d.wall_s}};

@@ -25,32 +25,12 @@ double still_weight(const Study& study, size_t trial) {
   return study.simulation->trials()[trial].still ? std::sqrt(study.protocol.still_samples) : 1;
 }
 
-// Each hypothesis fitted to some trials alone, from where it was fitted to all: one step. On one fine mesh, where
-// residuals are rough and derivatives hold less far, the step that leaves least of these trials.
-MatrixXd fitted_to(Study& study, const std::vector<Hypothesis>& hypotheses, const std::vector<size_t>& trials) {
-  const std::vector<double> dampings =
-      study.has_one_mesh() ? std::vector<double>{1e-3, 0.1, 1} : std::vector<double>{1e-3};
-  const auto count = static_cast<Index>(hypotheses.size()), tries = static_cast<Index>(dampings.size());
-  MatrixXd sets(study.base.size(), tries * count), out(study.base.size(), count);
-  for (Index i = 0; i < count; ++i)
-    sets.middleCols(tries * i, tries) = steps_from(study, hypotheses[static_cast<size_t>(i)], trials, dampings);
-  if (tries == 1) return sets;
-  const MatrixXd r = residuals_of(study, hypotheses, sets, trials);
-  study.evaluations += static_cast<int>(sets.cols());
-  for (Index i = 0; i < count; ++i) {
-    double least = std::numeric_limits<double>::infinity();
-    out.col(i) = sets.col(tries * i);
-    for (Index k = 0; k < tries; ++k) {
-      const VectorXd left = r.col(tries * i + k);
-      const double cost = left.allFinite() ? estimate::cauchy_cost(left, cauchy_constant(study))
-                                           : std::numeric_limits<double>::infinity();
-      if (cost < least) {
-        least = cost;
-        out.col(i) = sets.col(tries * i + k);
-      }
-    }
-  }
-  return out;
+// Each hypothesis fitted to some trials alone, from where it was fitted to all: one step.
+MatrixXd fitted_to(const Study& study, const std::vector<Hypothesis>& hypotheses, const std::vector<size_t>& trials) {
+  MatrixXd sets(study.base.size(), static_cast<Index>(hypotheses.size()));
+  for (Index i = 0; i < sets.cols(); ++i)
+    sets.col(i) = steps_from(study, hypotheses[static_cast<size_t>(i)], trials, {1e-3});
+  return sets;
 }
 
 }  // namespace

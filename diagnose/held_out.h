@@ -2,8 +2,7 @@
 //
 // Groups of trials (replicates together) are left out one at a time; every arm is refitted to the rest, one
 // Gauss–Newton step from its fit to all, and then simulated. Nothing of a group reaches the parameters that
-// predict it but through the place where the derivatives were taken. On one fine mesh (Study::has_one_mesh) the step is
-// the one of three, damped more and less, that leaves least of the rest.
+// predict it but through the place where the derivatives were taken.
 #pragma once
 
 #include <vector>

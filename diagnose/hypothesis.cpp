@@ -197,16 +197,6 @@ void refine_mesh(Study& study, std::vector<Hypothesis>& hypotheses) {
   const MatrixXd coarse = residuals_at(study, sets);
   const double c = cauchy_constant(study);
   study.evaluations += static_cast<int>(sets.cols());
-  if (study.has_one_mesh()) {
-    for (Index i = 0; i < sets.cols(); ++i) {
-      Hypothesis& h = hypotheses[static_cast<size_t>(i)];
-      if (!coarse.col(i).allFinite()) continue;
-      h.mesh_offset = VectorXd::Zero(coarse.rows());
-      h.residual = coarse.col(i);
-      h.cost = estimate::cauchy_cost(h.residual, c);
-    }
-    return;
-  }
   const std::vector<model::Residuals> fine = study.fine->evaluate(study.fine_state, study.parameters, sets);
   study.evaluations += static_cast<int>(sets.cols());
   for (Index i = 0; i < sets.cols(); ++i) {

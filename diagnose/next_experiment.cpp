@@ -85,7 +85,7 @@ model::Prediction predicted(const Study& study, const VectorXd& x, size_t trial)
 // Root mean square distance of what the two would show, over vertices and samples, mm.
 double apart_mm(const Study& study, const model::Prediction& a, const model::Prediction& b) {
   const std::vector<cloth::Trajectory> runs =
-      cloth::simulate(study.simulation->sheet(), {a.experiment, b.experiment}, study.simulation->options().cloth);
+      simulate(study.simulation->sheet(), {a.experiment, b.experiment}, study.simulation->options().sheet);
   if (!runs[0].finite || !runs[1].finite) return 0;
   const auto shown = [](const model::Prediction& p, const cloth::Trajectory& run, double t) {
     return model::position_at(p.experiment, run, t - p.sensor.delay_s - p.sensor.drift * (t - p.experiment.start_s));

@@ -16,42 +16,32 @@ struct Effect;
 
 struct Protocol {
   // Grids, rates, and how simulations are held.
-  long coarse_columns = 7, columns = 13, fine_columns = 25;  // start, derivatives, and what they are derivatives of
-  double rate_hz = 30, image_rate_hz = 10;                   // observations are thinned to these
-  double nudging_per_s = 10;   // nudging gain of fits and judging (cloth/guide.h); 0: simulations run free
-  double skipped_s = 0;        // from each trial's start: how the fabric came to hang, which its friction remembers,
-                               // counts there; and nothing but that in still ones, which are then left out
-  double still_samples = 6;    // samples of a moving trial that one of a still trial weighs as much as
+  long coarse_cells = 8, cells = 0;         // of the start and of derivatives, along the width; 0: one a bending length
+  double finer = 1.5;                       // times as many: what derivatives are derivatives of
+  double rate_hz = 30, image_rate_hz = 10;  // observations are thinned to these
+  double nudging_per_s = 10;                // nudging gain of fits and judging (cloth/guide.h); 0: simulations run free
+  double still_samples = 6;                 // samples of a moving trial that one of a still trial weighs as much as
   double sample_cut = 6;       // robust standard deviations of a trial's residual, at which single samples are cut
   double harder = 2;           // times the gain, for trials that leave the recorded folds all the same
   double lost_mm = 6;          // models that keep the folds were never found so far off under nudging
   double parted_mm = 1.5;      // between two grids: one went another way
   double largest_grid_mm = 3;  // change by a finer grid up to which it is a correction, where the fit leaves less
 
-  // A second pass on one finer grid, before `unknown` is said of trials that the grid decides.
-  long finer_columns = 33, finer_coarse_columns = 19;  // 0: never
-  double finer_longest_s = 30;                         // of motion in a campaign: what lasts longer would take all day
-  double finer_skipped_s = 0.5;
-  long finer_refitted = 8;  // effects, where a simulation takes twenty times as long
-
   // The base fit.
   double enough = 1e-3, near_enough = 1e-2;  // of the cost: smaller decreases end it; one that is refitted after
   double base_difference = 0.06;             // ln, of its derivatives
   double updated_within = 0.2;               // ln: derivatives updated by Broyden's rule serve within it
-  double near_bound = 3;                     // times a damping's lower bound: it does nothing there, and is lifted off
   double isotropic_shear = 0.4;              // of the stretch stiffness: an isotropic sheet of Poisson's ratio 1/4
   double isotropic_within = 0.2;             // ln
   double other_start_gain = 0.99;            // of the cost, below which a fit from another start is kept
 
   // Hypotheses.
   double base_step = 0.08, effect_step = 0.3;  // of derivatives afresh: ln, and scales of an effect
-  long refitted = 1000;                        // effects, of those whose finite change explains most
-  long finalists = 4;                          // of these, refitted on the fine grid and held out
+  long finalists = 4;                          // effects that are refitted on the fine grid and held out
   double far = 0.3;                            // ln, from the base fit: derivatives are taken afresh
   double far_cost = 0.15;                      // of the cost: a full refit that gained so much goes on once more
   double full_refit_enough = 2e-4;             // of the cost
   double plainly_none = 0.65;                  // probability of none from which no effect is fitted further
-  double plainly_named = 0.9;                  // and of any answer, on one fine grid
   double pair_gain = 0.2;   // ln of the error's square that a second effect could win, for one to be sought
   long pairs = 3;           // that are refitted
   double absorbed = 0.995;  // share of an effect's trace beyond which a refit of the base hides it
@@ -63,10 +53,8 @@ struct Protocol {
   double two_share = 0.1;                           // two effects at once, before one: shared by all pairs alike
   double grid_share = 0.3, still_grid_share = 0.7;  // of still trials: a fold that a finer grid moves, any form moves
   double form_mm = 0.15;
-  double one_grid_form_mm = 0.21;  // of moving nudged trials where no finer grid tells what it is off by: 33 columns
-                                   // leave 0.48 mm of ten trials of two null campaigns, where noise is 0.43
-  double free_form_mm = 0.8;       // right models were 0.5 and 1.1 mm off in null campaigns of markers
-  double form_share = 0.3;         // of the base's held-out error: a right effect of another form leaves so much
+  double free_form_mm = 0.8;  // right models were 0.5 and 1.1 mm off in null campaigns of markers
+  double form_share = 0.3;    // of the base's held-out error: a right effect of another form leaves so much
   // Of ln(held-out base error / what a right model leaves) in null campaigns: mean and spread. Nudged: five of the bank
   // (-0.21 … 0.02); free: supposed from two of images.
   double null_mean = -0.12, null_sd = 0.1, free_null_mean = 0.1, free_null_sd = 0.2;

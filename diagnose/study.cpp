@@ -15,18 +15,14 @@ using Eigen::VectorXd;
 
 namespace {
 
-// What the fine mesh adds to each residual at these parameters, mm; zero where it diverged or went another way, from
-// its own equilibrium and from that of the coarse one, which was matched to the recording. The fine mesh then starts
+// What the fine grid adds to each residual at these parameters, mm; zero where it diverged or went another way, from
+// its own equilibrium and from that of the coarse one, which was matched to the recording. The fine grid then starts
 // from the equilibria that it found: on it, relaxing takes as long as moving.
 std::vector<VectorXd> mesh_change(Study& study, const std::vector<model::Parameter>& parameters, const VectorXd& x) {
   const model::Simulation &coarse = *study.simulation, &fine = *study.fine;
   const model::Residuals coarse_r = coarse.evaluate(study.state, parameters, x).front();
   std::vector<VectorXd> change;
   for (size_t i = 0; i < coarse_r.mm.size(); ++i) change.push_back(VectorXd::Zero(coarse.time_s(i).size()));
-  if (study.has_one_mesh()) {
-    if (coarse_r.finite) fine.take_branches(study.fine_state, coarse_r.start);
-    return change;
-  }
   // Of these trials; those that went another way.
   const auto change_of = [&](const model::Residuals& fine_r, const std::vector<size_t>& trials) {
     std::vector<size_t> parted;
@@ -132,8 +128,7 @@ void run_free(Study& study) {
   study.nudged = false;
   for (model::State* state : {&study.state, &study.fine_state})
     state->nudging_per_s.assign(study.simulation->trials().size(), 0);
-  if (!study.has_one_mesh())
-    study.simulation->rematch(study.state, base, x);  // seeking them on a fine mesh took a third of a diagnosis
+  study.simulation->rematch(study.state, base, x);
   study.fine->take_branches(study.fine_state, *study.simulation, study.state);
   study.state.grid_correction_mm.clear();
   study.mesh_change = mesh_change(study, base, x);

@@ -102,8 +102,7 @@ Floor floor_of(const Study& study, const Protocol& protocol) {
     floor.noise_mm(t) = std::max(stated_noise(study, trial), noise_from_differences(study, trial));
     const bool still = study.simulation->trials()[trial].still;
     const double share = still ? protocol.still_grid_share : protocol.grid_share;
-    const double nudged_form_mm = !still && study.has_one_mesh() ? protocol.one_grid_form_mm : protocol.form_mm;
-    const double form_mm = still || study.nudged ? nudged_form_mm : protocol.free_form_mm;
+    const double form_mm = still || study.nudged ? protocol.form_mm : protocol.free_form_mm;
     floor.right_mm(t) =
         std::sqrt(std::pow(floor.noise_mm(t), 2) + std::pow(share * mesh_mm(study, trial), 2) + std::pow(form_mm, 2));
   }

@@ -153,13 +153,13 @@ void look_at_markers(Look& look, ResidualMap& map, const VectorXd& residual, siz
 class SpotsSeen {
  public:
   SpotsSeen(const Study& study, size_t trial)
-      : mesh_(study.simulation->sheet().mesh), camera_(study.simulation->trials()[trial].stripes->camera),
+      : view_(study.simulation->view()), camera_(study.simulation->trials()[trial].stripes->camera),
         experiment_(
             study.simulation->predictions(study.state, study.parameters, study.base, trial, 0, 1).front().experiment),
         trajectory_(study.simulation->trajectory(study.state, study.parameters, study.base, trial)) {}
 
   bool finite() const { return trajectory_.finite; }
-  void at_time(double t_s) { position_ = model::position_at(experiment_, trajectory_, t_s); }
+  void at_time(double t_s) { position_ = view_.of(model::position_at(experiment_, trajectory_, t_s)); }
   Eigen::Vector2d uv(const observe::DepthPoint& p) const {
     const Vector3d point =
         geometry::centre(camera_) + p.depth_m * p.ray_m_per_depth_m * geometry::ray(camera_, p.pixel);
@@ -175,10 +175,10 @@ class SpotsSeen {
   Eigen::Vector2d nearest(const Eigen::RowVectorXd& squared) const {
     Index at = 0;
     squared.minCoeff(&at);
-    return mesh_.rest_uv[static_cast<size_t>(at)];
+    return view_.mesh().rest_uv[static_cast<size_t>(at)];
   }
 
-  const geometry::TriangleMesh& mesh_;
+  const cloth::spline::View& view_;
   const geometry::Projection& camera_;
   cloth::Experiment experiment_;
   cloth::Trajectory trajectory_;

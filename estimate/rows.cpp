@@ -19,8 +19,7 @@ bool has_rows(const RowOptions& options, size_t trial) {
          std::find(options.trials.begin(), options.trials.end(), trial) != options.trials.end();
 }
 
-bool was_seen(const model::Simulation& simulation, size_t trial, Index index, double time_s) {
-  if (simulation.is_skipped(trial, time_s)) return false;
+bool was_seen(const model::Simulation& simulation, size_t trial, Index index) {
   const auto& markers = simulation.trials()[trial].markers;
   return !markers || index / 3 >= markers->position.cols() || markers->position.col(index / 3).allFinite();
 }
@@ -39,7 +38,7 @@ Rows::Rows(const model::Simulation& simulation, const RowOptions& options) {
         place_.push_back({trial, i, static_cast<int>(trial) * kBlocksATrial + static_cast<int>(time_s(i) / kBlock_s)});
         inverse_sd.push_back((still ? std::sqrt(options.still_samples) : 1) / sd(i));
         sd_mm.push_back(sd(i));
-        seen.push_back(was_seen(simulation, trial, i, time_s(i)) ? 1 : 0);
+        seen.push_back(was_seen(simulation, trial, i) ? 1 : 0);
       }
     }
     offset_.push_back(static_cast<Index>(place_.size()));

@@ -47,11 +47,11 @@ VectorXd free_mm(const model::Simulation& simulation, const model::State& state,
 }  // namespace
 
 FreshReduction reduction_on(const trial::Campaign& fresh, const std::vector<diagnose::Effect>& effects,
-                            const nlohmann::json& diagnosis, const std::string& hypothesis, int columns) {
+                            const nlohmann::json& diagnosis, const std::string& hypothesis, int cells) {
   const std::vector<model::ObservedTrial> trials =
       fit::observe_campaign(fresh, 30, 10, [](double, const std::string&) {});
   model::SimulationOptions options;
-  options.columns = columns;
+  options.cells = cells;
   const bool is_ahead = diagnosis.at("shrink").at(hypothesis).contains("ahead_s");
   const nlohmann::json& fitted = diagnosis.at(is_ahead ? "fit" : "free_fit");
   const model::Drag drag = model::drag_named(diagnosis.at("base").get<std::string>());

@@ -85,7 +85,7 @@ TrialPlan read_trial_plan(const std::string& name, Section s, double size_m) {
 TrialProtocol read_protocol(Section s) {
   TrialProtocol p;
   p.size_m = s.number("size_m", p.size_m, 0.05, 2, "m");
-  p.columns = whole(s, "columns", p.columns, 5, 129);
+  p.cells = whole(s, "cells", p.cells, 4, 64);
   p.frames = whole(s, "frames", p.frames, 3, kMostFrames);
   p.frame_rate_hz = s.number("frame_rate_hz", p.frame_rate_hz, 1, 1000, "Hz");
   p.noise_grey = s.number("noise_grey", p.noise_grey, 0, 50, "grey levels");
@@ -115,8 +115,8 @@ FitPlan read_fit(Section s, const std::vector<Fabric>& fabrics) {
   f.error = choice_of<ErrorKind>(s, "error", "folds", {"folds", "residuals"});
   f.evaluations = whole(s, "evaluations", f.evaluations, 1, 10'000'000);
   f.iterations = whole(s, "iterations", f.iterations, 1, 1000);
-  f.columns = whole(s, "columns", f.columns, 5, 65);
-  f.coarse_columns = whole(s, "coarse_columns", f.coarse_columns, 5, 65);
+  f.cells = whole(s, "cells", f.cells, 4, 64);
+  f.coarse_cells = whole(s, "coarse_cells", f.coarse_cells, 4, 64);
   f.frames = whole(s, "frames", f.frames, 3, kMostFrames);
   f.frame_rate_hz = s.number("frame_rate_hz", f.frame_rate_hz, 1, 1000, "Hz");
   f.from_grid = s.choice("start", "grid", {"grid", "usual"}) == "grid";
@@ -263,7 +263,7 @@ ExperimentFile quick_version(ExperimentFile file) {
     file.fit.repeated_fabric.clear();
   const double slower = 0.5;
   FitPlan& fit = file.fit;
-  fit.columns = fit.coarse_columns = file.protocol.columns = 7;
+  fit.cells = fit.coarse_cells = file.protocol.cells = 5;
   fit.evaluations = std::min(fit.evaluations, 12);
   fit.iterations = std::min(fit.iterations, 4);
   fit.repeats = std::min(fit.repeats, 2);

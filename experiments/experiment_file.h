@@ -41,7 +41,7 @@ struct TrialPlan {
 
 struct TrialProtocol {
   double size_m = 0.3;  // of the square sheet
-  int columns = 25;     // of the mesh that is recorded
+  int cells = 16;       // along the width of the sheet that is recorded
   int frames = 50;      // of a moving trial; a still one has one
   double frame_rate_hz = 30;
   double noise_grey = 1.5, noise_m = 2e-4;  // standard deviations of a pixel and of a corner's coordinate
@@ -58,7 +58,7 @@ struct FitPlan {
   ErrorKind error = ErrorKind::folds;
   int evaluations = 600;  // of a search, a trial
   int iterations = 25;    // of least squares, at most
-  int columns = 17, coarse_columns = 9;
+  int cells = 12, coarse_cells = 8;
   int frames = 50;              // of each moving trial; later ones are held out
   double frame_rate_hz = 30;    // frames compared
   bool from_grid = true;        // start: best of a coarse grid; otherwise each parameter's usual value

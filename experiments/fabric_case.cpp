@@ -38,7 +38,7 @@ void require_images(const trial::Campaign& campaign) {
 void hang_as_recorded(Comparison& on) {
   std::vector<Eigen::Matrix3Xd> hung;
   for (const model::ObservedTrial& t : on.scenes->trials())
-    hung.push_back(cloth::hung_shape(on.scenes->sheet(), t.experiment, 1));
+    hung.push_back(hung_shape(on.scenes->sheet(), t.experiment, 1));
   on.scenes->take_branches(on.state, hung);
 }
 
@@ -58,9 +58,9 @@ void prepare_later(FabricCase& c, const FitPlan& plan) {
   observe::ObserveOptions observe;
   observe.rate_hz = plan.frame_rate_hz;
   for (const trial::Trial& t : c.campaign.trials) whole.push_back(model::observe_trial(t, observe));
-  model::SimulationOptions mesh;
-  mesh.columns = plan.columns;
-  c.later.scenes = std::make_unique<const model::Simulation>(whole, mesh);
+  model::SimulationOptions on_grid;
+  on_grid.cells = plan.cells;
+  c.later.scenes = std::make_unique<const model::Simulation>(whole, on_grid);
   c.later.state = c.later.scenes->state_of(*c.fitted.scenes, c.fitted.state);
   if (c.error == ErrorKind::residuals) return;
   fit::FoldTrackOptions options;
@@ -110,7 +110,7 @@ std::unique_ptr<FabricCase> prepare_case(const Fabric& fabric, const trial::Camp
   c->fabric = fabric;
   c->campaign = campaign;
   c->error = plan.error;
-  c->coarse_columns = plan.coarse_columns;
+  c->coarse_cells = plan.coarse_cells;
   const trial::Fabric& first = campaign.trials.front().fabric;
   c->density = first.mass_kg / (first.width_m * first.height_m);
   c->parameters = model::base_parameters();
@@ -129,16 +129,16 @@ std::unique_ptr<FabricCase> prepare_case(const Fabric& fabric, const trial::Camp
     progress(0.5 * static_cast<double>(c->observed.size()) / static_cast<double>(campaign.trials.size()),
              "reading " + t.name);
   }
-  model::SimulationOptions mesh;
-  mesh.columns = plan.coarse_columns;
+  model::SimulationOptions on_grid;
+  on_grid.cells = plan.coarse_cells;
   search.progress = fit::part_of(progress, 0.5, 1, "start");
   c->start = model::usual_coordinates(c->parameters);
   if (plan.from_grid) {
-    const model::Simulation grid(c->observed, mesh);
+    const model::Simulation grid(c->observed, on_grid);
     c->start = fit::coarse_search(grid, grid.state_at(c->parameters, c->start), c->parameters, search).best.front();
   }
-  mesh.columns = plan.columns;
-  c->fitted.scenes = std::make_unique<const model::Simulation>(c->observed, mesh);
+  on_grid.cells = plan.cells;
+  c->fitted.scenes = std::make_unique<const model::Simulation>(c->observed, on_grid);
   c->fitted.state = c->fitted.scenes->state_at(c->parameters, c->start);
   if (!fabric.recorded()) hang_as_recorded(c->fitted);
   if (c->error == ErrorKind::folds) track_fitted(*c, kind, plan);

@@ -27,7 +27,7 @@ struct FabricCase {
   std::optional<Eigen::VectorXd> truth;        // coordinates, where the fabric is simulated
   Eigen::VectorXd start;                       // of the coarse grid, or usual values
   std::vector<model::ObservedTrial> observed;  // the frames that are fitted
-  int coarse_columns = 9;
+  int coarse_cells = 8;
   Comparison fitted;
   Comparison later;      // frames after those; without scenes where no trial has any
   double cut_s = 1e300;  // between the two

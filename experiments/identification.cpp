@@ -76,13 +76,11 @@ OneFit search_trials(const FabricCase& c, const std::vector<size_t>& trials, Ind
   });
 }
 
-// The same scenes, with equilibria that are shared and sought to 10 um: half of the time would go into them.
+// The same scenes, with equilibria that are sought to 10 um.
 model::Simulation scenes_for_squares(const FabricCase& c) {
-  model::SimulationOptions mesh = c.fitted.scenes->options();
-  mesh.shared_rests = true;
-  mesh.cloth.rest_change_m = 1e-5;
-  mesh.cloth.rest_speed_m_s = 5e-4;
-  return {c.observed, mesh};
+  model::SimulationOptions on_grid = c.fitted.scenes->options();
+  on_grid.sheet.rest_change_m = 1e-5;
+  return {c.observed, on_grid};
 }
 
 OneFit fit_together(const FabricCase& c, const std::vector<size_t>& trials, Index searched, const std::string& name,

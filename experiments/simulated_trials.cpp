@@ -7,7 +7,8 @@
 #include <Eigen/Geometry>
 
 #include "capture/trial/trial_writer.h"
-#include "cloth/simulate.h"
+#include "cloth/spline/simulate.h"
+#include "cloth/spline/view.h"
 #include "render/stripe_renderer.h"
 
 namespace selvedge::experiments {
@@ -69,19 +70,21 @@ void record_trial(const Fabric& fabric, const TrialPlan& plan, const TrialProtoc
     left.col(i) = Eigen::Vector3d(-plan.apart_m / 2, 0, 0);
     right.col(i) = right_corner(plan, i / kTracker_hz);
   }
-  const cloth::Sheet sheet =
-      cloth::make_sheet(geometry::make_grid_mesh(protocol.size_m, protocol.size_m, protocol.columns, protocol.columns));
+  const cloth::spline::Swatch swatch{protocol.size_m, protocol.size_m};
+  const cloth::spline::SplineSheet sheet =
+      make_spline_sheet(swatch, make_grid(swatch, cloth::Hold::corners, protocol.size_m / protocol.cells));
+  const cloth::spline::View view(sheet);
   cloth::Experiment e;
   e.material = fabric.material;
   e.path = cloth::make_path(cloth::Hold::corners, t.corners.time_s, left, right);
-  e.start_shape = cloth::hung_shape(sheet, e, 1);
+  e.start_shape = hung_shape(sheet, e, 1);
   t.frames.emplace();
   for (int k = 0; k < frames; ++k) {
     t.frames->number.push_back(k);
     t.frames->time_s.push_back(k / protocol.frame_rate_hz);
   }
   e.sample_s = t.frames->time_s;
-  const cloth::Trajectory run = cloth::simulate(sheet, {e}).front();
+  const cloth::Trajectory run = simulate(sheet, {e}).front();
   if (!run.finite)
     throw std::runtime_error(
         fabric.name + ", " + plan.name +
@@ -91,7 +94,7 @@ void record_trial(const Fabric& fabric, const TrialPlan& plan, const TrialProtoc
   renderer.set_pattern({true, t.pattern->period_px, t.pattern->duty, t.pattern->first_bright_row_px});
   std::vector<trial::GreyImage> images;
   for (const Eigen::Matrix3Xd& shape : run.samples)
-    images.push_back(with_noise(renderer.render(shape, sheet.mesh.triangles), protocol.noise_grey, random));
+    images.push_back(with_noise(renderer.render(view.of(shape), view.mesh().triangles), protocol.noise_grey, random));
   std::normal_distribution<double> normal(0, protocol.noise_m);
   const auto seen = [&](Eigen::Matrix3Xd path) {
     for (Eigen::Index i = 0; i < path.size(); ++i) path(i) += normal(random);

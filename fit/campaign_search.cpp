@@ -69,9 +69,9 @@ std::string identity_of(const CampaignSearch& search, const trial::Campaign& cam
                         const model::Simulation& objective, const VectorXd& start,
                         const std::vector<model::Parameter>& parameters, const std::vector<Index>& rows,
                         double start_cost) {
-  std::string text = fmt::format("{} of {} columns {} seed {} evaluations {} parameters", search.optimiser,
-                                 search.error == SearchError::folds ? "folds" : "residuals",
-                                 objective.options().columns, search.seed, search.evaluations);
+  std::string text = fmt::format("{} of {} cells {} seed {} evaluations {} parameters", search.optimiser,
+                                 search.error == SearchError::folds ? "folds" : "residuals", objective.options().cells,
+                                 search.seed, search.evaluations);
   for (const Index row : rows) text += " " + parameters[static_cast<size_t>(row)].name;
   text += " trials";
   for (const trial::Trial& t : campaign.trials) text += " " + t.name;

@@ -1,7 +1,7 @@
 // A campaign fitted by one of the optimisers that need costs alone (estimate/optimisers), in the place of least
 // squares.
 //
-// The search starts where least squares would, and runs on the final mesh. Its error is either `residuals`, the robust
+// The search starts where least squares would, and runs on the final grid. Its error is either `residuals`, the robust
 // cost in whitened millimetres that least squares minimise, or `folds`, E of the fold metric per frame, summed over the
 // trials (Bhat et al. 2003). Every evaluation goes to a journal in the fit's folder: the same fit into the same folder
 // continues after the last of them. What comes before the search is not in the journal and runs again.

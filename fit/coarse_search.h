@@ -1,5 +1,5 @@
 // A coarse exhaustive search (Bhat et al. 2003, section 6): four values of each decisive parameter over its
-// range, every combination simulated on a coarse mesh; the best one starts the optimiser.
+// range, every combination simulated on a coarse grid; the best one starts the optimiser.
 #pragma once
 
 #include "estimate/least_squares.h"

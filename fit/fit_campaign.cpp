@@ -10,6 +10,7 @@
 #include <Eigen/Eigenvalues>
 
 #include "estimate/journal.h"
+#include "cloth/spline/chosen_grid.h"
 #include "estimate/kept_input.h"
 #include "model/trial_error.h"
 #include "fit/stages.h"
@@ -31,13 +32,65 @@ std::vector<size_t> moving(const std::vector<model::ObservedTrial>& trials) {
   return out;
 }
 
-// A long campaign is fitted on a coarser mesh: what it gains is samples, not detail.
-int final_columns(const std::vector<model::ObservedTrial>& trials, const FitOptions& options) {
-  if (options.columns > 0) return options.columns;
-  double motion_s = 0;
+double motion_s(const std::vector<model::ObservedTrial>& trials) {
+  double sum = 0;
   for (const model::ObservedTrial& t : trials)
-    if (!t.still) motion_s += t.experiment.sample_s.back() - t.experiment.start_s;
-  return motion_s > 30 ? 13 : 17;
+    if (!t.still) sum += t.experiment.sample_s.back() - t.experiment.start_s;
+  return sum;
+}
+
+// The finest grid that a campaign of so much motion is fitted on: on it an iteration takes about as long as one of 12 s
+// on 24 cells does, a quarter of a minute on two cores. Work rises with the cells and with the steps.
+int most_cells(const std::vector<model::ObservedTrial>& trials) {
+  const double share = std::max(1.0, motion_s(trials) / 12);
+  return std::clamp(static_cast<int>(24 / std::cbrt(share)), 12, cloth::spline::kMostCells);
+}
+
+model::SimulationOptions on_grid_of(int cells, const FitOptions& options) {
+  model::SimulationOptions o;
+  o.cells = cells;
+  o.ranks = options.ranks;
+  return o;
+}
+
+// Along the width.
+int cells_of_length(const std::vector<model::ObservedTrial>& trials, double length_m) {
+  return static_cast<int>(std::ceil(trials.front().width_m / length_m - 1e-9));
+}
+
+struct Grids {
+  int middle = 0, last = 0;
+  std::string short_of;  // a sentence where the last is coarser than this fabric needs
+};
+
+// For a fabric as it was found on a coarse grid.
+Grids grids_for(const std::vector<model::ObservedTrial>& trials, const std::vector<model::Parameter>& parameters,
+                const VectorXd& coordinates, const FitOptions& options) {
+  constexpr double kTolerance_m = 3e-4;  // between two equilibria
+  if (options.cells > 0) return {std::max(6, 2 * options.cells / 3), options.cells, ""};
+  model::Prediction p;
+  p.experiment = trials.front().experiment;
+  for (size_t k = 0; k < parameters.size(); ++k)
+    parameters[k].apply(p, to_value(parameters[k], coordinates(static_cast<Index>(k))));
+  const double length_m = cloth::spline::bending_length_m(p.experiment.material, p.experiment.gravity_m_s2.norm());
+  const int most = most_cells(trials);
+  Grids out;
+  out.middle = std::clamp(cells_of_length(trials, length_m), options.coarse_cells, most);
+  const cloth::spline::ChosenGrid chosen =
+      cloth::spline::choose_grid({trials.front().width_m, trials.front().height_m}, p.experiment, kTolerance_m);
+  const int wanted = static_cast<int>(chosen.grid.u.size()) - 1;
+  out.last = std::clamp(wanted, out.middle, most);
+  if (wanted > most)
+    out.short_of = fmt::format(
+        "the folds of so soft a fabric need a grid of {} cells; {:.0f} s of motion were fitted on {}, so that an "
+        "iteration does not take minutes: fit fewer trials for a finer one, or see what the grid leaves open",
+        wanted, motion_s(trials), most);
+  else if (!chosen.within_tolerance)
+    out.short_of = fmt::format(
+        "grids of {} and of more cells hang in different folds, {:.1f} mm apart: this fabric "
+        "may hang in several ways",
+        wanted, 1e3 * chosen.left_open_m);
+  return out;
 }
 
 // Root mean square of markers' speed error, mm/s: differences of position residuals over neighbouring times.
@@ -81,11 +134,11 @@ std::optional<double> plate_error(const model::ObservedTrial& trial) {
 }
 
 // One line: what would make it another fit.
-std::string identity_of(const FitOptions& o, int columns, const std::string& recordings) {
-  const std::string settings = fmt::format(
-      "{} drag {} columns {} after {} rates {} {} iterations {} hold-out {} integrator {}",
-      o.search ? "start of a search" : "least_squares", static_cast<int>(o.drag), columns, o.coarse_columns, o.rate_hz,
-      o.image_rate_hz, o.max_iterations, static_cast<int>(o.hold_out), static_cast<int>(o.integrator));
+std::string identity_of(const FitOptions& o, const std::string& recordings) {
+  const std::string settings =
+      fmt::format("{} drag {} cells {} after {} rates {} {} iterations {} hold-out {}",
+                  o.search ? "start of a search" : "least_squares", static_cast<int>(o.drag), o.cells, o.coarse_cells,
+                  o.rate_hz, o.image_rate_hz, o.max_iterations, static_cast<int>(o.hold_out));
   return settings + " input " + estimate::input_hash(recordings, settings);
 }
 
@@ -209,6 +262,37 @@ void list_errors(FitOutcome& out) {
   }
 }
 
+// Adds to all residuals what the next finer grid does at the fit's end. Root mean square of that, mm.
+double correct_grid(FitOutcome& out, const std::vector<model::Parameter>& parameters,
+                    const estimate::LeastSquaresResult& fit, const FitOptions& options) {
+  const int cells = out.simulation->options().cells;
+  const model::Simulation finer(out.simulation->trials(),
+                                on_grid_of(static_cast<int>(std::lround(std::sqrt(2.0) * cells)), options));
+  const model::Residuals there =
+      finer.evaluate(finer.state_of(*out.simulation, out.state), parameters, fit.coordinates).front();
+  if (!there.finite || !fit.residuals.finite) {
+    out.remarks.push_back("what a finer grid would add is not known: a simulation on it diverged");
+    return kNaN;
+  }
+  constexpr double kOtherFold_mm = 3;
+  double sum = 0, count = 0;
+  for (size_t i = 0; i < there.mm.size(); ++i) {
+    Eigen::VectorXd adds = there.mm[i] - fit.residuals.mm[i];
+    const double mm = model::rms_mm(out.simulation->trials()[i], adds, out.simulation->time_s(i));
+    if (mm > kOtherFold_mm) {
+      out.remarks.push_back(
+          fmt::format("{}: the next finer grid moves the fabric by {:.1f} mm, into other folds; that "
+                      "is left open",
+                      out.simulation->trials()[i].name, mm));
+      adds.setZero();
+    }
+    sum += mm * mm * static_cast<double>(adds.size());
+    count += static_cast<double>(adds.size());
+    out.state.grid_correction_mm.push_back(std::move(adds));
+  }
+  return std::sqrt(sum / std::max(count, 1.0));
+}
+
 const char* drag_text(model::Drag drag) {
   return drag == model::Drag::nonlinear ? "nonlinear drag" : drag == model::Drag::linear ? "linear drag" : "no drag";
 }
@@ -228,9 +312,6 @@ FitOutcome fit_campaign(const trial::Campaign& campaign, const FitOptions& optio
   const std::vector<model::Parameter> parameters = model::base_parameters(options.drag);
   const std::vector<model::ObservedTrial> trials = observe_campaign(campaign, options.rate_hz, options.image_rate_hz,
                                                                     part_of(options.progress, 0, 0.05, "campaign"));
-  const int columns = final_columns(trials, options);
-  out.model = fmt::format("Baraff-Witkin triangles, {}, {} columns", drag_text(options.drag), columns);
-
   const bool by_trials =
       options.hold_out == HoldOut::trials || (options.hold_out == HoldOut::automatic && moving(trials).size() >= 4);
   out.hold_out = by_trials ? "trials" : "frames";
@@ -240,48 +321,48 @@ FitOutcome fit_campaign(const trial::Campaign& campaign, const FitOptions& optio
 
   std::shared_ptr<estimate::FitJournal> journal;
   if (!options.journal.empty())
-    journal = estimate::FitJournal::shared(options.journal, identity_of(options, columns, recordings), options.ranks);
+    journal = estimate::FitJournal::shared(options.journal, identity_of(options, recordings), options.ranks);
 
-  const auto on_mesh_of = [&](int columns) {
-    model::SimulationOptions o;
-    o.columns = columns;
-    o.cloth.integrator = options.integrator;
-    o.ranks = options.ranks;
-    return o;
-  };
   const Start found =
-      find_start(trials, on_mesh_of(options.coarse_columns), parameters,
-                 search_options(options, out.cut_s, part_of(options.progress, 0.05, 0.3, "coarse mesh"), journal));
+      find_start(trials, on_grid_of(options.coarse_cells, options), parameters,
+                 search_options(options, out.cut_s, part_of(options.progress, 0.05, 0.25, "coarse grid"), journal));
+  const Grids grids = grids_for(trials, parameters, found.coordinates, options);
+  if (!grids.short_of.empty()) out.remarks.push_back(grids.short_of);
+  out.model = fmt::format("Baraff-Witkin on bicubic splines, {}, {} cells along the width", drag_text(options.drag),
+                          grids.last);
   estimate::LeastSquaresOptions last =
-      search_options(options, out.cut_s, part_of(options.progress, 0.5, 0.8, "final mesh"), journal);
+      search_options(options, out.cut_s, part_of(options.progress, 0.45, 0.7, "final grid"), journal);
   estimate::LeastSquaresResult fit;
   VectorXd mesh = VectorXd::Zero(found.coordinates.size());
   int before_last = found.evaluations;
+  out.grid_mm = kNaN;
   if (options.search) {
-    out.simulation = std::make_shared<model::Simulation>(trials, on_mesh_of(columns));
+    out.simulation = std::make_shared<model::Simulation>(trials, on_grid_of(grids.last, options));
     out.state = out.simulation->state_at(parameters, found.coordinates);
     const estimate::SearchResult searched =
         options.search(*out.simulation, out.state, parameters, found.coordinates,
-                       search_options(options, out.cut_s, part_of(options.progress, 0.3, 0.75, "search"), nullptr));
+                       search_options(options, out.cut_s, part_of(options.progress, 0.25, 0.75, "search"), nullptr));
     out.trace = searched.trace;
     before_last += searched.evaluations;
     last.max_iterations = 0;  // derivatives alone
     fit = minimise(*out.simulation, out.state, parameters, searched.point, last);
   } else {
-    const int middle_columns = 3 * (columns - 1) / 4 + 1;
-    const model::Simulation middle(trials, on_mesh_of(middle_columns));
+    const model::Simulation middle(trials, on_grid_of(grids.middle, options));
     model::State on_middle = middle.state_at(parameters, found.coordinates);
     const estimate::LeastSquaresResult halfway = minimise_on_branches(
         middle, on_middle, parameters, found.coordinates,
-        search_options(options, out.cut_s, part_of(options.progress, 0.3, 0.5, "middle mesh"), journal));
-    out.simulation = std::make_shared<model::Simulation>(trials, on_mesh_of(columns));
+        search_options(options, out.cut_s, part_of(options.progress, 0.25, 0.45, "middle grid"), journal));
+    out.simulation = std::make_shared<model::Simulation>(trials, on_grid_of(grids.last, options));
     out.state = out.simulation->state_at(parameters, halfway.coordinates);
     last.max_iterations = std::max(3, options.max_iterations / 2);
     fit = minimise_on_branches(*out.simulation, out.state, parameters, halfway.coordinates, last);
-    before_last += halfway.evaluations;
-    // Second order in the spacing: the limit lies this share of the last change beyond the final mesh.
-    const double beyond = 1 / (std::pow((columns - 1.0) / (middle_columns - 1.0), 2) - 1);
-    mesh = beyond * (fit.coordinates - halfway.coordinates);
+    before_last += halfway.evaluations + fit.evaluations;
+    const VectorXd uncorrected = fit.coordinates;
+    out.grid_mm = correct_grid(out, parameters, fit, options);
+    last.max_iterations = 2;
+    last.progress = part_of(options.progress, 0.72, 0.8, "what a finer grid adds");
+    fit = minimise(*out.simulation, out.state, parameters, uncorrected, last);
+    mesh = fit.coordinates - uncorrected;
   }
 
   out.coordinates = fit.coordinates;

@@ -1,8 +1,9 @@
 // Fitting a campaign: from recorded trials to parameters with their uncertainty.
 //
 //   1. observe    each trial becomes an experiment to simulate and residuals to compare
-//   2. coarse     a grid over the decisive parameters on a coarse mesh gives the start
-//   3. refine     robust least squares on a middle mesh (three quarters of the columns), then on the final one
+//   2. coarse     a search over the decisive parameters on a coarse grid gives the start
+//   3. refine     robust least squares on cells of a bending length, then on the grid that this fabric needs
+//                 (cloth/spline/chosen_grid.h), then with what the next finer grid adds to that one's residuals
 //   4. hold out   what was not fitted is predicted: later frames, or whole trials in two folds
 //   5. judge      interval, variability and bounds of each parameter
 #pragma once
@@ -22,15 +23,15 @@ namespace selvedge::fit {
 
 enum class HoldOut { automatic, frames, trials };
 
-// A search from `start` on the final mesh; `cost` says which trials and times count, and takes its progress.
+// A search from `start` on the final grid; `cost` says which trials and times count, and takes its progress.
 using CampaignSearchFunction = std::function<estimate::SearchResult(
     const model::Simulation& simulation, const model::State& state, const std::vector<model::Parameter>& parameters,
     const Eigen::VectorXd& start, const estimate::LeastSquaresOptions& cost)>;
 
 struct FitOptions {
   model::Drag drag = model::Drag::nonlinear;
-  int columns = 0;  // of the final mesh; 0: 17, or 13 where more than 30 s of motion are fitted
-  int coarse_columns = 9;
+  int cells = 0;  // of the final grid along the width; 0: chosen from the fabric
+  int coarse_cells = 8;
   double rate_hz = 30;                    // observations are thinned to this
   double image_rate_hz = 10;              // frames likewise
   HoldOut hold_out = HoldOut::automatic;  // trials where at least four move, else the last third of the frames
@@ -38,7 +39,6 @@ struct FitOptions {
   CampaignSearchFunction search;  // where set, takes the place of step 3 (campaign_search.h)
   std::filesystem::path journal;  // of what is found before a search, and by least squares (fit_journal.h); empty: none
   std::shared_ptr<model::Ranks> ranks;  // that share out evaluations (model/ranks/ranks.h); empty: this process alone
-  cloth::Options::Integrator integrator = cloth::Options::Integrator::leapfrog;
   report::ProgressCallback progress = [](double, const std::string&) {};
 };
 
@@ -46,9 +46,9 @@ struct FittedParameter {
   model::Parameter parameter;
   double value = 0;
   double start = 0;                               // from the coarse grid
-  double lower_interval = 0, upper_interval = 0;  // 90 %, with what the mesh leaves open
-  double mesh_percent = 0;         // of that: the limit of a fine mesh, extrapolated, lies this far from value
-  double variability_percent = 0;  // change that raises the error by 1 % (Bhat et al. 2003, section 5)
+  double lower_interval = 0, upper_interval = 0;  // 90 %, with what the grid leaves open
+  double mesh_percent = 0;                        // of that: by how much the next finer grid moved it
+  double variability_percent = 0;                 // change that raises the error by 1 % (Bhat et al. 2003, section 5)
   bool at_bound = false;
   bool determined = false;  // 90 % interval within a factor of 1.25 of value, and not at a bound
 };
@@ -77,8 +77,9 @@ struct FitOutcome {
   double wall_s = 0;
   double cut_s = 0;  // frames after it were held out (hold_out frames)
   model::Residuals residuals, residuals_start;
-  std::shared_ptr<const model::Simulation> simulation;  // on the final mesh
-  model::State state;                                   // in which it ended
+  std::shared_ptr<const model::Simulation> simulation;  // on the final grid
+  double grid_mm = 0;  // rms between the final grid and the next finer one, over all residuals; NaN: not looked at
+  model::State state;  // in which it ended
   std::vector<std::string> remarks;  // what a reader should know: bounds, combinations not told apart
 };
 

@@ -75,10 +75,10 @@ void add_frames(report::HtmlReport& html, const FitOutcome& out, const trial::Tr
     if (k > 0 && observed.still) break;
     const observe::StripeFrame& frame = track.frames[k];
     const render::Image recorded = trial::read_frame(trial, frame.index);
-    const Eigen::Matrix3Xd x = model::position_at(observed.experiment, run, frame.time_s);
-    const render::Image simulated = renderer.render(x, out.simulation->sheet().mesh.triangles);
+    const Eigen::Matrix3Xd x = out.simulation->view().of(model::position_at(observed.experiment, run, frame.time_s));
+    const render::Image simulated = renderer.render(x, out.simulation->view().mesh().triangles);
     std::vector<unsigned char> inside;
-    map.rasterise(x, out.simulation->sheet().mesh.triangles);
+    map.rasterise(x, out.simulation->view().mesh().triangles);
     map.fill_silhouette(inside);
     const observe::StripeObservation seen =
         observe::observe_stripes(recorded, track.camera, track.projector, track.pattern);
@@ -104,7 +104,7 @@ cv::Mat draw_dots(const model::Simulation& objective, const Eigen::Matrix3Xd& sh
     return cv::Point(static_cast<int>(size / 2 + scale * (p(across) - middle(across))),
                      static_cast<int>(size / 2 - scale * (p.z() - middle.z())));
   };
-  for (const auto& t : objective.sheet().mesh.triangles)
+  for (const auto& t : objective.view().mesh().triangles)
     for (size_t k = 0; k < 3; ++k)
       cv::line(image, at(sheet.col(t[k])), at(sheet.col(t[(k + 1) % 3])), cv::Scalar(200, 180, 150), 1, cv::LINE_AA);
   for (Eigen::Index i = 0; i < dots.cols(); ++i)
@@ -123,7 +123,8 @@ void add_dots(report::HtmlReport& html, const FitOutcome& out, size_t index) {
     const auto times = static_cast<Eigen::Index>(m.time_s.size());
     Eigen::Matrix3Xd dots(3, static_cast<Eigen::Index>(m.uv.size()));
     for (Eigen::Index k = 0; k < dots.cols(); ++k) dots.col(k) = m.position.col(k * times + j);
-    const Eigen::Matrix3Xd x = model::position_at(observed.experiment, run, m.time_s[static_cast<size_t>(j)]);
+    const Eigen::Matrix3Xd x =
+        out.simulation->view().of(model::position_at(observed.experiment, run, m.time_s[static_cast<size_t>(j)]));
     for (const int across : {0, 1}) {
       pictures.push_back(png_of(draw_dots(*out.simulation, x, dots, across)));
       captions.push_back(fmt::format("{}, {:.2f} s, {} view", observed.name, m.time_s[static_cast<size_t>(j)],

@@ -58,8 +58,8 @@ void add_parameters(report::HtmlReport& html, const FitOutcome& out) {
                     p.at_bound     ? "at its bound"
                     : p.determined ? "determined"
                                    : "hardly determined"});
-  html.table({"parameter", "value", "unit", "90 % interval", "change for 1 % of error, %", "left open by the mesh, %",
-              "start", "verdict"},
+  html.table({"parameter", "value", "unit", "90 % interval", "change for 1 % of error, %",
+              "moved by the next finer grid, %", "start", "verdict"},
              rows);
   for (const std::string& remark : out.remarks) html.paragraph(remark + ".");
 }
@@ -124,7 +124,7 @@ void add_progress(report::HtmlReport& html, const FitOutcome& out) {
     series.y.push_back(out.history[i]);
   }
   report::PlotOptions plot;
-  plot.x_label = "iteration on the final mesh";
+  plot.x_label = "iteration on the final grid";
   plot.y_label = "cost";
   plot.log_y = true;
   html.svg(report::line_plot({series}, plot),

@@ -105,15 +105,16 @@ std::vector<Sheets> simulate_sheets(const model::Simulation& scenes, const model
   }
   std::vector<Sheets> sheets(lanes.size());
   if (observed.still) {
-    const std::vector<cloth::Rest> rests = cloth::relax(scenes.sheet(), lanes, scenes.options().cloth);
+    const std::vector<cloth::Rest> rests = relax(scenes.sheet(), lanes, scenes.options().sheet);
     for (size_t i = 0; i < rests.size(); ++i)
-      if (rests[i].position.allFinite()) sheets[i] = {rests[i].position};
+      if (rests[i].position.allFinite()) sheets[i] = {scenes.view().of(rests[i].position)};
     return sheets;
   }
-  const std::vector<cloth::Trajectory> runs = cloth::simulate(scenes.sheet(), lanes, scenes.options().cloth);
+  const std::vector<cloth::Trajectory> runs = simulate(scenes.sheet(), lanes, scenes.options().sheet);
   for (size_t i = 0; i < runs.size(); ++i)
     if (runs[i].finite)
-      for (const double t : track.time_s) sheets[i].push_back(model::position_at(lanes[i], runs[i], t));
+      for (const double t : track.time_s)
+        sheets[i].push_back(scenes.view().of(model::position_at(lanes[i], runs[i], t)));
   return sheets;
 }
 
@@ -153,7 +154,7 @@ MatrixXd FoldObjective::energy(const std::vector<model::Parameter>& parameters, 
     trials.resize(tracks_.size());
     std::iota(trials.begin(), trials.end(), 0);
   }
-  const Index lanes_at_once = cloth::kernel::most_lanes();
+  const Index lanes_at_once = cloth::spline::most_lanes(scenes_.options().sheet.precision);
   const Index sets = coordinates.cols(), groups = (sets + lanes_at_once - 1) / lanes_at_once;
   std::vector<std::vector<Sheets>> sheets(trials.size(), std::vector<Sheets>(static_cast<size_t>(sets)));
   tbb::parallel_for(size_t{0}, trials.size() * static_cast<size_t>(groups), [&](size_t task) {
@@ -176,7 +177,7 @@ MatrixXd FoldObjective::energy(const std::vector<model::Parameter>& parameters, 
       if (sheet.empty()) return;
       std::unique_ptr<FoldBench>& mine = bench.local();
       if (!mine) mine = std::make_unique<FoldBench>(track);
-      of_frame[i] = mine->energy(sheet[i % frames], scenes_.sheet().mesh.triangles, i % frames);
+      of_frame[i] = mine->energy(sheet[i % frames], scenes_.view().mesh().triangles, i % frames);
     });
     for (Index set = 0; set < sets; ++set) {
       const auto from = of_frame.begin() + static_cast<std::ptrdiff_t>(static_cast<size_t>(set) * frames);

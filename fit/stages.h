@@ -28,7 +28,7 @@ estimate::LeastSquaresResult minimise_on_branches(const model::Simulation& simul
                                                   const Eigen::VectorXd& start,
                                                   const estimate::LeastSquaresOptions& options);
 
-// Where to start, on the mesh of `on`: a coarse grid (coarse_search.h) over the beginnings of a few trials, where a
+// Where to start, on the grid of `on`: a coarse grid (coarse_search.h) over the beginnings of a few trials, where a
 // wrong parameter has not yet led the motion astray; the best few are each fitted to these, and the best of them is
 // taken.
 struct Start {

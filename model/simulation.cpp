@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <map>
 #include <numeric>
 
 #include <tbb/parallel_for.h>
@@ -55,18 +54,15 @@ double shown_at(const Prediction& p, double t) {
   return t - p.sensor.delay_s - p.sensor.drift * (t - p.experiment.start_s);
 }
 
-// A shape on one mesh, interpolated to the vertices of another.
-Eigen::Matrix3Xd on_mesh(const geometry::TriangleMesh& to, const cloth::Sheet& from, const Eigen::Matrix3Xd& shape) {
-  Eigen::Matrix3Xd out(3, static_cast<Index>(to.rest_uv.size()));
-  for (size_t i = 0; i < to.rest_uv.size(); ++i)
-    out.col(static_cast<Index>(i)) = position_of(cloth::surface_point(from, to.rest_uv[i]), shape);
-  return out;
-}
-
 std::vector<size_t> all_of(size_t count) {
   std::vector<size_t> all(count);
   std::iota(all.begin(), all.end(), 0);
   return all;
+}
+
+cloth::spline::SplineSheet sheet_for(const ObservedTrial& trial, int cells) {
+  const cloth::spline::Swatch swatch{trial.width_m, trial.height_m};
+  return make_spline_sheet(swatch, make_grid(swatch, trial.experiment.path.hold, swatch.width_m / cells));
 }
 
 // Robust size of the residuals: median of their absolute values.
@@ -85,15 +81,12 @@ Eigen::Matrix3Xd position_at(const cloth::Experiment& e, const cloth::Trajectory
 }
 
 Simulation::Simulation(std::vector<ObservedTrial> trials, const SimulationOptions& options)
-    : options_(options), trials_(std::move(trials)) {
-  const double width = trials_.front().width_m, height = trials_.front().height_m;
-  const int rows = std::max(3, static_cast<int>(std::lround((options.columns - 1) * height / width)) + 1);
-  sheet_ = cloth::make_sheet(geometry::make_grid_mesh(width, height, options.columns, rows));
+    : sheet_(sheet_for(trials.front(), options.cells)), view_(sheet_), options_(options), trials_(std::move(trials)) {
   for (const ObservedTrial& trial : trials_) {
     std::vector<cloth::SurfacePoint> points;
     std::shared_ptr<cloth::GuideTrack> track;
     if (trial.markers) {
-      for (const Eigen::Vector2d& uv : trial.markers->uv) points.push_back(cloth::surface_point(sheet_, uv));
+      for (const Eigen::Vector2d& uv : trial.markers->uv) points.push_back(surface_point(sheet_, uv));
       track = std::make_shared<cloth::GuideTrack>(
           cloth::GuideTrack{points, trial.markers->time_s, trial.markers->position});
     }
@@ -119,25 +112,21 @@ State Simulation::state_of(const Simulation& other, const State& there) const {
 
 void Simulation::take_branches(State& state, const Simulation& other, const State& there,
                                const std::vector<size_t>& trials) const {
-  for (const size_t i : trials.empty() ? all_of(trials_.size()) : trials)
-    state.branch[i] = on_mesh(sheet_.mesh, other.sheet(), there.branch[i]);
+  for (const size_t i : all_or(trials)) state.branch[i] = carried_over(other.sheet(), there.branch[i], sheet_);
 }
 
 void Simulation::take_branches(State& state, const std::vector<Eigen::Matrix3Xd>& shapes) const {
   for (size_t i = 0; i < trials_.size(); ++i)
-    if (i < shapes.size() && shapes[i].cols() == sheet_.data.vertex_count && shapes[i].allFinite())
-      state.branch[i] = shapes[i];
+    if (i < shapes.size() && shapes[i].cols() == sheet_.count() && shapes[i].allFinite()) state.branch[i] = shapes[i];
 }
 
-std::vector<size_t> Simulation::simulated_of(const std::vector<size_t>& wanted) const {
-  std::vector<size_t> trials = wanted.empty() ? all_of(trials_.size()) : wanted;
-  if (options_.skipped_s > 0) std::erase_if(trials, [&](size_t trial) { return trials_[trial].still; });
-  return trials;
+std::vector<size_t> Simulation::all_or(const std::vector<size_t>& wanted) const {
+  return wanted.empty() ? all_of(trials_.size()) : wanted;
 }
 
 bool Simulation::rematch(State& state, const std::vector<Parameter>& parameters, const Eigen::VectorXd& coordinates,
                          const std::vector<size_t>& wanted) const {
-  const std::vector<size_t> trials = simulated_of(wanted);
+  const std::vector<size_t> trials = all_or(wanted);
   std::vector<Eigen::Matrix3Xd> found(trials.size());
   tbb::parallel_for(size_t{0}, trials.size(),
                     [&](size_t i) { found[i] = branch_of(state, trials[i], parameters, coordinates); });
@@ -181,7 +170,7 @@ Eigen::Matrix3Xd Simulation::branch_of(const State& state, size_t trial, const s
   std::vector<Eigen::Matrix3Xd> shapes;
   if (has_one) shapes.push_back(state.branch[trial]);
   for (const double side : {1.0, -1.0}) {
-    const Eigen::Matrix3Xd hung = cloth::hung_shape(sheet_, seen.experiment, side);
+    const Eigen::Matrix3Xd hung = hung_shape(sheet_, seen.experiment, side);
     std::vector<Eigen::Vector2d> uv;
     if (seen.markers) {
       const observe::MarkerTrack& m = *seen.markers;
@@ -195,8 +184,7 @@ Eigen::Matrix3Xd Simulation::branch_of(const State& state, size_t trial, const s
         at.col(static_cast<Index>(uv.size())) = first;
         uv.push_back(m.uv[k]);
       }
-      if (uv.size() >= 6)
-        shapes.push_back(cloth::bent_through(sheet_, hung, uv, at.leftCols(static_cast<Index>(uv.size()))));
+      if (uv.size() >= 6) shapes.push_back(bent_through(sheet_, hung, uv, at.leftCols(static_cast<Index>(uv.size()))));
     }
     if (!has_one || uv.size() < 6) shapes.push_back(hung);
   }
@@ -206,7 +194,7 @@ Eigen::Matrix3Xd Simulation::branch_of(const State& state, size_t trial, const s
     lanes.push_back(common.experiment);
     lanes.back().start_shape = shape;
   }
-  const std::vector<cloth::Rest> rests = cloth::relax(sheet_, lanes, options_.cloth);
+  const std::vector<cloth::Rest> rests = relax(sheet_, lanes, options_.sheet);
   // A tenth nearer, or the branch in use stays.
   constexpr double kClearly = 0.9;
   double least = std::numeric_limits<double>::infinity();
@@ -263,8 +251,8 @@ Eigen::VectorXd Simulation::residual_of(size_t index, const ObservedTrial& trial
   if (trial.stripes)
     for (const observe::StripeFrame& frame : trial.stripes->frames) {
       const auto residuals_at = [&](double t, double* out) {
-        stripe_residuals(*trial.stripes, frame, sheet_.mesh, position_at(e, trajectory, shown_at(prediction, t)),
-                         prediction.sensor, out);
+        stripe_residuals(*trial.stripes, frame, view_.mesh(),
+                         view_.of(position_at(e, trajectory, shown_at(prediction, t))), prediction.sensor, out);
       };
       const double rolling_s = prediction.sensor.row_delay_s;
       residuals_at(frame.time_s - 0.5 * rolling_s, r.data() + at);
@@ -286,102 +274,90 @@ Eigen::VectorXd Simulation::residual_of(size_t index, const ObservedTrial& trial
   return r;
 }
 
-std::vector<Simulation::Group> Simulation::groups_of(const std::vector<size_t>& trials, Index sets) const {
-  const Index lanes = cloth::kernel::most_lanes();
-  std::vector<Group> groups;
+double Simulation::common_step_s(const State& state, const std::vector<Parameter>& parameters,
+                                 const Eigen::MatrixXd& coordinates, const std::vector<size_t>& trials) const {
+  std::vector<cloth::Experiment> lanes;
   for (const size_t trial : trials)
-    for (Index first = 0; first < sets; first += lanes) groups.push_back({trial, first, std::min(lanes, sets - first)});
-  return groups;
+    if (!trials_[trial].still)
+      for (Prediction& p : predictions(state, parameters, coordinates, trial, 0, coordinates.cols()))
+        lanes.push_back(std::move(p.experiment));
+  return lanes.empty() ? 0 : cloth::spline::common_step_s(sheet_, lanes);
 }
 
-std::map<std::pair<size_t, Index>, Eigen::Matrix3Xd> Simulation::shared_rests(const Call& call,
-                                                                              const std::vector<Group>& groups) const {
-  const auto& [state, parameters, coordinates, all] = call;
+std::vector<cloth::Rest> Simulation::rests_of(const Call& call, const std::vector<Run>& runs) const {
   // What acts on motion alone stands at its usual value, so that an equilibrium's bits do not depend on who shares it.
-  Eigen::MatrixXd at_rest = coordinates;
+  Eigen::MatrixXd at_rest = call.coordinates;
   for (Index set = 0; set < at_rest.cols(); ++set) {
     // In a draught drag acts on what hangs still, too.
-    if (!predictions(state, parameters, coordinates, 0, set, 1).front().experiment.air_velocity_m_s.isZero()) continue;
-    for (size_t k = 0; k < parameters.size(); ++k)
-      if (!parameters[k].at_rest)
-        at_rest(static_cast<Index>(k), set) = to_coordinate(parameters[k], parameters[k].start);
+    if (!predictions(call.state, call.parameters, call.coordinates, 0, set, 1)
+             .front()
+             .experiment.air_velocity_m_s.isZero())
+      continue;
+    for (size_t k = 0; k < call.parameters.size(); ++k)
+      if (!call.parameters[k].at_rest)
+        at_rest(static_cast<Index>(k), set) = to_coordinate(call.parameters[k], call.parameters[k].start);
   }
-  std::map<size_t, std::vector<Index>> different;  // sets, by trial
-  std::map<std::pair<size_t, Index>, Index> like;
-  for (const Group& g : groups)
-    for (Index set = g.first; set < g.first + g.count && !trials_[g.trial].still; ++set) {
-      std::vector<Index>& known = different[g.trial];
-      const auto same =
-          std::find_if(known.begin(), known.end(), [&](Index other) { return at_rest.col(other) == at_rest.col(set); });
-      like[{g.trial, set}] = same == known.end() ? set : *same;
-      if (same == known.end()) known.push_back(set);
-    }
-  const auto lanes_at_once = static_cast<size_t>(cloth::kernel::most_lanes());
-  std::vector<std::pair<size_t, std::vector<Index>>> tasks;
-  for (const auto& [trial, sets] : different)
-    for (size_t first = 0; first < sets.size(); first += lanes_at_once)
-      tasks.push_back({trial,
-                       {sets.begin() + static_cast<std::ptrdiff_t>(first),
-                        sets.begin() + static_cast<std::ptrdiff_t>(std::min(first + lanes_at_once, sets.size()))}});
-  std::vector<std::vector<cloth::Rest>> rests(tasks.size());
-  tbb::parallel_for(size_t{0}, tasks.size(), [&](size_t i) {
-    const auto& [trial, sets] = tasks[i];
-    std::vector<cloth::Experiment> lanes;
-    for (const Index set : sets)
-      lanes.push_back(predictions(call.state, call.parameters, at_rest, trial, set, 1).front().experiment);
-    rests[i] = cloth::relax(sheet_, lanes, options_.cloth);
-  });
-  std::map<std::pair<size_t, Index>, Eigen::Matrix3Xd> found, out;
-  for (size_t i = 0; i < tasks.size(); ++i)
-    for (size_t k = 0; k < tasks[i].second.size(); ++k)
-      found[{tasks[i].first, tasks[i].second[k]}] = rests[i][k].position;
-  for (const auto& [key, set] : like) out[key] = found.at({key.first, set});
+  std::vector<cloth::Experiment> different;
+  std::vector<Run> sought;
+  std::vector<size_t> rest_of_run;
+  for (const Run& run : runs) {
+    const auto same = std::find_if(sought.begin(), sought.end(), [&](const Run& other) {
+      return other.trial == run.trial && at_rest.col(other.set) == at_rest.col(run.set);
+    });
+    rest_of_run.push_back(static_cast<size_t>(same - sought.begin()));
+    if (same != sought.end()) continue;
+    sought.push_back(run);
+    different.push_back(predictions(call.state, call.parameters, at_rest, run.trial, run.set, 1).front().experiment);
+  }
+  const std::vector<cloth::Rest> rests = relax(sheet_, different, options_.sheet);
+  std::vector<cloth::Rest> out;
+  for (const size_t i : rest_of_run) out.push_back(rests[i]);
   return out;
 }
 
-void Simulation::evaluate_groups(const Call& call, const std::vector<Group>& groups,
-                                 std::vector<Residuals>& out) const {
-  const auto rests =
-      options_.shared_rests ? shared_rests(call, groups) : std::map<std::pair<size_t, Index>, Eigen::Matrix3Xd>{};
-  tbb::parallel_for(size_t{0}, groups.size(), [&](size_t task) {
-    const auto [trial, first, count] = groups[task];
-    const std::vector<Prediction> predicted =
-        predictions(call.state, call.parameters, call.coordinates, trial, first, count);
-    std::vector<cloth::Experiment> lanes;
-    for (Index i = 0; i < count; ++i) {
-      lanes.push_back(predicted[static_cast<size_t>(i)].experiment);
-      const auto rest = rests.find({trial, first + i});
-      if (rest == rests.end()) continue;
-      lanes.back().start_shape = rest->second;
-      lanes.back().starts_at_rest = false;
+void Simulation::evaluate_runs(const Call& call, const std::vector<Run>& runs, std::vector<Residuals>& out) const {
+  std::vector<cloth::Rest> rests = rests_of(call, runs);
+  std::vector<Prediction> predicted;
+  std::vector<cloth::Experiment> moving;
+  std::vector<size_t> moving_runs;
+  for (size_t i = 0; i < runs.size(); ++i) {
+    predicted.push_back(
+        predictions(call.state, call.parameters, call.coordinates, runs[i].trial, runs[i].set, 1).front());
+    if (trials_[runs[i].trial].still) continue;
+    moving.push_back(predicted.back().experiment);
+    moving.back().start_shape = rests[i].position;
+    moving.back().starts_at_rest = false;
+    moving_runs.push_back(i);
+  }
+  std::vector<cloth::Trajectory> trajectories(runs.size());
+  for (size_t i = 0; i < runs.size(); ++i)
+    if (trials_[runs[i].trial].still) {
+      const bool finite = rests[i].position.allFinite();
+      trajectories[i] = {{rests[i].position}, rests[i].position, rests[i].at_rest, finite};
     }
-    std::vector<cloth::Trajectory> runs;
-    if (trials_[trial].still) {
-      for (cloth::Rest& rest : cloth::relax(sheet_, lanes, options_.cloth))
-        runs.push_back({{rest.position}, rest.position, rest.at_rest, rest.position.allFinite()});
-    } else {
-      runs = cloth::simulate(sheet_, lanes, options_.cloth);
-    }
-    for (Index i = 0; i < count; ++i) {
-      Residuals& r = out[static_cast<size_t>(first + i)];
-      const cloth::Trajectory& run = runs[static_cast<size_t>(i)];
-      if (!run.finite) continue;
-      r.start[trial] = run.start;
-      r.mm[trial] = residual_of(trial, trials_[trial], predicted[static_cast<size_t>(i)], run);
-      if (!call.state.grid_correction_mm.empty())
-        r.mm[trial] += (1 + predicted[static_cast<size_t>(i)].beyond_mesh) * call.state.grid_correction_mm[trial];
-    }
+  cloth::spline::Options how = options_.sheet;
+  if (call.step_s > 0) how.step_s = call.step_s;
+  std::vector<cloth::Trajectory> moved = simulate(sheet_, moving, how);
+  for (size_t k = 0; k < moved.size(); ++k) trajectories[moving_runs[k]] = std::move(moved[k]);
+  tbb::parallel_for(size_t{0}, runs.size(), [&](size_t i) {
+    const auto [trial, set] = runs[i];
+    Residuals& r = out[static_cast<size_t>(set)];
+    if (!trajectories[i].finite) return;
+    r.start[trial] = trajectories[i].start;
+    r.mm[trial] = residual_of(trial, trials_[trial], predicted[i], trajectories[i]);
+    if (!call.state.grid_correction_mm.empty())
+      r.mm[trial] += (1 + predicted[i].beyond_mesh) * call.state.grid_correction_mm[trial];
   });
 }
 
-void Simulation::evaluate_on_ranks(const Call& call, std::vector<Residuals>& out) const {
+void Simulation::evaluate_on_ranks(const Call& call, const std::vector<Group>& groups,
+                                   std::vector<Residuals>& out) const {
   const Eigen::MatrixXd& coordinates = call.coordinates;
-  const std::vector<Group>& groups = call.groups;
   const auto put_group = [&](std::string& bytes, const Group& g) {
-    for (Index i = g.first; i < g.first + g.count; ++i) {
-      const Residuals& r = out[static_cast<size_t>(i)];
-      put(bytes, r.mm[g.trial].data(), r.mm[g.trial].size());
-      put(bytes, r.start[g.trial].data(), r.start[g.trial].size());
+    for (const Run& run : g) {
+      const Residuals& r = out[static_cast<size_t>(run.set)];
+      put(bytes, r.mm[run.trial].data(), r.mm[run.trial].size());
+      put(bytes, r.start[run.trial].data(), r.start[run.trial].size());
     }
   };
   // A share: which groups, and at which coordinates; a rank whose own are others must not answer.
@@ -393,15 +369,17 @@ void Simulation::evaluate_on_ranks(const Call& call, std::vector<Residuals>& out
     std::vector<Group> mine;
     std::string bytes;
     while (!in.at_end()) mine.push_back(groups.at(in.number()));
-    evaluate_groups(call, mine, out);
+    std::vector<Run> runs;
+    for (const Group& g : mine) runs.insert(runs.end(), g.begin(), g.end());
+    evaluate_runs(call, runs, out);
     for (const Group& g : mine) put_group(bytes, g);
     return bytes;
   };
   const auto take = [&](TakenBytes& in, const Group& g) {
-    for (Index i = g.first; i < g.first + g.count; ++i) {
-      Residuals& r = out[static_cast<size_t>(i)];
-      r.mm[g.trial] = in.numbers();
-      r.start[g.trial] = in.numbers().reshaped(3, Eigen::AutoSize);
+    for (const Run& run : g) {
+      Residuals& r = out[static_cast<size_t>(run.set)];
+      r.mm[run.trial] = in.numbers();
+      r.start[run.trial] = in.numbers().reshaped(3, Eigen::AutoSize);
     }
   };
   Ranks& ranks = *options_.ranks;
@@ -429,39 +407,36 @@ void Simulation::evaluate_on_ranks(const Call& call, std::vector<Residuals>& out
 std::vector<Residuals> Simulation::evaluate(const State& state, const std::vector<Parameter>& parameters,
                                             const Eigen::MatrixXd& coordinates,
                                             const std::vector<size_t>& wanted) const {
-  const std::vector<size_t> trials = simulated_of(wanted);
+  const std::vector<size_t> trials = all_or(wanted);
   std::vector<Residuals> out(static_cast<size_t>(coordinates.cols()));
   for (Residuals& r : out) {
     r.mm.resize(trials_.size());
     r.start.resize(trials_.size());
   }
-  const std::vector<Group> groups = groups_of(trials, coordinates.cols());
-  const Call call{state, parameters, coordinates, groups};
-  if (options_.ranks && !options_.ranks->is_busy()) evaluate_on_ranks(call, out);
-  else evaluate_groups(call, groups, out);
+  std::vector<Run> runs;
+  for (const size_t trial : trials)
+    for (Index set = 0; set < coordinates.cols(); ++set) runs.push_back({trial, set});
+  const Call call{state, parameters, coordinates, common_step_s(state, parameters, coordinates, trials)};
+  if (options_.ranks && !options_.ranks->is_busy()) {
+    const auto most = static_cast<size_t>(cloth::spline::most_lanes(options_.sheet.precision));
+    std::vector<Group> groups;
+    for (size_t i = 0; i < runs.size(); i += most)
+      groups.emplace_back(runs.begin() + static_cast<std::ptrdiff_t>(i),
+                          runs.begin() + static_cast<std::ptrdiff_t>(std::min(i + most, runs.size())));
+    evaluate_on_ranks(call, groups, out);
+  } else {
+    evaluate_runs(call, runs, out);
+  }
   for (Residuals& r : out)
     for (const size_t trial : trials)
       if (r.start[trial].cols() == 0) r.finite = false;
-  if (options_.skipped_s > 0)
-    for (const size_t trial : trials) {
-      const Eigen::VectorXd time = time_s(trial);
-      for (Index i = 0; i < time.size(); ++i)
-        if (is_skipped(trial, time(i)))
-          for (Residuals& r : out)
-            if (r.mm[trial].size() == time.size()) r.mm[trial](i) = std::numeric_limits<double>::quiet_NaN();
-    }
   return out;
-}
-
-bool Simulation::is_skipped(size_t trial, double time_s) const {
-  const ObservedTrial& t = trials_[trial];
-  return options_.skipped_s > 0 && (t.still || time_s < t.experiment.start_s + options_.skipped_s);
 }
 
 cloth::Trajectory Simulation::trajectory(const State& state, const std::vector<Parameter>& parameters,
                                          const Eigen::VectorXd& coordinates, size_t trial) const {
   const std::vector<Prediction> p = predictions(state, parameters, coordinates, trial, 0, 1);
-  return cloth::simulate(sheet_, {p.front().experiment}, options_.cloth).front();
+  return simulate(sheet_, {p.front().experiment}, options_.sheet).front();
 }
 
 Eigen::VectorXd Simulation::sd_mm(size_t trial) const {

@@ -4,8 +4,9 @@
 // equilibrium that it hangs on, how it is held near its recording, and what a finer grid adds. Who searches owns a
 // State and changes it; the same parameters and state always give the same residuals.
 // Residuals are in mm: three a marker and time, one a stripe or outline point. Each has a standard deviation
-// sd_mm, from the sensor's noise and what the mesh leaves undetermined. Parameter sets of one call go through
-// the simulation together in SIMD lanes, and trials over the cores; results do not depend on either.
+// sd_mm, from the sensor's noise and what the grid leaves undetermined. The swatch is a sheet of splines. All trials
+// and parameter sets of one call go through the simulation together in SIMD lanes, and these over the cores; results do
+// not depend on either. Shapes are control points of the sheet; view() makes triangles of them to look at.
 #pragma once
 
 #include <map>
@@ -14,6 +15,8 @@
 #include <utility>
 #include <vector>
 
+#include "cloth/spline/simulate.h"
+#include "cloth/spline/view.h"
 #include "cloth/surface_point.h"
 #include "model/observed_trial.h"
 #include "model/parameter.h"
@@ -24,7 +27,7 @@ class Ranks;
 
 // One entry a trial.
 struct State {
-  std::vector<Eigen::Matrix3Xd> branch;  // the shape from which its equilibrium is sought, 3 × vertices of the grid, m
+  std::vector<Eigen::Matrix3Xd> branch;  // the shape from which its equilibrium is sought, m
   std::vector<double> nudging_per_s;  // the hold, towards the markers that were seen (cloth/guide.h); 0: it runs free
   cloth::LetGo let_go;                // when the hold lets go of moving trials
   // What a finer grid adds to the residuals, mm; empty: nothing. It is added to all residuals, so that a coarse grid
@@ -34,26 +37,24 @@ struct State {
 
 struct Residuals {
   std::vector<Eigen::VectorXd> mm;      // one a trial; NaN where the marker was not seen, empty where a trial was not
-                                        // wanted or is left out as a whole
+                                        // wanted
   std::vector<Eigen::Matrix3Xd> start;  // equilibrium of each trial
   bool finite = true;                   // false: a simulation diverged
 };
 
 struct SimulationOptions {
-  int columns = 17;          // of the mesh along the width
-  double model_sd_mm = 0.5;  // what the mesh alone may be off by, added to sensor noise
-  cloth::Options cloth;
+  int cells = 12;            // of the spline sheet along the width; as large down the height
+  double model_sd_mm = 0.5;  // what the grid alone may be off by, added to sensor noise
+  cloth::spline::Options sheet;
   std::shared_ptr<Ranks> ranks;  // that share out evaluate() (model/ranks/ranks.h); empty: this process alone
-  bool shared_rests = false;  // sets that differ in parameters of motion alone start from one equilibrium, sought once
-  // From each trial's start: residuals are NaN there. Where it is not 0, still trials are left out as a whole.
-  double skipped_s = 0;
 };
 
 class Simulation {
  public:
   Simulation(std::vector<ObservedTrial> trials, const SimulationOptions& options);
 
-  const cloth::Sheet& sheet() const { return sheet_; }
+  const cloth::spline::SplineSheet& sheet() const { return sheet_; }
+  const cloth::spline::View& view() const { return view_; }
   const std::vector<ObservedTrial>& trials() const { return trials_; }
   const SimulationOptions& options() const { return options_; }
 
@@ -84,8 +85,6 @@ class Simulation {
   Eigen::VectorXd sd_mm(size_t trial) const;
   // Time of each residual, s, in the trial's own clock.
   Eigen::VectorXd time_s(size_t trial) const;
-  // Whether residuals of then are left out (SimulationOptions::skipped_s).
-  bool is_skipped(size_t trial, double time_s) const;
 
   // Simulated positions of a trial's samples for one set, for pictures and maps.
   cloth::Trajectory trajectory(const State& state, const std::vector<Parameter>& parameters,
@@ -97,27 +96,27 @@ class Simulation {
                                       Eigen::Index count) const;
 
  private:
-  // Some sets of one trial, side by side in SIMD lanes.
-  struct Group {
+  // One set of one trial, and as many as go side by side in SIMD lanes.
+  struct Run {
     size_t trial = 0;
-    Eigen::Index first = 0, count = 0;
+    Eigen::Index set = 0;
   };
+  using Group = std::vector<Run>;
   // One call of evaluate().
   struct Call {
     const State& state;
     const std::vector<Parameter>& parameters;
     const Eigen::MatrixXd& coordinates;
-    const std::vector<Group>& groups;
+    double step_s = 0;  // of all runs
   };
-  // The trials wanted (empty: all) but those that are left out as a whole.
-  std::vector<size_t> simulated_of(const std::vector<size_t>& wanted) const;
-  std::vector<Group> groups_of(const std::vector<size_t>& trials, Eigen::Index sets) const;
-  // Fills in the residuals of the groups' sets; an empty start shape of a set: its simulation diverged.
-  void evaluate_groups(const Call& call, const std::vector<Group>& groups, std::vector<Residuals>& out) const;
-  void evaluate_on_ranks(const Call& call, std::vector<Residuals>& out) const;
-  // Equilibria of the groups' sets, by trial and set; sets alike but for parameters of motion share one.
-  std::map<std::pair<size_t, Eigen::Index>, Eigen::Matrix3Xd> shared_rests(const Call& call,
-                                                                           const std::vector<Group>& groups) const;
+  std::vector<size_t> all_or(const std::vector<size_t>& wanted) const;  // all trials where none is named
+  double common_step_s(const State& state, const std::vector<Parameter>& parameters, const Eigen::MatrixXd& coordinates,
+                       const std::vector<size_t>& trials) const;
+  // Fills in the residuals of these runs; an empty start shape: it diverged.
+  void evaluate_runs(const Call& call, const std::vector<Run>& runs, std::vector<Residuals>& out) const;
+  void evaluate_on_ranks(const Call& call, const std::vector<Group>& groups, std::vector<Residuals>& out) const;
+  // Equilibria of the runs; those that differ in parameters of motion alone share one, sought once.
+  std::vector<cloth::Rest> rests_of(const Call& call, const std::vector<Run>& runs) const;
   // A trial's branch: the present one of the state where there is one and none lies clearly nearer.
   Eigen::Matrix3Xd branch_of(const State& state, size_t trial, const std::vector<Parameter>& parameters,
                              const Eigen::VectorXd& coordinates) const;
@@ -126,14 +125,15 @@ class Simulation {
   Eigen::VectorXd residual_of(size_t trial, const ObservedTrial& seen, const Prediction& prediction,
                               const cloth::Trajectory& trajectory) const;
 
-  cloth::Sheet sheet_;
+  cloth::spline::SplineSheet sheet_;
+  cloth::spline::View view_;
   SimulationOptions options_;
   std::vector<ObservedTrial> trials_;
   std::vector<std::vector<cloth::SurfacePoint>> marker_points_;         // a trial, a marker
   std::vector<std::shared_ptr<const cloth::GuideTrack>> guide_tracks_;  // a trial; null without markers
 };
 
-// Positions of all vertices between the samples of a trajectory (cubic in time).
+// Control points between the samples of a trajectory (cubic in time).
 Eigen::Matrix3Xd position_at(const cloth::Experiment& experiment, const cloth::Trajectory& trajectory, double t_s);
 
 }  // namespace selvedge::model

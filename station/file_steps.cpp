@@ -23,7 +23,7 @@ json fit_fabric(const SessionFile& file, const fs::path& folder, const report::P
   const trial::Campaign campaign = trial::read_campaign(folder);
   write_watch(watch_calibration(campaign, [](double, const std::string&) {}), folder);
   fit::FitOptions options;
-  options.columns = file.fit_columns;
+  options.cells = file.fit_cells;
   options.progress = progress;
   options.journal = folder / "iterations.txt";
   const fit::FitOutcome outcome = fit::fit_campaign(campaign, options);
@@ -38,8 +38,7 @@ json diagnose_fabric(const SessionFile& file, const fs::path& fabric, int round,
   const fs::path folder = fabric / diagnosis_folder_name(round);
   fs::create_directories(folder);
   diagnose::DiagnosisOptions options;
-  options.study.protocol.columns = file.diagnosis_columns;
-  options.study.protocol.fine_columns = file.diagnosis_fine_columns;
+  options.study.protocol.cells = file.diagnosis_cells;
   options.study.progress = progress;
   const trial::Campaign campaign = trial::read_campaign(fabric);
   // Not with fit.json: on a cluster the fit may run beside it, and the answer must not depend on that.

@@ -74,6 +74,13 @@ void read_policies(files::Section keys, SessionFile& file) {
       refuse(keys.where() + " " + key, "unknown step, expected one of calibrate, record, fit, diagnose");
 }
 
+// Of the grid that is fitted on; 0: as the fabric asks.
+int cells_of(files::Section& keys) {
+  const auto cells = static_cast<int>(keys.integer("cells", 0, 0, 64));
+  if (cells != 0 && cells < 6) refuse(keys.where() + " cells", "found {}, expected 6 to 64, or 0", cells);
+  return cells;
+}
+
 void read_steps(const files::TomlFile& toml, SessionFile& file) {
   files::Section calibration = toml.section("calibration");
   const std::string when = calibration.choice("when", "once", {"once", "each", "reuse"});
@@ -94,16 +101,12 @@ void read_steps(const files::TomlFile& toml, SessionFile& file) {
   checks.finish();
   files::Section fit = toml.section("fit");
   file.fit = fit.flag("run", true);
-  file.fit_columns = static_cast<int>(fit.integer("columns", 0, 0, 65));
-  if (file.fit_columns != 0 && file.fit_columns < 9)
-    refuse(fit.where() + " columns", "found {}, expected 9 to 65, or 0", file.fit_columns);
+  file.fit_cells = cells_of(fit);
   fit.finish();
   files::Section diagnosis = toml.section("diagnosis");
   file.diagnosis = diagnosis.flag("run", true);
   file.effects = diagnosis.texts("effects", std::vector<std::string>{});
-  file.diagnosis_columns = static_cast<int>(diagnosis.integer("columns", file.diagnosis_columns, 9, 33));
-  file.diagnosis_fine_columns =
-      static_cast<int>(diagnosis.integer("fine_columns", file.diagnosis_fine_columns, 13, 65));
+  file.diagnosis_cells = cells_of(diagnosis);
   file.follow_up = static_cast<int>(diagnosis.integer("follow_up", 0, 0, 5));
   diagnosis.finish();
   read_policies(toml.section("on_failure"), file);

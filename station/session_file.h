@@ -20,10 +20,10 @@
 //   drift = true                       # camera and projector must still stand where they were calibrated
 //   [fit]
 //   run = true
-//   columns = 13                       # of the mesh; 0: fit's own choice
+//   cells = 13                         # of the grid along the width; 0: as the fabric asks
 //   [diagnosis]
 //   run = true
-//   effects = ["hem"]                  # all where left out; columns, fine_columns: of its meshes
+//   effects = ["hem"]                  # all where left out; cells: as of the fit
 //   follow_up = 0                      # experiments that the diagnosis proposes and that are appended and recorded
 //   [on_failure]
 //   record = "repeat 2, skip"          # calibrate, record, fit, diagnose: "repeat N", then "stop", "skip" or "ask"
@@ -71,9 +71,9 @@ struct SessionFile {
   std::filesystem::path calibration_file;  // with reuse
   SessionChecks checks;
   bool fit = true, diagnosis = true;
-  int fit_columns = 0;
+  int fit_cells = 0;
   std::vector<std::string> effects;
-  int diagnosis_columns = 13, diagnosis_fine_columns = 25;
+  int diagnosis_cells = 0;
   int follow_up = 0;
   std::map<std::string, OnFailure> on_failure;  // "calibrate", "record", "fit", "diagnose"
   bool in_place = false;  // of one fabric, whose trials lie in the session's folder itself, not in one of its name

@@ -26,7 +26,7 @@ void write_one(const fit::FitOutcome& outcome, const std::vector<model::Paramete
   const model::ObservedTrial& observed = outcome.simulation->trials()[index];
   const cloth::Trajectory run = outcome.simulation->trajectory(outcome.state, parameters, outcome.coordinates, index);
   if (!run.finite) return;
-  const geometry::TriangleMesh& mesh = outcome.simulation->sheet().mesh;
+  const geometry::TriangleMesh& mesh = outcome.simulation->view().mesh();
   json uv = json::array();
   for (const Eigen::Vector2d& p : mesh.rest_uv) uv.push_back({p.x(), p.y()});
   std::vector<double> times;
@@ -34,7 +34,8 @@ void write_one(const fit::FitOutcome& outcome, const std::vector<model::Paramete
   for (const double t : shown_times(trial)) {
     if (t < observed.experiment.start_s) continue;
     if (!observed.still && t > observed.experiment.sample_s.back()) break;
-    const Eigen::Matrix3Xf x = model::position_at(observed.experiment, run, t).cast<float>();
+    const Eigen::Matrix3Xf x =
+        outcome.simulation->view().of(model::position_at(observed.experiment, run, t)).cast<float>();
     times.push_back(t);
     bytes.append(reinterpret_cast<const char*>(x.data()), sizeof(float) * static_cast<size_t>(x.size()));
   }

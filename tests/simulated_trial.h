@@ -1,5 +1,5 @@
-// A trial that the model itself simulates: a square of 0.3 m held by two corners, still or waved, on a mesh of 13
-// columns, seen as 25 noisy markers.
+// A trial that the model itself simulates: a square of 0.3 m held by two corners, still or waved, on kSimulatedCells
+// cells along the width, seen as 25 noisy markers.
 #pragma once
 
 #include <algorithm>
@@ -11,9 +11,11 @@
 
 #include "capture/trial/trial.h"
 #include "cli/verify/proofs/proof_fabric.h"
-#include "cloth/simulate.h"
+#include "cloth/spline/simulate.h"
 
 namespace selvedge {
+
+inline constexpr int kSimulatedCells = 9;
 
 struct SimulatedSwatch {
   cloth::Material material = cli::proof_fabric();
@@ -49,14 +51,16 @@ inline trial::Trial simulated_trial(const SimulatedSwatch& c, const SimulatedMot
     left.col(i) = Eigen::Vector3d(-motion.half_apart_m, 0, 0);
     right.col(i) = Eigen::Vector3d(motion.half_apart_m, motion.amplitude_m * w, 0.3 * motion.amplitude_m * w);
   }
-  const cloth::Sheet sheet = cloth::make_sheet(geometry::make_grid_mesh(kWidth, kWidth, 13, 13));
+  const cloth::spline::Swatch swatch{kWidth, kWidth};
+  const cloth::spline::SplineSheet sheet =
+      make_spline_sheet(swatch, make_grid(swatch, cloth::Hold::corners, kWidth / kSimulatedCells));
   cloth::Experiment e;
   e.material = c.material;
   e.air_velocity_m_s = c.air_m_s;
   e.path = cloth::make_path(cloth::Hold::corners, t.corners.time_s, left, right);
   e.sample_s = t.corners.time_s;
-  e.start_shape = cloth::hung_shape(sheet, e, 1);
-  const cloth::Trajectory run = cloth::simulate(sheet, {e}).front();
+  e.start_shape = hung_shape(sheet, e, 1);
+  const cloth::Trajectory run = simulate(sheet, {e}).front();
   t.corners.left.resize(3, motion.samples);
   t.corners.right.resize(3, motion.samples);
   trial::Markers markers;
@@ -70,11 +74,10 @@ inline trial::Trial simulated_trial(const SimulatedSwatch& c, const SimulatedMot
     const Eigen::Matrix3Xd shape =
         (1 - share) * run.samples[k] + share * run.samples[std::min(k + 1, run.samples.size() - 1)];
     for (int m = 0; m < 25; ++m) {
-      const int column = 1 + 5 * (m % 5) / 2, row = 1 + 5 * (m / 5) / 2;  // vertices 1, 3, 6, 8, 11
       markers.time_s.push_back(i / 120.0);
       markers.marker.push_back(m);
-      markers.uv.emplace_back(kWidth * column / 12, kWidth * row / 12);
-      seen.push_back(noisy(shape.col(row * 13 + column)));
+      markers.uv.emplace_back(kWidth * (0.08 + 0.21 * (m % 5)), kWidth * (0.08 + 0.21 * (m / 5)));
+      seen.push_back(noisy(position_of(surface_point(sheet, markers.uv.back()), shape)));
     }
   }
   markers.position.resize(3, static_cast<Eigen::Index>(seen.size()));

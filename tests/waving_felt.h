@@ -11,7 +11,7 @@ inline trial::Campaign record_waving_felt(const std::filesystem::path& folder) {
   experiments::Fabric felt;
   felt.name = "felt";
   experiments::TrialProtocol protocol;
-  protocol.columns = 9;
+  protocol.cells = 6;
   protocol.frames = 6;
   protocol.frame_rate_hz = 10;
   protocol.trials = {{"waved", trial::Experiment::waving, 0.29, 0.05, 1.2, 0}};

@@ -128,19 +128,11 @@ void add_diagnose(CLI::App& app, int&) {
   command->add_option("--effects", a->effects, "try these effects alone, comma between")->delimiter(',');
   command->add_option("--without", a->without, "leave these effects out, comma between")->delimiter(',');
   command
-      ->add_option("--columns", a->options.study.protocol.columns,
-                   "mesh vertices along the width, for derivatives (9 to 33)")
-      ->check(CLI::Range(9, 33))
-      ->capture_default_str();
-  command
-      ->add_option("--fine-columns", a->options.study.protocol.fine_columns,
-                   "of the mesh that predictions are brought to (13 to 65)")
-      ->check(CLI::Range(13, 65))
-      ->capture_default_str();
-  command->add_flag_callback(
-      "--one-pass", [a] { a->options.study.protocol.finer_columns = 0; },
-      "never once more on finer meshes, as is done before most trials that follow other folds there are called "
-      "unknown");
+      ->add_option(
+          "--cells", a->options.study.protocol.cells,
+          "of the sheet of splines along the width (6 to 48), for derivatives; by default as many as the fabric "
+          "asks for. Predictions are brought to a grid half as fine again")
+      ->check(CLI::Range(6, 48));
   command->callback([a] { run_diagnose(*a); });
 }
 

@@ -23,7 +23,7 @@ namespace {
 
 struct FitArguments {
   std::filesystem::path path, out;
-  std::string base = "nonlinear_drag", hold_out = "automatic", integrator = "leapfrog";
+  std::string base = "nonlinear_drag", hold_out = "automatic";
   std::string optimiser = "least_squares", error = "residuals";
   fit::CampaignSearch search;
   fit::FitOptions options;
@@ -76,7 +76,6 @@ void fit_and_write(FitArguments& a, const CLI::App& command, bool speaks) {
   a.options.hold_out = a.hold_out == "trials"   ? fit::HoldOut::trials
                        : a.hold_out == "frames" ? fit::HoldOut::frames
                                                 : fit::HoldOut::automatic;
-  if (a.integrator == "runge_kutta_45") a.options.integrator = cloth::Options::Integrator::runge_kutta_45;
   if (speaks) a.options.progress = report::terminal_progress("fit " + campaign.folder.filename().string());
   a.options.journal = a.out / "iterations.txt";
   const bool searches = a.optimiser != "least_squares";
@@ -120,15 +119,11 @@ void add_fit(CLI::App& app, int&) {
       ->check(CLI::IsMember({"nonlinear_drag", "linear_drag", "no_drag"}))
       ->capture_default_str();
   command
-      ->add_option(
-          "--columns", a->options.columns,
-          "mesh vertices along the width (9 to 65); 17 by default, or 13 where more than 30 s of motion are fitted")
-      ->check(CLI::Range(9, 65));
+      ->add_option("--cells", a->options.cells,
+                   "of the sheet of splines along the width (6 to 64); by default as many as the fabric asks for")
+      ->check(CLI::Range(6, 64));
   command->add_option("--hold-out", a->hold_out, "what is held out")
       ->check(CLI::IsMember({"automatic", "frames", "trials"}))
-      ->capture_default_str();
-  command->add_option("--integrator", a->integrator, "time integrator")
-      ->check(CLI::IsMember({"leapfrog", "runge_kutta_45"}))
       ->capture_default_str();
   command->add_option("--optimiser", a->optimiser, "what refines the start")
       ->check(CLI::IsMember({"least_squares", "annealing", "evolution", "cma", "grid"}))

@@ -36,7 +36,7 @@ struct DemoArguments {
   fs::path runs = "runs";
   fs::path rig = shared_folder() / "examples" / "demo-rig.toml";
   fs::path world = shared_folder() / "examples" / "demo-world.toml";
-  int columns = fit::FitOptions().columns;
+  int cells = fit::FitOptions().cells;
 };
 
 // Shares of the whole time, for the time left.
@@ -71,7 +71,7 @@ trial::Campaign capture(const station::SessionFile& file, station::Journal& jour
 fit::FitOutcome fit_run(const DemoArguments& a, const trial::Campaign& campaign, const fs::path& folder,
                         const report::ProgressCallback& progress) {
   fit::FitOptions options;
-  options.columns = a.columns;
+  options.cells = a.cells;
   options.progress = [&](double done, const std::string& what) {
     progress(kCaptured + (1 - kCaptured) * done, "fitting: " + what);
   };
@@ -134,7 +134,7 @@ void add_demo(CLI::App& app, int& exit_status) {
   command->add_option("--runs", a->runs, "where that folder is made")->capture_default_str();
   command->add_option("--rig", a->rig, "the rig and its session (TOML)")->capture_default_str();
   command->add_option("--world", a->world, "what the simulated devices are like (TOML)")->capture_default_str();
-  command->add_option("--columns", a->columns, "mesh vertices along the width in the fit")
+  command->add_option("--cells", a->cells, "of the fit's sheet along the width; 0: as the fabric asks")
       ->check(CLI::Range(9, 65))
       ->capture_default_str();
   command->callback([a, &exit_status] { exit_status = run_demo(*a); });

@@ -1,6 +1,7 @@
 #include "cloth/spline/simulate.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <map>
@@ -13,6 +14,7 @@
 #include "cloth/spline/lane_run.h"
 #include "cloth/spline/settle.h"
 #include "cloth/spline/spectrum.h"
+#include "cloth/start_shapes.h"
 
 namespace selvedge::cloth::spline {
 
@@ -23,10 +25,8 @@ using Stages = cloth::kernel::DampingStages;
 void check_lanes(const std::vector<Experiment>& lanes) {
   for (const Experiment& e : lanes) {
     if (e.make_step_filter) throw std::invalid_argument("spline::simulate: contact is for triangles");
-    if (e.start_s != lanes[0].start_s || e.sample_s != lanes[0].sample_s || e.path.hold != lanes[0].path.hold ||
-        !e.guide != !lanes[0].guide)
-      throw std::invalid_argument(
-          "spline::simulate: lanes must share start_s, sample_s, the way of holding, and a guide or none");
+    if (e.path.hold != lanes[0].path.hold || e.starts_at_rest != lanes[0].starts_at_rest)
+      throw std::invalid_argument("spline::simulate: lanes must share the way of holding, and start at rest or not");
   }
 }
 
@@ -42,52 +42,76 @@ void pull(LaneRun<T>& run, size_t lane, const SplineSheet& sheet, const Experime
     if (!force.col(i).isZero(0)) run.push(lane, static_cast<int>(i), steps * force.col(i));
 }
 
-// Runs a group from its starts in `out` and fills in the samples.
+double duration_s(const Experiment& e) { return e.sample_s.empty() ? 0 : std::max(0.0, e.sample_s.back() - e.start_s); }
+
+int steps_of(const Experiment& e, double step_s) { return static_cast<int>(std::ceil(duration_s(e) / step_s - 1e-9)); }
+
+// Keeps the samples of one lane while it goes on.
+class Sampler {
+ public:
+  Sampler(const Experiment& e, Trajectory& out) : wanted_(e.sample_s), out_(out) { out_.samples.clear(); }
+  bool wants(double until_s) const { return next_ < wanted_.size() && wanted_[next_] <= until_s + 1e-12; }
+  void keep(double from_s, double to_s, const Eigen::Matrix3Xd& before, const Eigen::Matrix3Xd& now) {
+    for (; wants(to_s); ++next_) {
+      const double share = to_s > from_s ? std::clamp((wanted_[next_] - from_s) / (to_s - from_s), 0.0, 1.0) : 1.0;
+      out_.samples.push_back(before + share * (now - before));
+    }
+  }
+
+ private:
+  const std::vector<double>& wanted_;
+  Trajectory& out_;
+  size_t next_ = 0;
+};
+
+// Runs a group from its starts in `out` and fills in the samples. A lane that is over goes on unheeded until the
+// longest is.
 template <class T>
 void run_group(const SplineSheet& sheet, const std::vector<const Experiment*>& lanes, double step_s,
                const Stages& stages, const std::vector<Trajectory*>& out) {
   LaneRun<T> run(sheet, lanes);
   run.plan(step_s, stages);
-  for (size_t i = 0; i < lanes.size(); ++i) {
-    run.set_position(i, out[i]->start);
-    out[i]->samples.clear();
-    out[i]->finite = true;
-  }
-  const std::vector<double>& wanted = lanes[0]->sample_s;
-  const double begin = lanes[0]->start_s, end = wanted.empty() ? begin : wanted.back();
-  const int steps = std::max(0, static_cast<int>(std::ceil((end - begin) / step_s - 1e-9)));
-  const int pull_every = std::max(1, static_cast<int>(kNudgeEvery_s / step_s));
-  size_t next = 0;
-  const auto keep_until = [&](double from_s, double to_s, const std::vector<Eigen::Matrix3Xd>& before) {
-    for (; next < wanted.size() && wanted[next] <= to_s + 1e-12; ++next)
-      for (size_t i = 0; i < lanes.size(); ++i) {
-        const Eigen::Matrix3Xd now = run.position(i);
-        const double share = to_s > from_s ? std::clamp((wanted[next] - from_s) / (to_s - from_s), 0.0, 1.0) : 1.0;
-        out[i]->samples.push_back(before.empty() ? now : before[i] + share * (now - before[i]));
-      }
-  };
-  keep_until(begin, begin, {});
-  if (run.has_memory()) run.set_forces(cloth::kernel::kBroughtFromFlat);
+  std::vector<Sampler> samplers;
+  std::vector<int> steps;
   std::vector<Eigen::Matrix<double, 3, 2>> corners, ahead;
-  for (const Experiment* e : lanes) corners.push_back(e->path.at(begin));
-  for (int step = 0; step < steps; ++step) {
-    const double from = begin + step * step_s, to = begin + (step + 1) * step_s;
+  for (size_t i = 0; i < lanes.size(); ++i) {
+    const Experiment& e = *lanes[i];
+    run.set_position(i, out[i]->start);
+    samplers.emplace_back(e, *out[i]);
+    samplers[i].keep(e.start_s, e.start_s, out[i]->start, out[i]->start);
+    steps.push_back(steps_of(e, step_s));
+    corners.push_back(e.path.at(e.start_s));
+  }
+  if (run.has_memory()) run.set_forces(cloth::kernel::kBroughtFromFlat);
+  const int pull_every = std::max(1, static_cast<int>(kNudgeEvery_s / step_s));
+  std::vector<Eigen::Matrix3Xd> before(lanes.size());
+  for (int step = 0; step < *std::max_element(steps.begin(), steps.end()); ++step) {
     run.set_forces(step_s);
     ahead.clear();
     for (size_t i = 0; i < lanes.size(); ++i) {
-      ahead.push_back(lanes[i]->path.at(to));
-      run.hold(i, lanes[i]->path, corners[i], ahead[i]);
-      if (lanes[i]->guide && step % pull_every == 0) pull(run, i, sheet, *lanes[i], from, pull_every);
+      const Experiment& e = *lanes[i];
+      const double from = e.start_s + step * step_s, to = e.start_s + (step + 1) * step_s;
+      ahead.push_back(e.path.at(to));
+      run.hold(i, e.path, corners[i], ahead[i]);
+      if (step >= steps[i]) continue;
+      if (e.guide && step % pull_every == 0) pull(run, i, sheet, e, from, pull_every);
+      if (samplers[i].wants(to)) before[i] = run.position(i);
     }
     std::swap(corners, ahead);
-    const bool sampled = next < wanted.size() && wanted[next] <= to + 1e-12;
-    std::vector<Eigen::Matrix3Xd> before;
-    for (size_t i = 0; sampled && i < lanes.size(); ++i) before.push_back(run.position(i));
     run.advance();
-    if (sampled) keep_until(from, to, before);
+    for (size_t i = 0; i < lanes.size(); ++i) {
+      const double from = lanes[i]->start_s + step * step_s, to = lanes[i]->start_s + (step + 1) * step_s;
+      if (step < steps[i] && samplers[i].wants(to)) samplers[i].keep(from, to, before[i], run.position(i));
+    }
   }
-  keep_until(end, std::numeric_limits<double>::infinity(), {});
-  for (size_t i = 0; i < lanes.size(); ++i) out[i]->finite = run.position(i).allFinite() && run.velocity(i).allFinite();
+  for (size_t i = 0; i < lanes.size(); ++i) {
+    if (samplers[i].wants(std::numeric_limits<double>::max())) {  // what rounding left beyond the last step
+      const Eigen::Matrix3Xd now = run.position(i);
+      samplers[i].keep(0, std::numeric_limits<double>::max(), now, now);
+    }
+    out[i]->finite = std::all_of(out[i]->samples.begin(), out[i]->samples.end(),
+                                 [](const Eigen::Matrix3Xd& x) { return x.allFinite(); });
+  }
 }
 
 void run_group(const SplineSheet& sheet, const std::vector<const Experiment*>& lanes, Precision precision,
@@ -96,15 +120,19 @@ void run_group(const SplineSheet& sheet, const std::vector<const Experiment*>& l
   else run_group<double>(sheet, lanes, step_s, stages, out);
 }
 
-// Those that take their steps alike, in groups that the kernels hold.
-std::vector<std::vector<size_t>> grouped(const std::vector<Stages>& stages, size_t most) {
+// Those that take their steps alike, in groups that the kernels hold; long runs beside long ones.
+std::vector<std::vector<size_t>> grouped(const std::vector<Experiment>& lanes, const std::vector<Stages>& stages,
+                                         size_t most) {
   std::map<std::pair<int, double>, std::vector<size_t>> alike;
   for (size_t i = 0; i < stages.size(); ++i) alike[{stages[i].count, stages[i].gain[0]}].push_back(i);
   std::vector<std::vector<size_t>> groups;
-  for (const auto& [key, members] : alike)
+  for (auto& [key, members] : alike) {
+    std::stable_sort(members.begin(), members.end(),
+                     [&](size_t a, size_t b) { return duration_s(lanes[a]) > duration_s(lanes[b]); });
     for (size_t first = 0; first < members.size(); first += most)
       groups.emplace_back(members.begin() + static_cast<std::ptrdiff_t>(first),
                           members.begin() + static_cast<std::ptrdiff_t>(std::min(first + most, members.size())));
+  }
   return groups;
 }
 
@@ -117,36 +145,73 @@ double shortest_step_s(const std::vector<Spectrum>& spectra) {
   return step;
 }
 
+// Many lanes share a material, or differ in what no step feels.
 std::vector<Spectrum> spectra_of(const SplineSheet& sheet, const std::vector<Experiment>& lanes) {
-  std::vector<Spectrum> spectra(lanes.size());
-  tbb::parallel_for(size_t{0}, lanes.size(), [&](size_t i) { spectra[i] = spectrum_of(sheet, lanes[i].material); });
+  const auto felt = [](const Material& m) {
+    return std::array{m.density,
+                      m.stretch,
+                      m.shear,
+                      m.bend,
+                      m.stretch_damping,
+                      m.shear_damping,
+                      m.coupling,
+                      m.stretch_anisotropy,
+                      m.bend_anisotropy,
+                      m.bend_stiffening,
+                      m.bend_friction,
+                      m.bend_friction_curvature,
+                      m.stretch_stiffening,
+                      m.creep,
+                      m.stretch_friction,
+                      m.stretch_friction_strain,
+                      m.hem_stiffness};
+  };
+  std::map<decltype(felt(Material())), Spectrum> known;
+  std::vector<std::pair<Material, Spectrum*>> wanted;
+  for (const Experiment& e : lanes)
+    if (const auto [at, is_new] = known.try_emplace(felt(e.material)); is_new)
+      wanted.emplace_back(e.material, &at->second);
+  tbb::parallel_for(size_t{0}, wanted.size(),
+                    [&](size_t i) { *wanted[i].second = spectrum_of(sheet, wanted[i].first); });
+  std::vector<Spectrum> spectra;
+  for (const Experiment& e : lanes) spectra.push_back(known.at(felt(e.material)));
   return spectra;
 }
 
 }  // namespace
 
+int most_lanes(Precision precision) {
+  return precision == Precision::single ? kernel::most_lanes<float>() : kernel::most_lanes<double>();
+}
+
 double common_step_s(const SplineSheet& sheet, const std::vector<Experiment>& lanes) {
   return shortest_step_s(spectra_of(sheet, lanes));
+}
+
+std::vector<Rest> relax(const SplineSheet& sheet, const std::vector<Experiment>& lanes, const Options& options) {
+  std::vector<Rest> rests(lanes.size());
+  tbb::parallel_for(size_t{0}, lanes.size(), [&](size_t i) {
+    Settled settled = settle(sheet, lanes[i], lanes[i].start_shape, options.rest_change_m);
+    rests[i] = {std::move(settled.position), settled.at_rest};
+  });
+  return rests;
 }
 
 std::vector<Trajectory> simulate(const SplineSheet& sheet, const std::vector<Experiment>& lanes,
                                  const Options& options) {
   check_lanes(lanes);
   std::vector<Trajectory> out(lanes.size());
-  tbb::parallel_for(size_t{0}, lanes.size(), [&](size_t i) {
-    out[i].start = lanes[i].start_shape;
-    if (!lanes[i].starts_at_rest) return;
-    Settled rest = settle(sheet, lanes[i], lanes[i].start_shape, options.rest_change_m);
-    out[i].at_rest = rest.at_rest;
-    out[i].start = std::move(rest.position);
-  });
+  std::vector<Rest> rests;
+  if (!lanes.empty() && lanes[0].starts_at_rest) rests = relax(sheet, lanes, options);
+  for (size_t i = 0; i < lanes.size(); ++i) {
+    out[i].start = rests.empty() ? lanes[i].start_shape : rests[i].position;
+    out[i].at_rest = rests.empty() || rests[i].at_rest;
+  }
   const std::vector<Spectrum> spectra = spectra_of(sheet, lanes);
   const double step_s = options.step_s > 0 ? options.step_s : shortest_step_s(spectra);
   std::vector<Stages> stages;
   for (const Spectrum& s : spectra) stages.push_back(stages_for(s, step_s));
-  const bool single = options.precision == Precision::single;
-  const auto groups =
-      grouped(stages, static_cast<size_t>(single ? kernel::most_lanes<float>() : kernel::most_lanes<double>()));
+  const auto groups = grouped(lanes, stages, static_cast<size_t>(most_lanes(options.precision)));
   const auto run = [&](const std::vector<size_t>& members, double h, const Stages& plan) {
     std::vector<const Experiment*> group;
     std::vector<Trajectory*> to;
@@ -163,15 +228,17 @@ std::vector<Trajectory> simulate(const SplineSheet& sheet, const std::vector<Exp
 }
 
 Eigen::Matrix3Xd hung_shape(const SplineSheet& sheet, const Experiment& e, double side) {
-  // The nodes of a mesh are all that the triangles' shape asks of it.
-  Sheet nodes;
-  nodes.mesh.rest_uv = greville_points(sheet);
-  nodes.mesh.width_m = sheet.swatch.width_m;
-  nodes.mesh.height_m = sheet.swatch.height_m;
-  nodes.data.vertex_count = sheet.count();
-  const Eigen::Matrix3Xd shape = cloth::hung_shape(nodes, e, side);
-  Eigen::Index next = 0;
-  return control_points_through(sheet, [&](const Eigen::Vector2d&) -> Eigen::Vector3d { return shape.col(next++); });
+  return control_points_through(sheet, hung(e.path, e.start_s, e.gravity_m_s2, sheet.swatch.width_m, side));
+}
+
+Eigen::Matrix3Xd bent_through(const SplineSheet& sheet, const Eigen::Matrix3Xd& shape,
+                              const std::vector<Eigen::Vector2d>& uv, const Eigen::Matrix3Xd& position) {
+  if (uv.size() < 4) return shape;
+  Eigen::Matrix3Xd shift = position;
+  for (size_t i = 0; i < uv.size(); ++i)
+    shift.col(static_cast<Eigen::Index>(i)) -= position_of(surface_point(sheet, uv[i]), shape);
+  const double size_m = std::max(sheet.swatch.width_m, sheet.swatch.height_m);
+  return shape + control_points_through(sheet, thin_plate(uv, shift, size_m));
 }
 
 }  // namespace selvedge::cloth::spline

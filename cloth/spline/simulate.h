@@ -1,8 +1,8 @@
 // Simulating a recorded trial with a spline sheet: the same experiments as cloth/simulate.h takes, with control points
 // (spline_sheet.h) in the place of vertices.
 //
-// Experiments of one call with the same times and way of holding go through the kernels side by side, each with the
-// bits that it has alone. Contact is for triangles.
+// Experiments of one call go through the kernels side by side, of whatever times, each with the bits that it has alone
+// at the same step. Contact is for triangles.
 #pragma once
 
 #include <vector>
@@ -15,6 +15,9 @@ namespace selvedge::cloth::spline {
 // Of the motion; equilibria are sought in double precision.
 enum class Precision { single, twofold };
 
+// That go side by side on this processor.
+int most_lanes(Precision precision);
+
 struct Options {
   Precision precision = Precision::single;
   double step_s = 0;            // 0: the stable step of the stiffest lane
@@ -26,11 +29,19 @@ double common_step_s(const SplineSheet& sheet, const std::vector<Experiment>& la
 
 // Any number of lanes. start_shape: control points; where starts_at_rest, a shape near equilibrium to seek it from.
 // A lane that diverged is run again with half the step, up to three times. Throws std::invalid_argument where lanes
-// differ in start_s, sample_s, hold, or in having a guide, and where one asks for contact or added mass.
+// differ in the way of holding or in starting at rest, and where one asks for contact or added mass.
 std::vector<Trajectory> simulate(const SplineSheet& sheet, const std::vector<Experiment>& lanes,
                                  const Options& options = {});
 
+// Equilibria of the lanes from their start shapes.
+std::vector<Rest> relax(const SplineSheet& sheet, const std::vector<Experiment>& lanes, const Options& options = {});
+
 // A shape near equilibrium to start from, as cloth::hung_shape.
 Eigen::Matrix3Xd hung_shape(const SplineSheet& sheet, const Experiment& experiment, double side);
+
+// `shape` moved so that it passes through points on the fabric (cloth::thin_plate); as it is where there are fewer than
+// four of them.
+Eigen::Matrix3Xd bent_through(const SplineSheet& sheet, const Eigen::Matrix3Xd& shape,
+                              const std::vector<Eigen::Vector2d>& uv, const Eigen::Matrix3Xd& position);
 
 }  // namespace selvedge::cloth::spline

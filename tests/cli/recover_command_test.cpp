@@ -72,7 +72,7 @@ TEST_F(RecoverCommand, ADamagedTrialIsCheckedRecoveredAndFittedWithoutWhatIsDama
   EXPECT_NE(recover.out.find("gap: " + corners), std::string::npos) << recover.out;
   EXPECT_NE(recover.out.find("kept: 55 corner samples"), std::string::npos) << recover.out;
   EXPECT_NE(recover.out.find("gap: markers.csv: line 100 damaged"), std::string::npos) << recover.out;
-  const Ran fit = run("fit waving --columns 9 --out fitted");
+  const Ran fit = run("fit waving --cells 6 --out fitted");
   EXPECT_EQ(fit.exit_status, 0) << fit.err;
   EXPECT_NE(fit.err.find(corners), std::string::npos) << fit.err;
   EXPECT_TRUE(fs::exists(folder() / "fitted" / "fit.json"));

@@ -136,6 +136,27 @@ TEST(SplineLanes, HaveTheBitsOfASingleRun) {
   }
 }
 
+// Trials of one fabric begin and end when they like.
+TEST(SplineLanes, MayBeginAndEndAtTimesOfTheirOwn) {
+  const SplineSheet sheet = sheet_of(8);
+  Experiment long_one = waved();
+  long_one.starts_at_rest = false;
+  long_one.start_shape = hung_shape(sheet, long_one, 1);
+  Experiment short_one = long_one;
+  short_one.start_s = 0.05;
+  short_one.sample_s = {0.05, 0.0815, 0.11};
+  Options options;
+  options.step_s = common_step_s(sheet, {long_one});
+  const auto together = simulate(sheet, {short_one, long_one}, options);
+  const Trajectory alone[] = {simulate(sheet, {short_one}, options)[0], simulate(sheet, {long_one}, options)[0]};
+  for (size_t i = 0; i < 2; ++i) {
+    ASSERT_EQ(together[i].samples.size(), alone[i].samples.size());
+    for (size_t k = 0; k < alone[i].samples.size(); ++k) EXPECT_EQ(together[i].samples[k], alone[i].samples[k]) << i;
+  }
+  EXPECT_EQ(alone[0].samples[0], short_one.start_shape);
+  EXPECT_NE(alone[0].samples[2], alone[1].samples[2]);
+}
+
 TEST(SplineLanes, AreAlikeOnEachKindOfProcessorAndInEachPrecision) {
   const SplineSheet sheet = sheet_of(9);
   Experiment e = waved();

@@ -204,7 +204,7 @@ async function walk(browser, url, stopPort) {
   }, /has not been heard/);
 
   // Fitted parameters, then recorded beside simulated.
-  run("fit", `run/console/${waved}`, "--out", "run/console", "--columns", "9");
+  run("fit", `run/console/${waved}`, "--out", "run/console", "--cells", "6");
   await page.keyboard.press("2");
   await until("trials", async () => (await page.$$(".entry[data-path]")).length >= 2);
   await until(

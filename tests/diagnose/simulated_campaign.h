@@ -1,4 +1,4 @@
-// A small marker campaign simulated by the model itself on the mesh of 13 columns, for tests of the diagnosis.
+// A small marker campaign simulated by the model itself on nine cells, for tests of the diagnosis.
 #pragma once
 
 #include <string>

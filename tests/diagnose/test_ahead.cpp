@@ -17,7 +17,7 @@ class Ahead : public testing::Test {
     const SimulatedSwatch swatch = usual_fabric();
     right_ = base_of(swatch, swatch.material.stretch, swatch.material.shear);
     model::SimulationOptions options;
-    options.columns = 13;
+    options.cells = 9;
     simulation_ = std::make_unique<model::Simulation>(
         fit::observe_campaign(simulated_campaign(swatch), 20, 10, [](double, const std::string&) {}), options);
     state_ = simulation_->state_at(base_, right_);

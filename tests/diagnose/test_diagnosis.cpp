@@ -18,21 +18,13 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// A base fit found on other grids, with three trials held harder than usual.
-BaseFit hard_held(const Eigen::VectorXd& coordinates) {
-  BaseFit fit{coordinates, {}, {}};
-  fit.state.nudging_per_s = {20, 20, 20};
-  return fit;
-}
-
 Diagnosis diagnosed(const SimulatedSwatch& c,
                     const std::set<std::string>& effects = {"camera_delay", "bend_friction", "draught", "mass_error"},
                     DiagnosisOptions options = {}) {
   std::vector<Effect> few;
   for (const Effect& e : effect_library())
     if (effects.count(e.name)) few.push_back(e);
-  options.study.protocol.columns = 9;
-  options.study.protocol.fine_columns = 13;
+  options.study.protocol.cells = 6;
   options.study.protocol.rate_hz = 20;
   return diagnose(simulated_campaign(c), few, options);
 }
@@ -105,7 +97,7 @@ TEST(Diagnosis, ADraughtThatDragStoodInForIsSizedAndStaysAlone) {
   x(6) = std::log(5.7);          // drag_normal, kg/m³
   x(7) = std::log(1e-3);         // drag_tangent, kg/(m²·s)
   x(8) = std::log(15.0);         // drag_fade, s²/m²
-  options.study.base_fit = BaseFit{x, {}, {}};
+  options.study.base_fit = BaseFit{x, 0, {}, {}};
   const Diagnosis d = diagnosed(windy, {"draught", "marker_offset", "rig_tilt"}, options);
   EXPECT_EQ(d.cause, "draught");
   EXPECT_EQ(d.pair, "");
@@ -177,77 +169,12 @@ TEST(Protocol, EveryMemberIsSealed) {
   EXPECT_NE(protocol_hash({}, effect_library()), protocol_hash({}, {}));
 }
 
-TEST(FinerMeshes, AreWantedBeforeUnknownIsSaidOfTrialsThatTheMeshDecides) {
-  Diagnosis first;
-  first.cause = "unknown";
-  first.meshes_part = true;
-  const DiagnosisOptions options;
-  EXPECT_TRUE(wants_finer_meshes(first, options));
-  first.meshes_part = false;
-  EXPECT_FALSE(wants_finer_meshes(first, options));
-  first.meshes_part = true;
-  first.cause = "draught";
-  EXPECT_FALSE(wants_finer_meshes(first, options));
-  first.cause = "none";
-  first.p_value = 0.3;
-  EXPECT_FALSE(wants_finer_meshes(first, options));
-  first.p_value = 0.04;
-  EXPECT_TRUE(wants_finer_meshes(first, options));
-  first.cause = "unknown";
-  DiagnosisOptions other = options;
-  other.study.protocol.finer_columns = 0;
-  EXPECT_FALSE(wants_finer_meshes(first, other));
-  other = options;
-  other.study.protocol.columns = options.study.protocol.finer_columns;
-  EXPECT_FALSE(wants_finer_meshes(first, other)) << "there is no third pass";
-}
-
-TEST(FinerMeshes, OneMeshGoesOnFromABaseFitAndLeavesOutTheStarts) {
-  SimulatedSwatch late = usual_fabric();
-  late.delay_s = 0.012;
-  std::vector<Effect> few;
-  for (const Effect& e : effect_library())
-    if (std::set<std::string>{"camera_delay", "draught", "mass_error", "hem"}.count(e.name)) few.push_back(e);
-  DiagnosisOptions options;
-  options.study.protocol.columns = options.study.protocol.fine_columns = 11;
-  options.study.protocol.rate_hz = 20;
-  options.study.protocol.skipped_s = 0.3;
-  options.study.start = hard_held(base_of(usual_fabric(), 80, 55));
-  options.study.protocol.refitted = 2;
-  const trial::Campaign campaign = simulated_campaign(late);
-  const Study study = std::move(make_study(campaign, few, options.study).study);
-  ASSERT_TRUE(study.has_one_mesh());
-  size_t skipped = 0;
-  for (size_t t = 0; t < study.rows->trials(); ++t) {
-    const Eigen::VectorXd time_s = study.simulation->time_s(t);
-    for (Eigen::Index k = 0; k < time_s.size(); ++k) {
-      const Eigen::Index row = study.rows->first(t) + k;
-      if (!study.simulation->is_skipped(t, time_s(k))) continue;
-      EXPECT_EQ(study.rows->seen()(row), 0);
-      EXPECT_EQ(study.residual(row), 0);
-      ++skipped;
-    }
-    const double left = study.rows->seen().segment(study.rows->first(t), study.rows->count(t)).sum();
-    EXPECT_EQ(study.simulation->trials()[t].still, left == 0)
-        << "what hangs still shows nothing but how it came to hang";
-  }
-  EXPECT_GT(skipped, 100u);
-  const model::Residuals r = study.simulation->evaluate(study.state, study.parameters, study.base).front();
-  EXPECT_TRUE(r.finite);
-  EXPECT_EQ(r.mm[0].size(), 0) << "and is not simulated";
-  EXPECT_GT(r.mm[1].size(), 0);
-  EXPECT_EQ(study.groups, (std::vector<std::vector<size_t>>{{1}, {2}}));
-  const Diagnosis d = diagnose(campaign, few, options);
-  EXPECT_EQ(d.cause, "camera_delay");
-  EXPECT_EQ(d.columns, d.fine_columns);
-}
-
 // A base fit that put all of the coupling into shear, where no derivative leads back.
 TEST(Diagnosis, FindsTheWayBackFromStiffShear) {
   SimulatedSwatch coupled = usual_fabric();
   coupled.material.coupling = 0.4;
   DiagnosisOptions options;
-  options.study.base_fit = BaseFit{base_of(coupled, 80, 450), {}, {}};
+  options.study.base_fit = BaseFit{base_of(coupled, 80, 450), 0, {}, {}};
   const Diagnosis d = diagnosed(coupled, {"coupling", "draught", "creep"}, options);
   EXPECT_EQ(d.cause, "coupling");
   for (const EffectFinding& f : d.effects)

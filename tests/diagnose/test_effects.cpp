@@ -56,7 +56,7 @@ class EffectOnTrial : public testing::Test {
   static void SetUpTestSuite() {
     const trial::Campaign campaign = simulated_campaign(usual_fabric());
     model::SimulationOptions options;
-    options.columns = 7;
+    options.cells = 6;
     base_ = model::base_parameters();
     Eigen::VectorXd x(static_cast<Eigen::Index>(base_.size()));
     for (size_t k = 0; k < base_.size(); ++k)
@@ -97,7 +97,7 @@ TEST_F(EffectOnTrial, NeutralChangesNothingAndScaleChangesSomething) {
 TEST(Effects, MassIsAbsorbedByScalingEverything) {
   const trial::Campaign campaign = simulated_campaign(usual_fabric());
   model::SimulationOptions options;
-  options.columns = 7;
+  options.cells = 6;
   std::vector<model::Parameter> parameters = model::base_parameters();
   Eigen::VectorXd x(static_cast<Eigen::Index>(parameters.size()));
   for (size_t k = 0; k < parameters.size(); ++k)

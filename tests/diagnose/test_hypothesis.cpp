@@ -24,10 +24,9 @@ class Hypotheses : public testing::Test {
     for (const Effect& e : effect_library())
       if (e.name == "camera_delay" || e.name == "mass_error") two.push_back(e);
     StudyOptions options;
-    options.protocol.columns = 9;
-    options.protocol.fine_columns = 13;
+    options.protocol.cells = 6;
     options.protocol.rate_hz = 20;
-    options.base_fit = BaseFit{base_of(late, late.material.stretch, late.material.shear), {}, {}};
+    options.base_fit = BaseFit{base_of(late, late.material.stretch, late.material.shear), 0, {}, {}};
     study_ = std::make_unique<Study>(std::move(make_study(simulated_campaign(late), two, options).study));
     const Hypothesis base = base_hypothesis(*study_);
     const MatrixXd columns = screen(*study_, base, {0, 1});

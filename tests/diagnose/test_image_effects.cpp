@@ -19,7 +19,7 @@ class ImageEffects : public testing::Test {
     folder_ = fs::temp_directory_path() / ("selvedge_image_effects_" + std::to_string(::getpid()));
     const trial::Campaign campaign = record_waving_felt(folder_ / "felt");
     model::SimulationOptions options;
-    options.columns = 9;
+    options.cells = 7;
     base_ = model::base_parameters();
     usual_ = model::usual_coordinates(base_);
     simulation_ = std::make_unique<model::Simulation>(

@@ -12,10 +12,9 @@ namespace {
 TEST(Study, AFineMeshThatFellIntoTheOtherFoldComesBackToTheRecordedOne) {
   const SimulatedSwatch swatch = usual_fabric();
   StudyOptions options;
-  options.protocol.columns = 9;
-  options.protocol.fine_columns = 13;
+  options.protocol.cells = 6;
   options.protocol.rate_hz = 20;
-  options.base_fit = BaseFit{base_of(swatch, swatch.material.stretch, swatch.material.shear), {}, {}};
+  options.base_fit = BaseFit{base_of(swatch, swatch.material.stretch, swatch.material.shear), 0, {}, {}};
   Study study = std::move(make_study(simulated_campaign(swatch), {}, options).study);
   const Eigen::VectorXd before = study.mesh_change[0];  // of what hangs still
   ASSERT_GT(before.norm(), 0);

@@ -20,10 +20,9 @@ class Verdict : public testing::Test {
     for (const Effect& e : effect_library())
       if (e.name == "camera_delay" || e.name == "draught") two.push_back(e);
     StudyOptions options;
-    options.protocol.columns = 9;
-    options.protocol.fine_columns = 13;
+    options.protocol.cells = 6;
     options.protocol.rate_hz = 20;
-    options.base_fit = BaseFit{model::usual_coordinates(model::base_parameters()), {}, {}};
+    options.base_fit = BaseFit{model::usual_coordinates(model::base_parameters()), 0, {}, {}};
     study_ = new Study(std::move(make_study(simulated_campaign(usual_fabric()), two, options).study));
   }
   static void TearDownTestSuite() { delete study_; }

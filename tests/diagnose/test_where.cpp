@@ -17,10 +17,9 @@ TEST(Where, ImagesAreCarriedBackOntoTheFabric) {
   campaign.replicates.clear();
   ASSERT_EQ(campaign.trials.size(), 1u);
   StudyOptions options;
-  options.protocol.columns = 9;
-  options.protocol.fine_columns = 13;
+  options.protocol.cells = 6;
   const auto base = model::base_parameters();
-  options.base_fit = BaseFit{model::usual_coordinates(base), {}, {}};
+  options.base_fit = BaseFit{model::usual_coordinates(base), 0, {}, {}};
   const Study study = std::move(make_study(campaign, {}, options).study);
   const Where where = split_residual(study, study.residual, Eigen::VectorXd::Constant(1, 0.3));
   double share = 0;

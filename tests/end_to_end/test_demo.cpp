@@ -53,9 +53,9 @@ class Demo : public testing::Test {
     fs::remove_all(runs_);
     fs::create_directories(runs_);
     const fs::path here = fs::path(SELVEDGE_SOURCE_DIR) / "tests" / "end_to_end";
-    status_ = run(fmt::format("{} demo --runs {} --name short --columns 9 --rig {} --world {} > {} 2>&1",
-                              SELVEDGE_BINARY, runs_.string(), (here / "short-rig.toml").string(),
-                              (here / "short-world.toml").string(), (runs_ / "output").string()));
+    status_ = run(fmt::format("{} demo --runs {} --name short --cells 6 --rig {} --world {} > {} 2>&1", SELVEDGE_BINARY,
+                              runs_.string(), (here / "short-rig.toml").string(), (here / "short-world.toml").string(),
+                              (runs_ / "output").string()));
   }
   static void TearDownTestSuite() {
     if (!testing::UnitTest::GetInstance()->Failed()) fs::remove_all(runs_);

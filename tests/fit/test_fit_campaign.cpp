@@ -40,8 +40,8 @@ class FitCampaign : public testing::Test {
 
 TEST_F(FitCampaign, RecoversWhatTheTrialsDetermine) {
   FitOptions options;
-  options.coarse_columns = 7;
-  options.columns = 11;
+  options.coarse_cells = 6;
+  options.cells = 9;
   options.max_iterations = 6;
   const trial::Campaign campaign = trial::read_campaign(folder_);
   const FitOutcome out = fit_campaign(campaign, options);
@@ -84,8 +84,8 @@ TEST_F(FitCampaign, RecoversWhatTheTrialsDetermine) {
 
 TEST_F(FitCampaign, StillTrialAloneLeavesDampingUndetermined) {
   FitOptions options;
-  options.coarse_columns = 7;
-  options.columns = 9;
+  options.coarse_cells = 6;
+  options.cells = 8;
   options.max_iterations = 3;
   const FitOutcome out = fit_campaign(trial::read_campaign(folder_ / "static-1"), options);
   for (const FittedParameter& p : out.parameters) {
@@ -99,8 +99,8 @@ TEST_F(FitCampaign, StillTrialAloneLeavesDampingUndetermined) {
 
 FitOptions small_search_options() {
   FitOptions options;
-  options.coarse_columns = 5;
-  options.columns = 7;
+  options.coarse_cells = 5;
+  options.cells = 6;
   return options;
 }
 

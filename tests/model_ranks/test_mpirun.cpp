@@ -42,7 +42,7 @@ class Mpirun : public testing::Test {
     if (ranks > 0)
       line += "mpirun --allow-run-as-root --oversubscribe --bind-to none -n " + std::to_string(ranks) + " ";
     line += SELVEDGE_BINARY " fit " + (folder_ / "felt").string() + " --out " + (folder_ / name).string() +
-            " --columns 9 --optimiser " + optimiser;
+            " --cells 6 --optimiser " + optimiser;
     if (optimiser != "least_squares") line += " --evaluations 80";
     line += " >" + (folder_ / (name + ".out")).string() + " 2>" + (folder_ / (name + ".err")).string();
     const char* arguments[] = {"sh", "-c", line.c_str(), nullptr};

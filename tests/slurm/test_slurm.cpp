@@ -26,13 +26,13 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
-// A sheet of nine columns: a quarter of a second of waving, and one at rest.
+// A sheet of six cells: a quarter of a second of waving, and one at rest.
 void record_small(const std::string& name, double bend, const fs::path& folder) {
   experiments::Fabric fabric;
   fabric.name = name;
   fabric.material.bend = bend;
   experiments::TrialProtocol protocol;
-  protocol.columns = 9;
+  protocol.cells = 6;
   protocol.frames = 6;
   protocol.frame_rate_hz = 20;
   protocol.trials = {{"still", trial::Experiment::static_hang, 0.29, 0, 0, 0},
@@ -177,8 +177,8 @@ class RecordedSession : public Slurm {
     std::string text = fmt::format(
         "[session]\nrig = \"{}/examples/demo-rig.toml\"\nfabrics = [\"felt\", \"knit\"]\ntrials = [\"still\", "
         "\"waving\"]\n[session.still]\nkind = \"static\"\nduration_s = 3.0\n[session.waving]\nkind = "
-        "\"waving\"\nduration_s = 3.0\n[fit]\ncolumns = 9\n[diagnosis]\neffects = [\"camera_delay\", "
-        "\"local_mass\"]\ncolumns = 9\nfine_columns = 13\n",
+        "\"waving\"\nduration_s = 3.0\n[fit]\ncells = 6\n[diagnosis]\neffects = [\"camera_delay\", "
+        "\"local_mass\"]\ncells = 6\n",
         SELVEDGE_SOURCE_DIR);
     for (const std::string& fabric : kFabrics)
       text += fmt::format("[fabric.{}]\nwidth_m = 0.3\nheight_m = 0.3\nmass_kg = 0.0153\n", fabric);

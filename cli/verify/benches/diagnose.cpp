@@ -19,8 +19,7 @@ std::vector<Figure> bench_diagnose(const FigureOptions& options) {
   diagnose::DiagnosisOptions o;
   o.study.progress = options.progress;
   if (options.quick) {
-    o.study.protocol.columns = 7;
-    o.study.protocol.fine_columns = 11;
+    o.study.protocol.cells = 6;
     o.study.protocol.rate_hz = 15;
   }
   const diagnose::Diagnosis d = diagnose::diagnose(trial::read_campaign(folder), diagnose::effect_library(), o);

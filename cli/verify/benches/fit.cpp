@@ -23,7 +23,7 @@ std::vector<Figure> bench_fit(const FigureOptions& options) {
   experiments::TrialProtocol record = file.protocol;
   record.trials.resize(1);
   record.seed = options.seed;
-  record.columns = options.quick ? 9 : 25;
+  record.cells = options.quick ? 6 : 16;
   record.frames = options.quick ? 12 : 50;
   experiments::record_fabric(knit, record, folder);
   const trial::Campaign campaign = trial::read_campaign(folder / record.trials[0].name);
@@ -31,8 +31,8 @@ std::vector<Figure> bench_fit(const FigureOptions& options) {
   fit::FitOptions fit_options;
   fit_options.progress = options.progress;
   if (options.quick) {
-    fit_options.columns = 9;
-    fit_options.coarse_columns = 7;
+    fit_options.cells = 6;
+    fit_options.coarse_cells = 5;
     fit_options.max_iterations = 4;
   }
   const fit::FitOutcome out = fit::fit_campaign(campaign, fit_options);
@@ -50,11 +50,11 @@ std::vector<Figure> bench_fit(const FigureOptions& options) {
       {what + "simulations", double(out.evaluations), 600, "", Relation::shown, "the paper: about 600"},
       {what + "error at the coarse start", out.trials.front().start_mm, 0, "mm", Relation::shown, ""},
       {what + "error at the end", out.trials.front().end_mm, 0, "mm", Relation::shown, ""},
-      {what + "bend off", 100 * (value("bend") / truth.bend - 1), 5, "%", Relation::shown, "recorded on 25 columns"},
+      {what + "bend off", 100 * (value("bend") / truth.bend - 1), 5, "%", Relation::shown, "recorded on 16 cells"},
       {what + "stretch off", 100 * (value("stretch") / truth.stretch - 1), 5, "%", Relation::shown,
-       "recorded on 25 columns"},
+       "recorded on 16 cells"},
       {what + "drag_normal off", 100 * (value("drag_normal") / truth.drag_normal - 1), 5, "%", Relation::shown,
-       "recorded on 25 columns"},
+       "recorded on 16 cells"},
   };
 }
 

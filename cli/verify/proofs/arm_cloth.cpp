@@ -37,8 +37,8 @@ fit::FitOutcome fit_with(const trial::Campaign& campaign, model::Drag drag, cons
   fit::FitOptions how;
   how.drag = drag;
   how.hold_out = fit::HoldOut::trials;
-  how.columns = options.quick ? 7 : 13;
-  how.coarse_columns = options.quick ? 5 : 9;
+  if (options.quick) how.cells = 6;
+  if (options.quick) how.coarse_cells = 4;
   if (options.quick) how.max_iterations = 2;
   how.progress = fit::part_of(options.progress, from, from + 0.5, name);
   return fit::fit_campaign(campaign, how);

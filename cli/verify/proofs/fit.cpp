@@ -69,8 +69,8 @@ FitBench prepare_bench(const FigureOptions& options) {
                          bench.static_file.protocol.trials.end());
   experiments::FitPlan plan;
   protocol.seed = options.seed;
-  protocol.columns = plan.columns = options.quick ? 7 : 11;
-  plan.coarse_columns = options.quick ? 7 : 9;
+  protocol.cells = plan.cells = options.quick ? 5 : 10;
+  plan.coarse_cells = options.quick ? 5 : 8;
   protocol.frames = plan.frames = options.quick ? 9 : 18;
   protocol.frame_rate_hz = plan.frame_rate_hz = 15;
   std::vector<experiments::Fabric> fabrics = bench.waving_file.fabrics;
