@@ -14,7 +14,7 @@
 #include "cloth/implicit_euler.h"
 #include "cloth/runge_kutta.h"
 #include "cloth/settle.h"
-#include "cloth/start_shapes.h"
+#include "cloth/start_shape.h"
 #include "cloth/step_plan.h"
 
 namespace selvedge::cloth {

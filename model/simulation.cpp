@@ -163,33 +163,29 @@ double Simulation::distance_at_first_sight_mm(size_t trial, Prediction predictio
   return median_absolute(residual_of(trial, first, prediction, still));
 }
 
+Eigen::Matrix3Xd Simulation::let_go_of(size_t trial, cloth::Experiment experiment) const {
+  experiment.start_shape = hung_shape(sheet_, experiment, 1);
+  for (const double nudging_per_s : {100.0, 30.0, 10.0}) {
+    experiment.guide =
+        std::make_shared<cloth::Guide>(cloth::Guide{guide_tracks_[trial], nudging_per_s, 0, 0, experiment.start_s, {}});
+    cloth::Rest rest = relax(sheet_, {experiment}, options_.sheet).front();
+    if (rest.position.allFinite()) experiment.start_shape = std::move(rest.position);
+  }
+  return experiment.start_shape;
+}
+
 Eigen::Matrix3Xd Simulation::branch_of(const State& state, size_t trial, const std::vector<Parameter>& parameters,
                                        const Eigen::VectorXd& coordinates) const {
-  const ObservedTrial& seen = trials_[trial];
+  const Prediction common = predictions(state, parameters, Eigen::MatrixXd(coordinates), trial, 0, 1).front();
   const bool has_one = state.branch[trial].cols() > 0;
   std::vector<Eigen::Matrix3Xd> shapes;
   if (has_one) shapes.push_back(state.branch[trial]);
-  for (const double side : {1.0, -1.0}) {
-    const Eigen::Matrix3Xd hung = hung_shape(sheet_, seen.experiment, side);
-    std::vector<Eigen::Vector2d> uv;
-    if (seen.markers) {
-      const observe::MarkerTrack& m = *seen.markers;
-      const auto times = static_cast<Index>(m.time_s.size());
-      uv = {{0, 0}, {seen.width_m, 0}};
-      Eigen::Matrix3Xd at(3, static_cast<Index>(m.uv.size()) + 2);
-      at.leftCols(2) = seen.experiment.path.at(seen.experiment.start_s);
-      for (size_t k = 0; k < m.uv.size(); ++k) {
-        const Eigen::Vector3d first = m.position.col(static_cast<Index>(k) * times);
-        if (!first.allFinite()) continue;
-        at.col(static_cast<Index>(uv.size())) = first;
-        uv.push_back(m.uv[k]);
-      }
-      if (uv.size() >= 6) shapes.push_back(bent_through(sheet_, hung, uv, at.leftCols(static_cast<Index>(uv.size()))));
-    }
-    if (!has_one || uv.size() < 6) shapes.push_back(hung);
+  if (guide_tracks_[trial]) {
+    shapes.push_back(let_go_of(trial, common.experiment));
+  } else {
+    for (const double side : {1.0, -1.0}) shapes.push_back(hung_shape(sheet_, common.experiment, side));
   }
   std::vector<cloth::Experiment> lanes;
-  const Prediction common = predictions(state, parameters, Eigen::MatrixXd(coordinates), trial, 0, 1).front();
   for (const Eigen::Matrix3Xd& shape : shapes) {
     lanes.push_back(common.experiment);
     lanes.back().start_shape = shape;
@@ -200,7 +196,6 @@ Eigen::Matrix3Xd Simulation::branch_of(const State& state, size_t trial, const s
   double least = std::numeric_limits<double>::infinity();
   Eigen::Matrix3Xd nearest = shapes.front();
   for (size_t i = 0; i < rests.size(); ++i) {
-    // Bent through points that are centimetres off, a sheet may diverge in part; what is left of it may well lie near.
     if (!rests[i].position.allFinite()) continue;
     const double error = distance_at_first_sight_mm(trial, common, rests[i].position);
     if (error < least) {

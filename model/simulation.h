@@ -71,9 +71,10 @@ class Simulation {
   // Goes on from these equilibria; trials whose shape is not finite, or of another grid, keep theirs.
   void take_branches(State& state, const std::vector<Eigen::Matrix3Xd>& shapes) const;
 
-  // Seeks each trial's branch of equilibrium again, at these coordinates: among shapes bent through what was seen and
-  // the one in use. True where a trial (of those wanted, empty: all) left its branch for one that lies nearer to the
-  // first observation. An optimiser stays on a branch that once was near, also when the parameters have moved away.
+  // Seeks each trial's branch of equilibrium again, at these coordinates: among what markers leave that let go of the
+  // sheet (without markers: hung to either side) and the one in use. True where a trial (of those wanted, empty: all)
+  // left its branch for one that lies nearer to the first observation. An optimiser stays on a branch that once was
+  // near, also when the parameters have moved away.
   bool rematch(State& state, const std::vector<Parameter>& parameters, const Eigen::VectorXd& coordinates,
                const std::vector<size_t>& trials = {}) const;
 
@@ -117,6 +118,9 @@ class Simulation {
   void evaluate_on_ranks(const Call& call, const std::vector<Group>& groups, std::vector<Residuals>& out) const;
   // Equilibria of the runs; those that differ in parameters of motion alone share one, sought once.
   std::vector<cloth::Rest> rests_of(const Call& call, const std::vector<Run>& runs) const;
+  // The shape that is left where markers pull the sheet to where they were first seen and let go of it bit by bit: it
+  // depends neither on where the sheet hung before nor on which way a long step fell.
+  Eigen::Matrix3Xd let_go_of(size_t trial, cloth::Experiment experiment) const;
   // A trial's branch: the present one of the state where there is one and none lies clearly nearer.
   Eigen::Matrix3Xd branch_of(const State& state, size_t trial, const std::vector<Parameter>& parameters,
                              const Eigen::VectorXd& coordinates) const;

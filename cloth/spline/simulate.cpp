@@ -14,7 +14,7 @@
 #include "cloth/spline/lane_run.h"
 #include "cloth/spline/settle.h"
 #include "cloth/spline/spectrum.h"
-#include "cloth/start_shapes.h"
+#include "cloth/start_shape.h"
 
 namespace selvedge::cloth::spline {
 
@@ -229,16 +229,6 @@ std::vector<Trajectory> simulate(const SplineSheet& sheet, const std::vector<Exp
 
 Eigen::Matrix3Xd hung_shape(const SplineSheet& sheet, const Experiment& e, double side) {
   return control_points_through(sheet, hung(e.path, e.start_s, e.gravity_m_s2, sheet.swatch.width_m, side));
-}
-
-Eigen::Matrix3Xd bent_through(const SplineSheet& sheet, const Eigen::Matrix3Xd& shape,
-                              const std::vector<Eigen::Vector2d>& uv, const Eigen::Matrix3Xd& position) {
-  if (uv.size() < 4) return shape;
-  Eigen::Matrix3Xd shift = position;
-  for (size_t i = 0; i < uv.size(); ++i)
-    shift.col(static_cast<Eigen::Index>(i)) -= position_of(surface_point(sheet, uv[i]), shape);
-  const double size_m = std::max(sheet.swatch.width_m, sheet.swatch.height_m);
-  return shape + control_points_through(sheet, thin_plate(uv, shift, size_m));
 }
 
 }  // namespace selvedge::cloth::spline

@@ -39,9 +39,4 @@ std::vector<Rest> relax(const SplineSheet& sheet, const std::vector<Experiment>&
 // A shape near equilibrium to start from, as cloth::hung_shape.
 Eigen::Matrix3Xd hung_shape(const SplineSheet& sheet, const Experiment& experiment, double side);
 
-// `shape` moved so that it passes through points on the fabric (cloth::thin_plate); as it is where there are fewer than
-// four of them.
-Eigen::Matrix3Xd bent_through(const SplineSheet& sheet, const Eigen::Matrix3Xd& shape,
-                              const std::vector<Eigen::Vector2d>& uv, const Eigen::Matrix3Xd& position);
-
 }  // namespace selvedge::cloth::spline
