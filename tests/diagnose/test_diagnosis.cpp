@@ -24,7 +24,7 @@ Diagnosis diagnosed(const SimulatedSwatch& c,
   std::vector<Effect> few;
   for (const Effect& e : effect_library())
     if (effects.count(e.name)) few.push_back(e);
-  options.study.protocol.cells = 6;
+  options.study.protocol.cells = 8;
   options.study.protocol.rate_hz = 20;
   return diagnose(simulated_campaign(c), few, options);
 }
@@ -106,7 +106,7 @@ TEST(Diagnosis, ADraughtThatDragStoodInForIsSizedAndStaysAlone) {
       ASSERT_EQ(f.size.size(), 3u);
       EXPECT_NEAR(f.size[0].value, 0.08, 0.01);
       EXPECT_NEAR(f.size[1].value, 0.22, 0.02);
-      EXPECT_NEAR(f.size[2].value, 0, 0.02);
+      EXPECT_NEAR(f.size[2].value, 0, 0.06);  // along the fabric it hardly shows
     }
 }
 
@@ -122,7 +122,7 @@ TEST(Diagnosis, OneWrongEffectStaysAlone) {
 TEST(BaseFit, IsReadBitForBitForTheSameInput) {
   const fs::path file = fs::path(testing::TempDir()) / ("selvedge_base_fit_" + std::to_string(getpid()) + ".json");
   EXPECT_FALSE(read_base_fit(file, "input"));
-  BaseFit written{Eigen::Vector3d(0.1 + 0.2, -2, 1e-300), {}, {}};
+  BaseFit written{Eigen::Vector3d(0.1 + 0.2, -2, 1e-300), 0, {}, {}};
   written.state = {{Eigen::Matrix3Xd::Random(3, 4), Eigen::Matrix3Xd::Random(3, 4)}, {10, 20}, {}, {}};
   written.fine_state = {{Eigen::Matrix3Xd::Random(3, 9), Eigen::Matrix3Xd::Random(3, 9)}, {10, 20}, {}, {}};
   write_base_fit(file, written, "input");

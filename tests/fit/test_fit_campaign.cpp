@@ -142,7 +142,7 @@ TEST_F(FitCampaign, SearchContinuesFromItsJournal) {
   EXPECT_NE(files::read_whole(folder_ / "killed" / "report.html").find("temperature"), std::string::npos);
 }
 
-// Broken off in the grid, in a stage on the coarse mesh and in the last one, least squares end as if they had run
+// Broken off in the grid, in a stage on the coarse grid and in the last one, least squares end as if they had run
 // through.
 TEST_F(FitCampaign, LeastSquaresContinueFromTheirJournal) {
   const trial::Campaign campaign = trial::read_campaign(folder_ / "static-1");
@@ -150,7 +150,7 @@ TEST_F(FitCampaign, LeastSquaresContinueFromTheirJournal) {
   options.max_iterations = 4;
   const FitOutcome through = fit_campaign(campaign, options);
   options.journal = folder_ / "squares" / "iterations.txt";
-  for (const char* stage : {"coarse mesh: grid", "coarse mesh: start 2", "final mesh"}) {
+  for (const char* stage : {"coarse grid: grid", "coarse grid: start 2", "final grid"}) {
     FitOptions killed = options;
     int seen = 0;
     killed.progress = [&](double, const std::string& what) {
