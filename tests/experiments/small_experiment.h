@@ -20,8 +20,8 @@ inline std::string small_experiment(const std::string& kind = "static") {
          "[trials]\nnames = [\"a\"]\ncells = 5\nframes = 6\nframe_rate_hz = 15\n[trials.a]\n" +
          std::string(still ? "kind = \"static\"\napart_m = 0.29\n"
                            : "kind = \"waving\"\napart_m = 0.29\namplitude_m = 0.05\nfrequency_hz = 1.2\n") +
-         "[fit]\nstart = \"usual\"\noptimisers = [\"annealing\"]\nevaluations = 20\niterations = 3\ncolumns = "
-         "7\ncoarse_cells = 5\nframes = 6\nframe_rate_hz = 15\n"
+         "[fit]\nstart = \"usual\"\noptimisers = [\"annealing\"]\nevaluations = 20\niterations = 3\ncells = "
+         "5\ncoarse_cells = 5\nframes = 6\nframe_rate_hz = 15\n"
          "[paper]\nsource = \"nobody\"\ncolumns = [\"end\"]\n[paper.felt]\nbend = [\"1e-4\"]\n\"E1\" = [\"12.5\"]\n";
 }
 
