@@ -74,6 +74,26 @@ Eigen::SparseMatrix<double> kronecker(const SplineSheet& sheet, const MatrixXd& 
   return out;
 }
 
+// Velocities scaled along the normals so that with the fabric's mass alone they have the energy of fabric and air.
+Matrix3Xd with_air(const SplineSheet& sheet, double added_mass, const Eigen::VectorXd& density, const Matrix3Xd& x,
+                   Matrix3Xd v) {
+  for (int r = 0; r < sheet.rows(); ++r)
+    for (int c = 0; c < sheet.columns(); ++c) {
+      const Alive a = sheet.u.basis.at(sheet.u.basis.greville(c)), b = sheet.v.basis.at(sheet.v.basis.greville(r));
+      Vector3d x_u = Vector3d::Zero(), x_v = x_u;
+      for (size_t k = 0; k < 16; ++k) {
+        const size_t i = k % 4, j = k / 4;
+        const auto at = x.col(sheet.index(a.first + static_cast<int>(i), b.first + static_cast<int>(j)));
+        x_u += a.of[1][i] * b.of[0][j] * at;
+        x_v += a.of[0][i] * b.of[1][j] * at;
+      }
+      const Index point = sheet.index(c, r);
+      const Vector3d normal = x_u.cross(x_v).normalized();
+      v.col(point) += (std::sqrt(1 + added_mass / density(point)) - 1) * normal.dot(v.col(point)) * normal;
+    }
+  return v;
+}
+
 double quadratic(const Eigen::SparseMatrix<double>& matrix, const Matrix3Xd& y) {
   return (y * matrix).cwiseProduct(y).sum();
 }
@@ -170,8 +190,9 @@ Energy energy_of(const SplineSheet& sheet, const Material& m, const Vector3d& gr
   e.gravity = -gravity.dot(x * density.cwiseProduct(area));
   const MatrixXd mass_u = sheet.u.inverse.inverse(), mass_v = sheet.v.inverse.inverse();
   const Eigen::VectorXd scale = (density / m.density).cwiseSqrt();
+  const Matrix3Xd felt = m.added_mass == 0 ? v : with_air(sheet, m.added_mass, density, x, v);
   for (int a = 0; a < 3; ++a) {
-    const Eigen::VectorXd axis = v.row(a).transpose().cwiseProduct(scale);
+    const Eigen::VectorXd axis = felt.row(a).transpose().cwiseProduct(scale);
     const MatrixXd y = axis.reshaped(sheet.columns(), sheet.rows());
     e.kinetic += 0.5 * m.density * (mass_u * y * mass_v).cwiseProduct(y).sum();
   }

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <stdexcept>
 
 #include <Eigen/Dense>
 
@@ -96,10 +95,10 @@ LaneRun<T>::LaneRun(const SplineSheet& sheet, const std::vector<const Experiment
   run_.u = u_.tables();
   run_.v = v_.tables();
   scratch_.assign(static_cast<size_t>(kernel::scratch_size(run_, kernels_.lanes)), T(0));
-  bool uneven = false;
+  bool uneven = false, carries_air = false;
   for (const Experiment* e : lanes) {
     const Material& m = e->material;
-    if (m.added_mass != 0) throw std::invalid_argument("spline sheet: added_mass is not carried; use triangles");
+    carries_air = carries_air || m.added_mass != 0;
     uneven = uneven || is_uneven(m);
     run_.uses_moments = run_.uses_moments || bends_otherwise(m);
     run_.uses_normals = run_.uses_normals || m.bend_friction != 0 || m.rest_curvature_u != 0 || m.rest_curvature_v != 0;
@@ -112,6 +111,10 @@ LaneRun<T>::LaneRun(const SplineSheet& sheet, const std::vector<const Experiment
       membrane_memory_.assign(rule * width_ * kernel::kMembraneMemory, T(0));
   }
   if (uneven) mass_scale_.assign(points * width_, T(1));
+  if (carries_air) {
+    air_share_.assign(points * width_, T(0));
+    air_.assign(3 * points * width_, T(0));
+  }
   for (size_t i = 0; i < width_; ++i) {
     const Experiment& e = *lanes[std::min(i, lanes.size() - 1)];
     materials_.push_back(e.material);
@@ -127,6 +130,8 @@ void LaneRun<T>::point_at_memory() {
   const auto start = [](Aligned<T>& field) { return field.empty() ? nullptr : field.data(); };
   run_.material = material_.data();
   run_.mass_scale = start(mass_scale_);
+  run_.air_share = start(air_share_);
+  run_.air = start(air_);
   run_.bend_factor = start(bend_factor_);
   run_.x = x_.data();
   run_.v_half = v_half_.data();
@@ -178,6 +183,16 @@ Inertia LaneRun<T>::inertia_of(size_t lane) const {
   Inertia inertia{sheet_.u.inverse, sheet_.v.inverse, {}};
   if (!mass_scale_.empty()) inertia.scale = (m.density * densities(sheet_, m).cwiseInverse()).cwiseSqrt();
   return inertia;
+}
+
+template <class T>
+void LaneRun<T>::fill_air(size_t lane) {
+  const VectorXd density = densities(sheet_, materials_[lane]);
+  const auto share = [&](Index p) { return 1 - 1 / std::sqrt(1 + materials_[lane].added_mass / density(p)); };
+  for (Index p = 0; p < density.size(); ++p)
+    air_share_[static_cast<size_t>(p) * width_ + lane] = static_cast<T>(share(p));
+  for (const Grip& grip : grips_)
+    for (const Weight& w : grip.reads) air_share_[static_cast<size_t>(w.point) * width_ + lane] = T(0);
 }
 
 template <class T>
@@ -234,6 +249,7 @@ void LaneRun<T>::plan(double step_s, const cloth::kernel::DampingStages& stages)
     inertias.push_back(i < asked_ ? inertia_of(i) : inertias.back());
     for (Index p = 0; p < inertias[i].scale.size(); ++p)
       mass_scale_[static_cast<size_t>(p) * width_ + i] = static_cast<T>(inertias[i].scale(p));
+    if (!air_share_.empty()) fill_air(i);
     if (damped) fill_damping(i, step_s);
   }
   fill_grips(inertias);

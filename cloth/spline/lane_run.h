@@ -18,8 +18,7 @@ Eigen::VectorXd densities(const SplineSheet& sheet, const Material& material);
 // the bending of one direction; then that of the twist explicitly, between these two and bounded (lane_run.cpp). No
 // step is too long for it; its error is of the order of h.
 //
-// T: float or double. Throws std::invalid_argument where a material carries air with it (added_mass), which a spline
-// sheet cannot.
+// T: float or double.
 template <class T>
 class LaneRun {
  public:
@@ -56,6 +55,7 @@ class LaneRun {
   void fill_material(size_t lane, const Experiment& experiment);
   void fill_bend_factor(size_t lane, const Material& material);
   Inertia inertia_of(size_t lane) const;
+  void fill_air(size_t lane);
   void fill_damping(size_t lane, double step_s);
   void fill_grips(const std::vector<Inertia>& lanes);
   void point_at_memory();
@@ -68,8 +68,9 @@ class LaneRun {
   std::vector<Material> materials_;  // one a lane
   std::vector<int> reads_start_, reads_point_, moves_start_, moves_point_;
   std::vector<T> reads_weight_, mu_, nu_, gain_;
-  Aligned<T> material_, damp_u_, damp_v_, twist_u_, twist_v_, mass_scale_, bend_factor_, moves_weight_, held_position_,
-      held_velocity_, x_, v_half_, force_, acceleration_, change_[3], scratch_, kept_, membrane_memory_, bend_memory_;
+  Aligned<T> material_, damp_u_, damp_v_, twist_u_, twist_v_, mass_scale_, air_share_, air_, bend_factor_,
+      moves_weight_, held_position_, held_velocity_, x_, v_half_, force_, acceleration_, change_[3], scratch_, kept_,
+      membrane_memory_, bend_memory_;
   kernel::Run<T> run_;
 };
 extern template class LaneRun<float>;

@@ -29,6 +29,15 @@ SideArrays<T>::SideArrays(const Side& side)
       second.push_back(static_cast<T>(side.alive[q].of[2][k]));
     }
   }
+  for (int i = 0; i < side.basis.count(); ++i) {
+    const Alive alive = side.basis.at(side.basis.greville(i));
+    greville_first.push_back(alive.first);
+    area.push_back(static_cast<T>(side.mass.row(i).sum()));
+    for (size_t k = 0; k <= kDegree; ++k) {
+      greville_value.push_back(static_cast<T>(alive.of[0][k]));
+      greville_slope.push_back(static_cast<T>(alive.of[1][k]));
+    }
+  }
 }
 
 template <class T>
@@ -45,6 +54,10 @@ kernel::SideTables<T> SideArrays<T>::tables() const {
   t.slope_product = slope_product.data();
   t.bend = bend.data();
   t.inverse = inverse.data();
+  t.greville_first = greville_first.data();
+  t.greville_value = greville_value.data();
+  t.greville_slope = greville_slope.data();
+  t.area = area.data();
   return t;
 }
 

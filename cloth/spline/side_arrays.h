@@ -11,8 +11,8 @@ namespace selvedge::cloth::spline {
 // T: float or double.
 template <class T>
 struct SideArrays {
-  std::vector<int> first;
-  std::vector<T> value, slope, second, weight, mass, slope_product, bend, inverse;
+  std::vector<int> first, greville_first;
+  std::vector<T> value, slope, second, weight, mass, slope_product, bend, inverse, greville_value, greville_slope, area;
 
   explicit SideArrays(const Side& side);
   kernel::SideTables<T> tables() const;

@@ -1,7 +1,7 @@
 // From forces to the next half step: mass, what is held, and the stages of damping (cloth/kernel/run.h).
 #pragma once
 
-#include "cloth/spline/kernel/forces.h"
+#include "cloth/spline/kernel/carried_air.h"
 
 namespace selvedge::cloth::spline::kernel::SELVEDGE_KIND {
 
@@ -120,6 +120,20 @@ void wanted_of_held(const Run<T>& run, V* wanted, const V* v) {
     }
 }
 
+// Of a whole step; other, before: fields that nothing else needs.
+template <class V, class T>
+void take_bending_damping(const Run<T>& run, V* v, V* other, V* before) {
+  if (!run.air) {
+    damp_bending(run, v, other);
+    return;
+  }
+  const int all = 3 * run.u.functions * run.v.functions;
+  for (int i = 0; i < all; ++i) before[i] = v[i];
+  carry_air(run, v);
+  damp_bending(run, v, other);
+  carry_air_between(run, static_cast<const V*>(before), v);
+}
+
 template <class V, class T>
 void advance(const Run<T>& run) {
   const int field = run.u.functions * run.v.functions, all = 3 * field;
@@ -127,18 +141,25 @@ void advance(const Run<T>& run) {
   V *a = lanes<V>(run.acceleration), *force = lanes<V>(run.force), *v = lanes<V>(run.v_half), *x = lanes<V>(run.x);
   // Rows of scratch serve the mass, so that what is held lies in the fields behind them.
   V *wanted = lanes<V>(run.scratch) + 18 * run.u.functions, *lack = wanted + 3 * run.held.count;
+  if (run.air) {
+    set_air<V>(run);
+    carry_air_under_weight(run, force);
+  }
   times_inverse_mass(run, force, a);
   for (int c = 0; c < 3; ++c)
     for (int i = 0; i < field; ++i) a[c * field + i] += m[Row(kGravityX + c)];
   wanted_of_held(run, wanted, static_cast<const V*>(v));
   make_held(run, a, static_cast<const V*>(wanted), lack);
+  if (run.air) carry_air(run, a);
   V *now = lanes<V>(run.change[0]), *before = lanes<V>(run.change[1]), *next = lanes<V>(run.change[2]);
   const V first = V{} + run.gain[0] * run.step_s;
   for (int i = 0; i < all; ++i) now[i] = first * a[i];
   for (int s = 1; s < run.stages; ++s) {
     damping_forces(run, static_cast<const V*>(now));
+    if (run.air) carry_air(run, force);
     times_inverse_mass(run, force, next);
     make_held(run, next, static_cast<const V*>(nullptr), lack);
+    if (run.air) carry_air(run, next);
     const V mu = V{} + run.mu[s], nu = V{} + (s > 1 ? run.nu[s] : T(0)), gain = V{} + run.gain[s] * run.step_s;
     for (int i = 0; i < all; ++i) next[i] = fused(mu, now[i], fused(nu, before[i], gain * (a[i] + next[i])));
     V* const last = before;
@@ -148,7 +169,7 @@ void advance(const Run<T>& run) {
   }
   for (int i = 0; i < all; ++i) v[i] += now[i];
   if (run.damp_u) {
-    damp_bending(run, v, next);
+    take_bending_damping(run, v, next, before);
     wanted_of_held(run, wanted, static_cast<const V*>(nullptr));
     make_held(run, v, static_cast<const V*>(wanted), lack);
   }

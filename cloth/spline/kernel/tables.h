@@ -18,6 +18,9 @@ struct SideTables {
   const T* weight = nullptr;                                           // one a point, m
   const T *mass = nullptr, *slope_product = nullptr, *bend = nullptr;  // rows of seven: columns i − 3 … i + 3
   const T* inverse = nullptr;                                          // rows of thirteen: columns i − 6 … i + 6
+  // At the Greville point of each function, four each of functions alive from its own first; and each one's area.
+  const int* greville_first = nullptr;
+  const T *greville_value = nullptr, *greville_slope = nullptr, *area = nullptr;  // 1, 1/m, m
 };
 
 // Rows of the materials' table.
@@ -80,6 +83,8 @@ struct Run {
   // null: none.
   const T *damp_u = nullptr, *damp_v = nullptr, *twist_u = nullptr, *twist_v = nullptr;
   const T* mass_scale = nullptr;   // [control point][lane]; null: 1
+  const T* air_share = nullptr;    // [control point][lane], carried_air.h; null: no lane carries air
+  T* air = nullptr;                // a field, carried_air.h
   const T* bend_factor = nullptr;  // [point of the rule][lane], by which rigidity exceeds the material's; null: 1
   bool uses_moments = false;       // bending is more than three even rigidities
   bool uses_normals = false;       // of these: friction or rest curvature
