@@ -88,8 +88,8 @@ TEST_F(EffectOnTrial, NeutralChangesNothingAndScaleChangesSomething) {
     sets.col(1).tail(n - start_.size()).array() += 1;
     const std::vector<model::Residuals> r = simulation_->evaluate(state_, parameters, sets);
     ASSERT_TRUE(r[1].finite) << e.name;
-    // Lanes that bend otherwise run apart and agree to rounding; the motion multiplies that.
-    if (e.name != "nonlinear_drag") { EXPECT_LT((r[0].mm[0] - plain).cwiseAbs().maxCoeff(), 1e-6) << e.name; }
+    // All lanes of a call take the step of the stiffest.
+    if (e.name != "nonlinear_drag") { EXPECT_LT((r[0].mm[0] - plain).cwiseAbs().maxCoeff(), 5e-3) << e.name; }
     EXPECT_GT((r[1].mm[0] - r[0].mm[0]).cwiseAbs().maxCoeff(), 1e-2) << e.name;
   }
 }
