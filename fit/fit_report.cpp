@@ -61,6 +61,7 @@ void add_parameters(report::HtmlReport& html, const FitOutcome& out) {
   html.table({"parameter", "value", "unit", "90 % interval", "change for 1 % of error, %",
               "moved by the next finer grid, %", "start", "verdict"},
              rows);
+  html.paragraph(grid_sentence(out));
   for (const std::string& remark : out.remarks) html.paragraph(remark + ".");
 }
 
@@ -133,6 +134,15 @@ void add_progress(report::HtmlReport& html, const FitOutcome& out) {
 
 }  // namespace
 
+std::string grid_sentence(const FitOutcome& out) {
+  const int cells = out.simulation->options().cells;
+  if (!std::isfinite(out.grid_mm)) return fmt::format("Fitted on a grid of {} cells along the width.", cells);
+  return fmt::format(
+      "Fitted on a grid of {} cells along the width; the next finer grid moves the fabric by {:.2f} mm "
+      "(root mean square), which the parameters take into account.",
+      cells, out.grid_mm);
+}
+
 json to_json(const FitOutcome& out) {
   json parameters = json::object(), trials = json::object();
   for (const FittedParameter& p : out.parameters)
@@ -166,6 +176,8 @@ json to_json(const FitOutcome& out) {
                    {"remarks", out.remarks},
                    {"held_out", {{"by", out.hold_out}, {"error", files::finite_or_null(held_out_mm(out))}}}};
   out_json["optimiser"] = out.optimiser;
+  out_json["grid"] = {{"cells", out.simulation->options().cells},
+                      {"next_finer_moves_mm", files::finite_or_null(out.grid_mm)}};
   out_json["input"] = out.input;
   if (const auto plate = rigid_plate_mm(out)) out_json["held_out"]["rigid_plate_error"] = *plate;
   return out_json;

@@ -47,7 +47,8 @@ void print_outcome(const fit::FitOutcome& out) {
                t.rigid_plate_mm ? fmt::format("{:.2f}", *t.rigid_plate_mm) : "");
   fmt::print("\nheld-out error {:.2f} mm", fit::held_out_mm(out));
   if (const auto plate = fit::rigid_plate_mm(out)) fmt::print(", a rigid plate on the same bar {:.2f} mm", *plate);
-  fmt::print("; {} simulations in {:.0f} s\n", out.evaluations, out.wall_s);
+  fmt::print("; {} simulations in {:.0f} s\n{}\n", out.evaluations, out.wall_s, fit::grid_sentence(out));
+  for (const std::string& remark : out.remarks) fmt::print("{}\n", remark);
 }
 
 // What only the searches use is not passed over in silence.
