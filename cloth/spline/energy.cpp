@@ -6,57 +6,17 @@
 #include <Eigen/Dense>
 
 #include "cloth/spline/lane_run.h"
+#include "cloth/spline/rule_points.h"
 
 namespace selvedge::cloth::spline {
 
 namespace {
 
 using Eigen::Index;
-using Eigen::Matrix3d;
 using Eigen::Matrix3Xd;
 using Eigen::MatrixXd;
 using Eigen::Vector3d;
 using Triplets = std::vector<Eigen::Triplet<double>>;
-
-// The 16 functions alive at a point of the rule.
-struct PointWeights {
-  int point[16];
-  double u[16], v[16], uu[16], uv[16], vv[16];
-  double weight;  // m²
-};
-
-template <class Visit>
-void for_each_point(const SplineSheet& sheet, const Visit& visit) {
-  for (size_t qv = 0; qv < sheet.v.alive.size(); ++qv)
-    for (size_t qu = 0; qu < sheet.u.alive.size(); ++qu) {
-      const Alive &a = sheet.u.alive[qu], &b = sheet.v.alive[qv];
-      PointWeights w;
-      w.weight = sheet.u.rule.weight[qu] * sheet.v.rule.weight[qv];
-      for (size_t k = 0; k < 16; ++k) {
-        const size_t i = k % 4, j = k / 4;
-        w.point[k] = sheet.index(a.first + static_cast<int>(i), b.first + static_cast<int>(j));
-        w.u[k] = a.of[1][i] * b.of[0][j];
-        w.v[k] = a.of[0][i] * b.of[1][j];
-        w.uu[k] = a.of[2][i] * b.of[0][j];
-        w.uv[k] = a.of[1][i] * b.of[1][j];
-        w.vv[k] = a.of[0][i] * b.of[2][j];
-      }
-      visit(w);
-    }
-}
-
-Vector3d sum_of(const PointWeights& w, const double (&weights)[16], const Matrix3Xd& y) {
-  Vector3d sum = Vector3d::Zero();
-  for (int k = 0; k < 16; ++k) sum += weights[k] * y.col(w.point[k]);
-  return sum;
-}
-
-struct Stiffness {
-  double ku, kv, coupling, shear;
-  explicit Stiffness(const Material& m)
-      : ku(m.stretch * std::exp(m.stretch_anisotropy)), kv(m.stretch * std::exp(-m.stretch_anisotropy)),
-        coupling(m.coupling * std::sqrt(ku * kv)), shear(m.shear) {}
-};
 
 double stretch_energy(double stiffness, double stiffening, double strain) {
   return stiffness * (0.5 * strain * strain + stiffening / 3 * std::abs(strain * strain * strain));
@@ -98,67 +58,6 @@ double quadratic(const Eigen::SparseMatrix<double>& matrix, const Matrix3Xd& y) 
   return (y * matrix).cwiseProduct(y).sum();
 }
 
-// Slopes of the pulls at a point along u and v by x_u and x_v.
-struct PointTangent {
-  Matrix3d uu, uv, vv;  // vu: the transpose of uv
-};
-
-PointTangent point_tangent(const Vector3d& x_u, const Vector3d& x_v, const Stiffness& k, double stiffening,
-                           Convexity convexity) {
-  const bool positive = convexity == Convexity::kept_positive;
-  const double length_u = x_u.norm(), length_v = x_v.norm(), strain_u = length_u - 1, strain_v = length_v - 1;
-  const Vector3d along_u = x_u / length_u, along_v = x_v / length_v;
-  const auto one_way = [&](double stiffness, double strain, double other, double length, const Vector3d& along) {
-    const double stress = stiffness * strain * (1 + stiffening * std::abs(strain)) + k.coupling * other;
-    const double sideways = (positive ? std::max(0.0, stress) : stress) / length;
-    const Matrix3d direction = along * along.transpose();
-    return Matrix3d(stiffness * (1 + 2 * stiffening * std::abs(strain)) * direction +
-                    sideways * (Matrix3d::Identity() - direction));
-  };
-  PointTangent t;
-  t.uu = one_way(k.ku, strain_u, strain_v, length_u, along_u) + k.shear * x_v * x_v.transpose();
-  t.vv = one_way(k.kv, strain_v, strain_u, length_v, along_v) + k.shear * x_u * x_u.transpose();
-  t.uv = k.coupling * along_u * along_v.transpose() + k.shear * x_v * x_u.transpose();
-  if (!positive) t.uv += k.shear * x_u.dot(x_v) * Matrix3d::Identity();
-  return t;
-}
-
-// The blocks of all pairs of control points up to three apart, row by row: a sparse matrix in its own order.
-class Blocks {
- public:
-  explicit Blocks(const SplineSheet& sheet) : sheet_(sheet), block_(static_cast<size_t>(sheet.count()) * 49) {
-    for (Matrix3d& b : block_) b.setZero();
-  }
-  Matrix3d& at(int i, int j) {
-    const int n = sheet_.columns(), down = j / n - i / n + 3, along = j % n - i % n + 3;
-    return block_[static_cast<size_t>(i * 49 + down * 7 + along)];
-  }
-  // Symmetric, so that rows serve as columns.
-  StiffnessMatrix matrix() {
-    const int n = sheet_.columns(), rows = sheet_.rows();
-    StiffnessMatrix out(3 * sheet_.count(), 3 * sheet_.count());
-    out.reserve(Eigen::VectorXi::Constant(3 * sheet_.count(), 147));
-    for (int i = 0; i < sheet_.count(); ++i)
-      for (int axis = 0; axis < 3; ++axis)
-        for (int r = std::max(0, i / n - 3); r <= std::min(rows - 1, i / n + 3); ++r)
-          for (int c = std::max(0, i % n - 3); c <= std::min(n - 1, i % n + 3); ++c)
-            for (int other = 0; other < 3; ++other)
-              out.insert(3 * (r * n + c) + other, 3 * i + axis) = at(i, r * n + c)(axis, other);
-    out.makeCompressed();
-    return out;
-  }
-
- private:
-  const SplineSheet& sheet_;
-  std::vector<Matrix3d> block_;
-};
-
-void add_bending(const Eigen::SparseMatrix<double>& matrix, double rigidity, Blocks& to) {
-  for (int j = 0; j < matrix.outerSize(); ++j)
-    for (Eigen::SparseMatrix<double>::InnerIterator at(matrix, j); at; ++at)
-      to.at(static_cast<int>(at.row()), j).diagonal().array() += rigidity * at.value();
-}
-
 }  // namespace
 
 BendMatrices bend_matrices(const SplineSheet& sheet) {
@@ -168,7 +67,7 @@ BendMatrices bend_matrices(const SplineSheet& sheet) {
 
 Energy energy_of(const SplineSheet& sheet, const Material& m, const Vector3d& gravity, const Matrix3Xd& x,
                  const Matrix3Xd& v) {
-  const Stiffness k(m);
+  const MembraneStiffness k(m);
   Energy e;
   const double bend_uu = m.bend * std::exp(m.bend_anisotropy), bend_vv = m.bend * std::exp(-m.bend_anisotropy);
   for_each_point(sheet, [&](const PointWeights& w) {
@@ -197,24 +96,6 @@ Energy energy_of(const SplineSheet& sheet, const Material& m, const Vector3d& gr
     e.kinetic += 0.5 * m.density * (mass_u * y * mass_v).cwiseProduct(y).sum();
   }
   return e;
-}
-
-StiffnessMatrix tangent(const SplineSheet& sheet, const Material& m, const Matrix3Xd& x, Convexity convexity) {
-  const Stiffness k(m);
-  Blocks blocks(sheet);
-  for_each_point(sheet, [&](const PointWeights& w) {
-    const PointTangent t = point_tangent(sum_of(w, w.u, x), sum_of(w, w.v, x), k, m.stretch_stiffening, convexity);
-    const Matrix3d vu = t.uv.transpose();
-    for (size_t i = 0; i < 16; ++i) {
-      const Matrix3d by_u = w.weight * (w.u[i] * t.uu + w.v[i] * vu), by_v = w.weight * (w.u[i] * t.uv + w.v[i] * t.vv);
-      for (size_t j = 0; j < 16; ++j) blocks.at(w.point[i], w.point[j]) += w.u[j] * by_u + w.v[j] * by_v;
-    }
-  });
-  const BendMatrices bend = bend_matrices(sheet);
-  add_bending(bend.uu, m.bend * std::exp(m.bend_anisotropy), blocks);
-  add_bending(bend.uv, 2 * m.bend, blocks);
-  add_bending(bend.vv, m.bend * std::exp(-m.bend_anisotropy), blocks);
-  return blocks.matrix();
 }
 
 }  // namespace selvedge::cloth::spline

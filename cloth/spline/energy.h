@@ -1,12 +1,13 @@
-// Energy of a spline sheet and its second derivative, in double precision: what forces are the slope of.
+// Energy of a spline sheet in double precision: what forces are the slope of.
 //
 // For materials whose forces have an energy: no friction, creep or rest curvature, and where bending softens or
 // stiffens, alike both ways.
 #pragma once
 
+#include <Eigen/SparseCore>
+
 #include "cloth/energy.h"
 #include "cloth/spline/spline_sheet.h"
-#include "cloth/stiffness.h"
 
 namespace selvedge::cloth::spline {
 
@@ -19,12 +20,5 @@ struct BendMatrices {
   Eigen::SparseMatrix<double> uu, uv, vv;
 };
 BendMatrices bend_matrices(const SplineSheet& sheet);
-
-// What is left out of a stiffness so that it stays positive: nothing, or what compression and shear take from it.
-enum class Convexity { as_it_is, kept_positive };
-
-// 3N × 3N, number 3 i + axis. Softening and stiffening of bending are left out.
-StiffnessMatrix tangent(const SplineSheet& sheet, const Material& material, const Eigen::Matrix3Xd& control,
-                        Convexity convexity);
 
 }  // namespace selvedge::cloth::spline

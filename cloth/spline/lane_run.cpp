@@ -19,10 +19,6 @@ using Eigen::VectorXd;
 
 constexpr Index kReach = kStepDampingReach, kBand = 2 * kReach + 1;
 
-double rim_distance(const Swatch& s, const Eigen::Vector2d& uv) {
-  return std::max(0.0, std::min({uv.x(), s.width_m - uv.x(), uv.y(), s.height_m - uv.y()}));
-}
-
 bool is_uneven(const Material& m) { return m.hem_density != 0 || m.local_mass_kg != 0; }
 
 bool bends_otherwise(const Material& m) {

@@ -4,11 +4,10 @@
 #include <utility>
 
 #include <Eigen/Dense>
-#include <Eigen/SparseCholesky>
 
 #include "cloth/kernel/force_field.h"
 #include "cloth/quasi_newton.h"
-#include "cloth/spline/energy.h"
+#include "cloth/spline/banded_solver.h"
 #include "cloth/spline/lane_run.h"
 
 namespace selvedge::cloth::spline {
@@ -57,7 +56,8 @@ class Forces {
 class FirstGuess {
  public:
   FirstGuess(const SplineSheet& sheet, const Experiment& e, const VectorXd& mass)
-      : sheet_(sheet), experiment_(e), is_held_(3 * static_cast<size_t>(sheet.count()), 0) {
+      : sheet_(sheet), experiment_(e), is_held_(3 * static_cast<size_t>(sheet.count()), 0), tangent_(sheet),
+        solver_(sheet) {
     const double nudging = e.guide ? e.guide->nudging_per_s * e.guide->nudging_per_s : 0;
     inertia_ = (kInertia_per_s2 + nudging) * mass;
     for (const Grip& grip : grips_of(sheet, e.path.hold)) {
@@ -67,16 +67,11 @@ class FirstGuess {
     }
   }
 
-  bool factorise(const VectorXd& x) {
+  bool factorise(const VectorXd& x, Convexity convexity = Convexity::kept_positive) {
     const Matrix3Xd control = x.reshaped(3, inertia_.size());
-    StiffnessMatrix k = tangent(sheet_, experiment_.material, control, Convexity::kept_positive);
-    for (Index i = 0; i < k.rows(); ++i) k.coeffRef(i, i) += inertia_(i / 3);
-    hold_still(is_held_, k);
-    if (!analysed_) solver_.analyzePattern(k);
-    analysed_ = true;
-    solver_.factorize(k);
-    if (solver_.info() != Eigen::Success) return false;
-    rows_ = MatrixXd::Zero(k.rows(), 3 * static_cast<Index>(joined_.size()));
+    tangent_.set(experiment_.material, control, convexity);
+    if (!solver_.factorise(tangent_, inertia_, is_held_)) return false;
+    rows_ = MatrixXd::Zero(x.size(), 3 * static_cast<Index>(joined_.size()));
     for (size_t g = 0; g < joined_.size(); ++g)
       for (const Weight& w : joined_[g].reads)
         for (Index a = 0; a < 3; ++a) rows_(3 * w.point + a, 3 * static_cast<Index>(g) + a) = w.weight;
@@ -104,8 +99,8 @@ class FirstGuess {
   std::vector<char> is_held_;
   std::vector<Grip> joined_;  // that read more than one control point
   VectorXd inertia_;
-  bool analysed_ = false;
-  Eigen::SimplicialLLT<StiffnessMatrix> solver_;
+  Tangent tangent_;
+  BandedSolver solver_;
   MatrixXd rows_, moved_;
   Eigen::LDLT<MatrixXd> gram_;
 };

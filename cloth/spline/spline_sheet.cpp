@@ -98,6 +98,10 @@ SurfacePoint surface_point(const SplineSheet& sheet, const Eigen::Vector2d& uv) 
   return out;
 }
 
+double rim_distance(const Swatch& s, const Eigen::Vector2d& uv) {
+  return std::max(0.0, std::min({uv.x(), s.width_m - uv.x(), uv.y(), s.height_m - uv.y()}));
+}
+
 std::vector<Eigen::Vector2d> greville_points(const SplineSheet& sheet) {
   std::vector<Eigen::Vector2d> out;
   for (int r = 0; r < sheet.rows(); ++r)

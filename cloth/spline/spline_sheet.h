@@ -54,6 +54,9 @@ SplineSheet make_spline_sheet(const Swatch& swatch, const Grid& grid);
 // A point of the surface as a sum over control points.
 SurfacePoint surface_point(const SplineSheet& sheet, const Eigen::Vector2d& uv);
 
+// How far a point of the swatch lies from its rim, m.
+double rim_distance(const Swatch& swatch, const Eigen::Vector2d& uv);
+
 // Where the control points have their weight on the flat swatch.
 std::vector<Eigen::Vector2d> greville_points(const SplineSheet& sheet);
 

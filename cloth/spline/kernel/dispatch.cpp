@@ -13,6 +13,9 @@ Kernels<float> avx2_kernels(int lanes, float);
 Kernels<double> avx2_kernels(int lanes, double);
 Kernels<float> avx512_kernels(int lanes, float);
 Kernels<double> avx512_kernels(int lanes, double);
+BandedKernels plain_banded();
+BandedKernels avx2_banded();
+BandedKernels avx512_banded();
 
 namespace {
 
@@ -59,6 +62,12 @@ int most_lanes() {
 }
 template int most_lanes<float>();
 template int most_lanes<double>();
+
+BandedKernels banded_kernels() {
+  const int kind = chosen();
+  if (kind == 2) return avx512_banded();
+  return kind == 1 ? avx2_banded() : plain_banded();
+}
 
 const char* processor_kind() { return kKinds[chosen()].name; }
 

@@ -1,8 +1,10 @@
 // Makes the kernels of one kind of processor. A file that includes this is compiled with its instructions, and sets
-// SELVEDGE_KIND, SELVEDGE_WIDTH (bytes of its vectors) and SELVEDGE_KERNELS (name of the function) first.
+// SELVEDGE_KIND, SELVEDGE_WIDTH (bytes of its vectors), SELVEDGE_KERNELS and SELVEDGE_BANDED (names of functions)
+// first.
 #pragma once
 
 #include "cloth/spline/kernel/advance.h"
+#include "cloth/spline/kernel/banded.h"
 
 namespace selvedge::cloth::spline::kernel {
 
@@ -24,5 +26,10 @@ Kernels<T> for_lanes(int wanted) {
 
 Kernels<float> SELVEDGE_KERNELS(int lanes, float) { return SELVEDGE_KIND::for_lanes<float>(lanes); }
 Kernels<double> SELVEDGE_KERNELS(int lanes, double) { return SELVEDGE_KIND::for_lanes<double>(lanes); }
+
+BandedKernels SELVEDGE_BANDED() {
+  using V = SELVEDGE_KIND::Pack<double, SELVEDGE_WIDTH / sizeof(double)>;
+  return {SELVEDGE_KIND::factor_banded<V>, SELVEDGE_KIND::solve_banded<V>};
+}
 
 }  // namespace selvedge::cloth::spline::kernel

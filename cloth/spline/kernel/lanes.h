@@ -6,6 +6,7 @@
 #define SELVEDGE_KIND kind_alone
 #define SELVEDGE_WIDTH 16
 #define SELVEDGE_KERNELS alone_kernels
+#define SELVEDGE_BANDED alone_banded
 #endif
 
 #ifdef __AVX2__

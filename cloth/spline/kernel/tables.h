@@ -137,6 +137,22 @@ int most_lanes();
 extern template int most_lanes<float>();
 extern template int most_lanes<double>();
 
+// A symmetric matrix of `count` × `count` blocks of 8 × 8, of which those up to `reach` below the diagonal are not 0:
+// lower blocks, column of blocks by column of blocks, each block's columns after one another. Aligned as vectors are.
+struct BandedMatrix {
+  int count = 0, reach = 0;
+  double* blocks = nullptr;    // count · (reach + 1) of them
+  double* inverses = nullptr;  // one a column: of the factor's diagonal block
+};
+
+inline constexpr int kBandedSides = 8;  // right-hand sides that are solved for at once
+
+struct BandedKernels {
+  bool (*factor)(const BandedMatrix&) = nullptr;            // in place; false: it is not positive definite
+  void (*solve)(const BandedMatrix&, double* y) = nullptr;  // y: [row][side], of factors
+};
+BandedKernels banded_kernels();
+
 // "avx512", "avx2" or "plain": what kernels_for() chooses from.
 const char* processor_kind();
 // Takes another kind than the processor's best, where it has that too; false: it has not. For tests.
