@@ -13,6 +13,7 @@ std::vector<Figure> prove_louchet(const FigureOptions& options);
 std::vector<Figure> prove_metric(const FigureOptions& options);
 std::vector<Figure> prove_recorder(const FigureOptions& options);
 std::vector<Figure> prove_rig(const FigureOptions& options);
+std::vector<Figure> prove_spline_fit(const FigureOptions& options);
 std::vector<Figure> prove_spline_sheet(const FigureOptions& options);
 std::vector<Figure> prove_station(const FigureOptions& options);
 
@@ -47,6 +48,10 @@ const std::vector<FigureSet>& proofs() {
        "clock offsets, drifts and the delay set in the simulated devices come back over the real wire, within what is "
        "stated",
        prove_rig},
+      {"spline-fit",
+       "parameters of real fabrics that were simulated on four times the cells of the grid that a fit chooses; of "
+       "../shared",
+       prove_spline_fit},
       {"spline-sheet",
        "real fabrics as sheets of splines on the grid chosen for each, against four times the cells; of ../shared",
        prove_spline_sheet},

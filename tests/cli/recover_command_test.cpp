@@ -10,7 +10,7 @@
 #include "capture/trial/checked_trial.h"
 #include "cli/verify/proofs/damaged_trials.h"
 #include "tests/cli/run_binary.h"
-#include "tests/simulated_trial.h"
+#include "cli/verify/proofs/simulated_trial.h"
 
 namespace selvedge::cli {
 namespace {

@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "model/parameter.h"
-#include "tests/simulated_trial.h"
+#include "cli/verify/proofs/simulated_trial.h"
 
 namespace selvedge::diagnose {
 

@@ -1,7 +1,7 @@
 // The fabric that the fit's tests look for, and trials of it.
 #pragma once
 
-#include "tests/simulated_trial.h"
+#include "cli/verify/proofs/simulated_trial.h"
 
 namespace selvedge::fit {
 

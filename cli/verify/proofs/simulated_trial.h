@@ -1,5 +1,5 @@
-// A trial that the model itself simulates: a square of 0.3 m held by two corners, still or waved, on kSimulatedCells
-// cells along the width, seen as 25 noisy markers.
+// A trial that the model itself simulates: a square of 0.3 m held by two corners, still or waved, seen as 25
+// noisy markers.
 #pragma once
 
 #include <algorithm>
@@ -15,11 +15,11 @@
 
 namespace selvedge {
 
-inline constexpr int kSimulatedCells = 9;
-
 struct SimulatedSwatch {
   cloth::Material material = cli::proof_fabric();
-  double delay_s = 0;  // of the markers
+  double delay_s = 0;     // of the markers
+  double noise_m = 2e-4;  // of a coordinate, one standard deviation
+  int cells = 9;          // along the width
   Eigen::Vector3d air_m_s = Eigen::Vector3d::Zero();
 };
 
@@ -31,16 +31,16 @@ struct SimulatedMotion {
 
 inline trial::Trial simulated_trial(const SimulatedSwatch& c, const SimulatedMotion& motion, const std::string& name,
                                     unsigned seed) {
-  constexpr double kWidth = 0.3, kNoise = 2e-4;
+  constexpr double kWidth = 0.3;
   trial::Trial t;
   t.name = name;
   t.experiment = motion.amplitude_m > 0 ? trial::Experiment::waving : trial::Experiment::static_hang;
   t.fabric = {"test knit", kWidth, kWidth, c.material.density * kWidth * kWidth, true};
   t.starts_at_rest = true;
   t.mocap_rate_hz = 120;
-  t.mocap_noise_m = kNoise;
+  t.mocap_noise_m = c.noise_m;
   std::mt19937 generator(seed);
-  std::normal_distribution<double> noise(0, kNoise);
+  std::normal_distribution<double> noise(0, c.noise_m);
   const auto noisy = [&](const Eigen::Vector3d& p) -> Eigen::Vector3d {
     return p + Eigen::Vector3d(noise(generator), noise(generator), noise(generator));
   };
@@ -53,7 +53,7 @@ inline trial::Trial simulated_trial(const SimulatedSwatch& c, const SimulatedMot
   }
   const cloth::spline::Swatch swatch{kWidth, kWidth};
   const cloth::spline::SplineSheet sheet =
-      make_spline_sheet(swatch, make_grid(swatch, cloth::Hold::corners, kWidth / kSimulatedCells));
+      make_spline_sheet(swatch, make_grid(swatch, cloth::Hold::corners, kWidth / c.cells));
   cloth::Experiment e;
   e.material = c.material;
   e.air_velocity_m_s = c.air_m_s;
