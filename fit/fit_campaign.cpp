@@ -42,7 +42,7 @@ double motion_s(const std::vector<model::ObservedTrial>& trials) {
 // The finest grid that a campaign of so much motion is fitted on: on it an iteration takes about as long as one of 12 s
 // on 24 cells does, a quarter of a minute on two cores. Work rises with the cells and with the steps.
 int most_cells(const std::vector<model::ObservedTrial>& trials) {
-  const double share = std::max(1.0, motion_s(trials) / 12);
+  const double share = std::max(0.1, motion_s(trials) / 12);
   return std::clamp(static_cast<int>(24 / std::cbrt(share)), 12, cloth::spline::kMostCells);
 }
 
@@ -53,44 +53,17 @@ model::SimulationOptions on_grid_of(int cells, const FitOptions& options) {
   return o;
 }
 
-// Along the width.
-int cells_of_length(const std::vector<model::ObservedTrial>& trials, double length_m) {
-  return static_cast<int>(std::ceil(trials.front().width_m / length_m - 1e-9));
-}
-
-struct Grids {
-  int middle = 0, last = 0;
-  std::string short_of;  // a sentence where the last is coarser than this fabric needs
-};
-
-// For a fabric as it was found on a coarse grid.
-Grids grids_for(const std::vector<model::ObservedTrial>& trials, const std::vector<model::Parameter>& parameters,
+// One cell a bending length of a fabric as it was found on a coarse grid.
+int first_cells(const std::vector<model::ObservedTrial>& trials, const std::vector<model::Parameter>& parameters,
                 const VectorXd& coordinates, const FitOptions& options) {
-  constexpr double kTolerance_m = 3e-4;  // between two equilibria
-  if (options.cells > 0) return {std::max(6, 2 * options.cells / 3), options.cells, ""};
+  if (options.cells > 0) return options.cells;
   model::Prediction p;
   p.experiment = trials.front().experiment;
   for (size_t k = 0; k < parameters.size(); ++k)
     parameters[k].apply(p, to_value(parameters[k], coordinates(static_cast<Index>(k))));
   const double length_m = cloth::spline::bending_length_m(p.experiment.material, p.experiment.gravity_m_s2.norm());
-  const int most = most_cells(trials);
-  Grids out;
-  out.middle = std::clamp(cells_of_length(trials, length_m), options.coarse_cells, most);
-  const cloth::spline::ChosenGrid chosen =
-      cloth::spline::choose_grid({trials.front().width_m, trials.front().height_m}, p.experiment, kTolerance_m);
-  const int wanted = static_cast<int>(chosen.grid.u.size()) - 1;
-  out.last = std::clamp(wanted, out.middle, most);
-  if (wanted > most)
-    out.short_of = fmt::format(
-        "the folds of so soft a fabric need a grid of {} cells; {:.0f} s of motion were fitted on {}, so that an "
-        "iteration does not take minutes: fit fewer trials for a finer one, or see what the grid leaves open",
-        wanted, motion_s(trials), most);
-  else if (!chosen.within_tolerance)
-    out.short_of = fmt::format(
-        "grids of {} and of more cells hang in different folds, {:.1f} mm apart: this fabric "
-        "may hang in several ways",
-        wanted, 1e3 * chosen.left_open_m);
-  return out;
+  return std::clamp(static_cast<int>(std::ceil(trials.front().width_m / length_m - 1e-9)), options.coarse_cells,
+                    most_cells(trials));
 }
 
 // Root mean square of markers' speed error, mm/s: differences of position residuals over neighbouring times.
@@ -262,35 +235,90 @@ void list_errors(FitOutcome& out) {
   }
 }
 
-// Adds to all residuals what the next finer grid does at the fit's end. Root mean square of that, mm.
-double correct_grid(FitOutcome& out, const std::vector<model::Parameter>& parameters,
-                    const estimate::LeastSquaresResult& fit, const FitOptions& options) {
-  const int cells = out.simulation->options().cells;
-  const model::Simulation finer(out.simulation->trials(),
-                                on_grid_of(static_cast<int>(std::lround(std::sqrt(2.0) * cells)), options));
-  const model::Residuals there =
-      finer.evaluate(finer.state_of(*out.simulation, out.state), parameters, fit.coordinates).front();
+// What the next finer grid does to all residuals at a fit's end.
+struct GridChange {
+  std::vector<VectorXd> adds_mm;  // a trial; zero where it goes into other folds
+  double mm = kNaN;               // root mean square of all; NaN: a simulation diverged
+  std::vector<std::string> remarks;
+};
+
+int next_finer(int cells) { return static_cast<int>(std::lround(std::sqrt(2.0) * cells)); }
+
+GridChange change_on_finer(const FitOutcome& out, const std::vector<model::Parameter>& parameters,
+                           const estimate::LeastSquaresResult& fit, const FitOptions& options) {
+  constexpr double kOtherFolds_mm = 3;
+  const std::vector<model::ObservedTrial>& trials = out.simulation->trials();
+  const model::Simulation finer(trials, on_grid_of(next_finer(out.simulation->options().cells), options));
+  model::State on_finer = finer.state_of(*out.simulation, out.state);
+  finer.rematch(on_finer, parameters, fit.coordinates);
+  const model::Residuals there = finer.evaluate(on_finer, parameters, fit.coordinates).front();
+  GridChange change;
   if (!there.finite || !fit.residuals.finite) {
-    out.remarks.push_back("what a finer grid would add is not known: a simulation on it diverged");
-    return kNaN;
+    change.remarks = {"what a finer grid would add is not known: a simulation on it diverged"};
+    return change;
   }
-  constexpr double kOtherFold_mm = 3;
   double sum = 0, count = 0;
-  for (size_t i = 0; i < there.mm.size(); ++i) {
-    Eigen::VectorXd adds = there.mm[i] - fit.residuals.mm[i];
-    const double mm = model::rms_mm(out.simulation->trials()[i], adds, out.simulation->time_s(i));
-    if (mm > kOtherFold_mm) {
-      out.remarks.push_back(
-          fmt::format("{}: the next finer grid moves the fabric by {:.1f} mm, into other folds; that "
-                      "is left open",
-                      out.simulation->trials()[i].name, mm));
-      adds.setZero();
-    }
+  for (size_t i = 0; i < trials.size(); ++i) {
+    VectorXd adds = there.mm[i] - fit.residuals.mm[i];
+    const double mm = model::rms_mm(trials[i], adds, out.simulation->time_s(i));
     sum += mm * mm * static_cast<double>(adds.size());
     count += static_cast<double>(adds.size());
-    out.state.grid_correction_mm.push_back(std::move(adds));
+    if (mm > kOtherFolds_mm) {
+      change.remarks.push_back(
+          fmt::format("{}: the next finer grid moves the fabric by {:.1f} mm, into other folds; that is left open",
+                      trials[i].name, mm));
+      adds.setZero();
+    }
+    change.adds_mm.push_back(std::move(adds));
   }
-  return std::sqrt(sum / std::max(count, 1.0));
+  change.mm = std::sqrt(sum / std::max(count, 1.0));
+  return change;
+}
+
+struct OnGrids {
+  estimate::LeastSquaresResult fit;
+  VectorXd moved;  // by what the next finer grid adds, in coordinates
+  int evaluations = 0;
+};
+
+// Fits on a grid, from `at`, and on finer ones while the next finer one moves the fabric further than it may; then once
+// more with what that one adds.
+OnGrids fit_on_grids(FitOutcome& out, const std::vector<model::ObservedTrial>& trials,
+                     const std::vector<model::Parameter>& parameters, VectorXd at, int cells,
+                     estimate::LeastSquaresOptions search, const FitOptions& options) {
+  constexpr double kOpen_mm = 0.5;
+  OnGrids done;
+  GridChange change;
+  double from = 0.25;  // of the whole fit
+  for (;;) {
+    search.progress = part_of(options.progress, from, from + 0.2, fmt::format("grid of {} cells", cells));
+    out.simulation = std::make_shared<model::Simulation>(trials, on_grid_of(cells, options));
+    out.state = out.simulation->state_at(parameters, at);
+    done.fit = minimise_on_branches(*out.simulation, out.state, parameters, at, search);
+    done.evaluations += done.fit.evaluations + 1;
+    at = done.fit.coordinates;
+    change = change_on_finer(out, parameters, done.fit, options);
+    if (options.cells > 0 || !(change.mm > kOpen_mm)) break;
+    if (next_finer(cells) > most_cells(trials)) {
+      change.remarks.push_back(
+          fmt::format("a grid of {} cells leaves {:.1f} mm open; a finer one would take minutes an iteration for "
+                      "{:.0f} s of motion",
+                      cells, change.mm, motion_s(trials)));
+      break;
+    }
+    cells = next_finer(cells);
+    search.max_iterations = std::max(3, options.max_iterations / 2);
+    from = from + 0.5 * (0.75 - from - 0.1);
+  }
+  out.remarks.insert(out.remarks.end(), change.remarks.begin(), change.remarks.end());
+  out.grid_mm = change.mm;
+  out.state.grid_correction_mm = std::move(change.adds_mm);
+  search.max_iterations = 2;
+  search.progress = part_of(options.progress, 0.75, 0.8, "what a finer grid adds");
+  done.fit = minimise(*out.simulation, out.state, parameters, at, search);
+  done.evaluations += done.fit.evaluations;
+  done.moved = done.fit.coordinates - at;
+  return done;
 }
 
 const char* drag_text(model::Drag drag) {
@@ -326,18 +354,14 @@ FitOutcome fit_campaign(const trial::Campaign& campaign, const FitOptions& optio
   const Start found =
       find_start(trials, on_grid_of(options.coarse_cells, options), parameters,
                  search_options(options, out.cut_s, part_of(options.progress, 0.05, 0.25, "coarse grid"), journal));
-  const Grids grids = grids_for(trials, parameters, found.coordinates, options);
-  if (!grids.short_of.empty()) out.remarks.push_back(grids.short_of);
-  out.model = fmt::format("Baraff-Witkin on bicubic splines, {}, {} cells along the width", drag_text(options.drag),
-                          grids.last);
-  estimate::LeastSquaresOptions last =
-      search_options(options, out.cut_s, part_of(options.progress, 0.45, 0.7, "final grid"), journal);
+  const int cells = first_cells(trials, parameters, found.coordinates, options);
+  estimate::LeastSquaresOptions last = search_options(options, out.cut_s, options.progress, journal);
   estimate::LeastSquaresResult fit;
   VectorXd mesh = VectorXd::Zero(found.coordinates.size());
   int before_last = found.evaluations;
   out.grid_mm = kNaN;
   if (options.search) {
-    out.simulation = std::make_shared<model::Simulation>(trials, on_grid_of(grids.last, options));
+    out.simulation = std::make_shared<model::Simulation>(trials, on_grid_of(cells, options));
     out.state = out.simulation->state_at(parameters, found.coordinates);
     const estimate::SearchResult searched =
         options.search(*out.simulation, out.state, parameters, found.coordinates,
@@ -345,26 +369,17 @@ FitOutcome fit_campaign(const trial::Campaign& campaign, const FitOptions& optio
     out.trace = searched.trace;
     before_last += searched.evaluations;
     last.max_iterations = 0;  // derivatives alone
+    last.progress = part_of(options.progress, 0.75, 0.8, "derivatives");
     fit = minimise(*out.simulation, out.state, parameters, searched.point, last);
   } else {
-    const model::Simulation middle(trials, on_grid_of(grids.middle, options));
-    model::State on_middle = middle.state_at(parameters, found.coordinates);
-    const estimate::LeastSquaresResult halfway = minimise_on_branches(
-        middle, on_middle, parameters, found.coordinates,
-        search_options(options, out.cut_s, part_of(options.progress, 0.25, 0.45, "middle grid"), journal));
-    out.simulation = std::make_shared<model::Simulation>(trials, on_grid_of(grids.last, options));
-    out.state = out.simulation->state_at(parameters, halfway.coordinates);
-    last.max_iterations = std::max(3, options.max_iterations / 2);
-    fit = minimise_on_branches(*out.simulation, out.state, parameters, halfway.coordinates, last);
-    before_last += halfway.evaluations + fit.evaluations;
-    const VectorXd uncorrected = fit.coordinates;
-    out.grid_mm = correct_grid(out, parameters, fit, options);
-    last.max_iterations = 2;
-    last.progress = part_of(options.progress, 0.72, 0.8, "what a finer grid adds");
-    fit = minimise(*out.simulation, out.state, parameters, uncorrected, last);
-    mesh = fit.coordinates - uncorrected;
+    OnGrids done = fit_on_grids(out, trials, parameters, found.coordinates, cells, last, options);
+    before_last += done.evaluations - done.fit.evaluations;
+    fit = std::move(done.fit);
+    mesh = std::move(done.moved);
   }
 
+  out.model = fmt::format("Baraff-Witkin on bicubic splines, {}, {} cells along the width", drag_text(options.drag),
+                          out.simulation->options().cells);
   out.coordinates = fit.coordinates;
   out.residuals = fit.residuals;
   out.residuals_start = out.simulation->evaluate(out.state, parameters, found.coordinates).front();

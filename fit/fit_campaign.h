@@ -2,8 +2,8 @@
 //
 //   1. observe    each trial becomes an experiment to simulate and residuals to compare
 //   2. coarse     a search over the decisive parameters on a coarse grid gives the start
-//   3. refine     robust least squares on cells of a bending length, then on the grid that this fabric needs
-//                 (cloth/spline/chosen_grid.h), then with what the next finer grid adds to that one's residuals
+//   3. refine     robust least squares on cells of a bending length, on finer ones while the next finer grid moves the
+//                 fabric, and with what that adds to the residuals
 //   4. hold out   what was not fitted is predicted: later frames, or whole trials in two folds
 //   5. judge      interval, variability and bounds of each parameter
 #pragma once

@@ -97,6 +97,38 @@ TEST_F(FitCampaign, StillTrialAloneLeavesDampingUndetermined) {
   EXPECT_TRUE(std::isnan(held_out_mm(out)));
 }
 
+// Of still trials alone, which cost little: the grid follows the fabric, and the fit says what it leaves open.
+TEST(FitGrid, IsFinerForASofterFabric) {
+  const auto fitted = [](double bend) {
+    SimulatedSwatch swatch{true_material()};
+    swatch.material.bend = bend;
+    swatch.cells = 24;
+    trial::Campaign campaign;
+    campaign.folder = "simulated";
+    campaign.trials = {selvedge::simulated_trial(swatch, {.half_apart_m = 0.12}, "static-1", 1),
+                       selvedge::simulated_trial(swatch, {.half_apart_m = 0.11}, "static-2", 2)};
+    FitOptions options;
+    options.coarse_cells = 6;
+    options.max_iterations = 3;
+    return fit_campaign(campaign, options);
+  };
+  const FitOutcome stiff = fitted(8e-5), soft = fitted(1.2e-5);
+  EXPECT_GE(stiff.simulation->options().cells, 8);  // bending length 37 mm
+  EXPECT_GE(soft.simulation->options().cells, 15);  // 20 mm
+  EXPECT_GT(soft.simulation->options().cells, stiff.simulation->options().cells);
+  for (const FitOutcome* out : {&stiff, &soft}) {
+    SCOPED_TRACE(fmt::format("{} cells", out->simulation->options().cells));
+    EXPECT_GT(out->grid_mm, 0);
+    EXPECT_LT(out->grid_mm, 0.5);
+    EXPECT_EQ(to_json(*out)["grid"]["cells"], out->simulation->options().cells);
+    EXPECT_EQ(to_json(*out)["grid"]["next_finer_moves_mm"], out->grid_mm);
+  }
+  for (const FittedParameter& p : soft.parameters) {
+    if (p.parameter.name != "bend") continue;
+    EXPECT_NEAR(p.value, 1.2e-5, 0.1 * 1.2e-5);
+  }
+}
+
 FitOptions small_search_options() {
   FitOptions options;
   options.coarse_cells = 5;
@@ -150,7 +182,7 @@ TEST_F(FitCampaign, LeastSquaresContinueFromTheirJournal) {
   options.max_iterations = 4;
   const FitOutcome through = fit_campaign(campaign, options);
   options.journal = folder_ / "squares" / "iterations.txt";
-  for (const char* stage : {"coarse grid: grid", "coarse grid: start 2", "final grid"}) {
+  for (const char* stage : {"coarse grid: grid", "coarse grid: start 2", "grid of 6 cells"}) {
     FitOptions killed = options;
     int seen = 0;
     killed.progress = [&](double, const std::string& what) {

@@ -20,6 +20,7 @@ struct SimulatedSwatch {
   double delay_s = 0;     // of the markers
   double noise_m = 2e-4;  // of a coordinate, one standard deviation
   int cells = 9;          // along the width
+  double grip_m = cloth::spline::Swatch().grip_m;
   Eigen::Vector3d air_m_s = Eigen::Vector3d::Zero();
 };
 
@@ -51,7 +52,7 @@ inline trial::Trial simulated_trial(const SimulatedSwatch& c, const SimulatedMot
     left.col(i) = Eigen::Vector3d(-motion.half_apart_m, 0, 0);
     right.col(i) = Eigen::Vector3d(motion.half_apart_m, motion.amplitude_m * w, 0.3 * motion.amplitude_m * w);
   }
-  const cloth::spline::Swatch swatch{kWidth, kWidth};
+  const cloth::spline::Swatch swatch{kWidth, kWidth, c.grip_m};
   const cloth::spline::SplineSheet sheet =
       make_spline_sheet(swatch, make_grid(swatch, cloth::Hold::corners, kWidth / c.cells));
   cloth::Experiment e;

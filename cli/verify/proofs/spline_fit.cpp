@@ -1,6 +1,6 @@
-// `./selvedge prove spline-fit`: what the grid alone makes of parameters. Fabrics drawn from real ones are simulated on
-// four times the cells that a fit chooses, and fitted. Fabrics come from ../shared; without it the proof is one figure
-// that says so.
+// `./selvedge prove spline-fit`: what the grid alone makes of parameters, and what the size of a grip does. Fabrics
+// drawn from real ones are simulated on four times the cells that a fit chooses, and fitted; a knit is simulated with
+// other grips than the fit takes. Fabrics come from ../shared; without it the first part is one figure that says so.
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -35,8 +35,10 @@ struct FittedFabric {
   }
 };
 
-FittedFabric fit_fabric(const cloth::Material& material, const FigureOptions& options, double from, double to) {
+FittedFabric fit_fabric(const cloth::Material& material, double grip_m, const FigureOptions& options, double from,
+                        double to) {
   SimulatedSwatch swatch;
+  swatch.grip_m = grip_m;
   swatch.material = material;
   swatch.noise_m = 1e-5;
   const double cell_m = cloth::spline::bending_length_m(material);
@@ -61,34 +63,55 @@ FittedFabric fit_fabric(const cloth::Material& material, const FigureOptions& op
   return {fit::fit_campaign(campaign, how), material};
 }
 
-}  // namespace
+const std::vector<std::pair<std::string, double>> kAsked = {{"bend", 1}, {"stretch", 3}, {"shear", 3}};  // %
 
-std::vector<Figure> prove_spline_fit(const FigureOptions& options) {
+void add_drawn_fabrics(const FigureOptions& options, double share, std::vector<Figure>& out) {
   const int count = options.quick ? 1 : 8;
   const auto fabrics = draw_real_fabrics(count, options.seed);
-  if (!fabrics)
-    return {{"SKIPPED: ../shared/real/bending/fabrics.csv is not there, no fabric was fitted", 0, 0, "",
-             Relation::shown, "real fabrics"}};
-  const std::vector<std::pair<std::string, double>> asked = {{"bend", 1}, {"stretch", 3}, {"shear", 3}};
+  if (!fabrics) {
+    out.push_back({"SKIPPED: ../shared/real/bending/fabrics.csv is not there, no real fabric was fitted", 0, 0, "",
+                   Relation::shown, "real fabrics"});
+    return;
+  }
   std::map<std::string, std::vector<double>> off;
-  std::vector<Figure> out;
   for (int k = 0; k < count; ++k) {
     const DrawnFabric& drawn = (*fabrics)[static_cast<size_t>(k)];
-    const FittedFabric f =
-        fit_fabric(as_the_base_model(drawn.material), options, k / double(count), (k + 1) / double(count));
+    const FittedFabric f = fit_fabric(as_the_base_model(drawn.material), cloth::spline::Swatch().grip_m, options,
+                                      share * k / count, share * (k + 1) / count);
     const std::string what =
         fmt::format("{}, bending length {:.1f} mm, fitted on {} cells: ", drawn.name,
                     1e3 * cloth::spline::bending_length_m(f.truth), f.outcome.simulation->options().cells);
-    for (const auto& [name, percent] : asked) {
+    for (const auto& [name, percent] : kAsked) {
       off[name].push_back(f.off_percent(name));
       out.push_back({what + name + " off", off[name].back(), percent, "%", Relation::shown, "asked"});
     }
     out.push_back({what + "held-out error", fit::held_out_mm(f.outcome), 0, "mm rms", Relation::shown, ""});
     out.push_back({what + "wall time", f.outcome.wall_s, 0, "s", Relation::shown, ""});
   }
-  for (const auto& [name, percent] : asked)
+  for (const auto& [name, percent] : kAsked)
     out.push_back({fmt::format("{} fabrics: {} off, median", count, name), median(off[name]), percent, "%",
                    options.quick ? Relation::shown : Relation::at_most, "asked"});
+}
+
+// A fit takes a grip of 7.5 mm; the rig's may be another.
+void add_grips(const FigureOptions& options, double from, std::vector<Figure>& out) {
+  const std::vector<double> grips_mm = options.quick ? std::vector<double>{10} : std::vector<double>{4, 7.5, 12};
+  for (size_t k = 0; k < grips_mm.size(); ++k) {
+    const double each = (1 - from) / static_cast<double>(grips_mm.size()), at = from + each * static_cast<double>(k);
+    const FittedFabric f = fit_fabric(proof_fabric(), 1e-3 * grips_mm[k], options, at, at + each);
+    const std::string what = fmt::format("a knit held by grips of {} mm, fitted with 7.5: ", grips_mm[k]);
+    for (const auto& [name, percent] : kAsked)
+      out.push_back({what + name + " off", f.off_percent(name), 0, "%", Relation::shown, "what the grip's size does"});
+    out.push_back({what + "held-out error", fit::held_out_mm(f.outcome), 0, "mm rms", Relation::shown, ""});
+  }
+}
+
+}  // namespace
+
+std::vector<Figure> prove_spline_fit(const FigureOptions& options) {
+  std::vector<Figure> out;
+  add_drawn_fabrics(options, 0.75, out);
+  add_grips(options, 0.75, out);
   options.progress(1, "done");
   return out;
 }
