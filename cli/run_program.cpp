@@ -22,18 +22,6 @@ int report_error(std::string text, int exit_status) {
   return exit_status;
 }
 
-// What the simulation's kernels were compiled for on the machine that built them and this one lacks; empty: nothing.
-std::string missing_instructions() {
-#ifdef SELVEDGE_NEEDS_AVX2
-  if (!__builtin_cpu_supports("avx2") || !__builtin_cpu_supports("fma")) return "AVX2 and FMA";
-#endif
-#ifdef SELVEDGE_NEEDS_AVX512
-  if (!__builtin_cpu_supports("avx512f") || !__builtin_cpu_supports("avx512vl") || !__builtin_cpu_supports("avx512dq"))
-    return "AVX-512";
-#endif
-  return "";
-}
-
 void set_up(CLI::App& app) {
   app.footer(
       "./selvedge test    sets up what is missing and runs every test.\n"
@@ -81,10 +69,6 @@ int parse(CLI::App& app, bool asks_siblings, int argc, char** argv) {
 }  // namespace
 
 int run_program(const std::vector<AddCommand>& commands, bool asks_siblings, int argc, char** argv) {
-  if (const std::string missing = missing_instructions(); !missing.empty())
-    return report_error("this processor: found none of " + missing +
-                            ", for which this program was compiled; expected a build from source on this machine",
-                        2);
   CLI::App app("Selvedge records fabric in motion, fits a simulated fabric to it, and says why the two differ.",
                "./selvedge");
   set_up(app);

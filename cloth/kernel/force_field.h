@@ -12,6 +12,8 @@ namespace selvedge::cloth::kernel {
 // is now, each strain and curvature growing all the way, and hung there long enough to creep to the end.
 inline constexpr double kBroughtFromFlat = -1;
 
+class Forces;
+
 class ForceField {
  public:
   ForceField(const SheetData& sheet, const Material& material, const Surroundings& surroundings,
@@ -23,8 +25,7 @@ class ForceField {
   void accelerations(const double* position, const double* velocity, double memory_step_s, double* acceleration);
 
  private:
-  struct Parts;
-  std::unique_ptr<Parts> parts_;
+  std::unique_ptr<Forces> forces_;
 };
 
 }  // namespace selvedge::cloth::kernel

@@ -15,7 +15,7 @@
 
 namespace selvedge::cloth::kernel {
 
-// Runs side by side: 8 where the kernels were built for AVX-512, else 4.
+// Runs side by side: 8 where the processor has AVX-512, else 4.
 int most_lanes();
 
 // Stages of one step under damping: v_{n+½} = v_{n−½} + δ_last with δ_0 = 0,

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "cloth/kernel/force_field.h"
+#include "cloth/kernel/processor.h"
 #include "cloth/spline/chosen_grid.h"
 #include "cloth/spline/derivatives.h"
 #include "cloth/spline/energy.h"
@@ -169,14 +170,14 @@ TEST(SplineLanes, AreAlikeOnEachKindOfProcessorAndInEachPrecision) {
   Options twofold;
   twofold.precision = Precision::twofold;
   const Trajectory exact = simulate(sheet, {e}, twofold)[0];
-  const std::string best = kernel::processor_kind();
+  const std::string best = cloth::kernel::processor_kind();
   for (const char* kind : {"plain", "avx2", "avx512"}) {
-    if (!kernel::use_processor_kind(kind)) continue;
+    if (!cloth::kernel::use_processor_kind(kind)) continue;
     const Trajectory motion = simulate(sheet, {e})[0];
     for (size_t k = 0; k < e.sample_s.size(); ++k)
       EXPECT_LT((motion.samples[k] - exact.samples[k]).colwise().norm().maxCoeff(), 1e-5) << kind;
   }
-  EXPECT_TRUE(kernel::use_processor_kind(best.c_str()));
+  EXPECT_TRUE(cloth::kernel::use_processor_kind(best.c_str()));
 }
 
 TEST(SplineSettle, FindsTheEquilibriumOfTheTriangles) {

@@ -28,9 +28,6 @@ const std::set<std::string> old_circles = {
     "calib/calibration calib/verdict",
     "cloth/bordered_sheet cloth/sheet",
     "cloth/filtered_step cloth/held_motion cloth/implicit_euler cloth/runge_kutta cloth/settle cloth/simulate",
-    "cloth/kernel/acceleration cloth/kernel/arc_length cloth/kernel/bending cloth/kernel/force_field "
-    "cloth/kernel/lane_material cloth/kernel/membrane_and_drag cloth/kernel/triangle",
-    "cloth/kernel/run cloth/kernel/run_lanes",
     "hardware_sim/datastream_server/datastream_server hardware_sim/datastream_server/frame_packet",
     "hardware_sim/gige_camera/gige_camera hardware_sim/gige_camera/registers hardware_sim/gige_camera/stream",
     "hardware_sim/usb3_camera/registers hardware_sim/usb3_camera/usb3_camera",

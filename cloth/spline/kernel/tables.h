@@ -153,9 +153,4 @@ struct BandedKernels {
 };
 BandedKernels banded_kernels();
 
-// "avx512", "avx2" or "plain": what kernels_for() chooses from.
-const char* processor_kind();
-// Takes another kind than the processor's best, where it has that too; false: it has not. For tests.
-bool use_processor_kind(const char* kind);
-
 }  // namespace selvedge::cloth::spline::kernel
