@@ -9,7 +9,9 @@ namespace selvedge::cli {
 
 inline void add_slurm_options(CLI::App& command, station::SlurmOptions& options) {
   auto* used = command.add_flag("--slurm", options.used, "hand the work to Slurm as a job array, and wait for it");
-  command.add_option("--at-once", options.at_once, "with --slurm: tasks that run at the same time; all by default")
+  command
+      .add_option("--at-once", options.at_once,
+                  "with --slurm: tasks of an array that run at the same time; all by default")
       ->needs(used)
       ->check(CLI::PositiveNumber);
   command

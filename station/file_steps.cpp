@@ -41,7 +41,7 @@ json diagnose_fabric(const SessionFile& file, const fs::path& fabric, int round,
   options.study.protocol.cells = file.diagnosis_cells;
   options.study.progress = progress;
   const trial::Campaign campaign = trial::read_campaign(fabric);
-  // Not with fit.json: on a cluster the fit may run beside it, and the answer must not depend on that.
+  if (file.fit) diagnose::begin_with_fit(options, campaign, {fabric});
   diagnose::keep_base_fit(options, folder / "base_fit.json", campaign);
   const diagnose::Diagnosis found = diagnose::diagnose(campaign, diagnosed_effects(file), options);
   diagnose::write_diagnosis(found, folder);

@@ -32,14 +32,18 @@ std::string one_line(std::string text) {
 std::string script_of(const std::string& name, const std::vector<ArrayTask>& tasks, int at_once) {
   std::vector<size_t> indices;
   for (const ArrayTask& task : tasks) indices.push_back(task.index);
+  const std::string& after = tasks.front().after;
   std::string text = fmt::format(
       "#!/bin/bash\n"
       "#SBATCH --job-name={}\n"
       "#SBATCH --array={}{}\n"
       "#SBATCH --requeue\n"
       "#SBATCH --open-mode=append\n"
+      "{}"
       "case $SLURM_ARRAY_TASK_ID in\n",
-      name, index_ranges(indices), at_once > 0 ? fmt::format("%{}", at_once) : "");
+      name, index_ranges(indices), at_once > 0 ? fmt::format("%{}", at_once) : "",
+      after.empty() ? ""
+                    : fmt::format("#SBATCH --dependency=aftercorr:{}\n#SBATCH --kill-on-invalid-dep=yes\n", after));
   for (const ArrayTask& task : tasks) {
     std::vector<std::string> words;
     for (const std::string& word : task.command) words.push_back(shell_word(word));
@@ -92,11 +96,13 @@ JobArray::JobArray(const fs::path& folder, const std::string& name, const std::v
     for (std::string number; numbers >> number;) numbers_.push_back(number);
   }
   const Queue queued = numbers_.empty() ? Queue{} : queue().value_or(Queue{});
-  std::vector<ArrayTask> open;
+  number_of_ = queued.waiting;
+  number_of_.insert(queued.running.begin(), queued.running.end());
+  std::map<std::string, std::vector<ArrayTask>> open;  // by what they wait for
   for (const ArrayTask& task : tasks)
-    if (which == Submit::all || !queued.has(task.index)) open.push_back(task);
+    if (which == Submit::all || !queued.has(task.index)) open[task.after].push_back(task);
   if (queued.running.empty() && queued.waiting.empty()) numbers_.clear();
-  if (!open.empty()) submit(open, options);
+  for (const auto& [after, alike] : open) submit(alike, options);
 }
 
 void JobArray::submit(const std::vector<ArrayTask>& tasks, const SlurmOptions& options) {
@@ -113,6 +119,7 @@ void JobArray::submit(const std::vector<ArrayTask>& tasks, const SlurmOptions& o
     refuse("sbatch", "found {}, expected the number of a job array of {} tasks ({})", in_quotes(one_line(said.errors)),
            tasks.size(), script.string());
   numbers_.push_back(number);
+  for (const ArrayTask& task : tasks) number_of_[task.index] = number;
   files::write_whole(folder_ / (name_ + ".job"), fmt::format("{}\n", fmt::join(numbers_, "\n")));
 }
 
@@ -127,7 +134,7 @@ std::optional<JobArray::Queue> JobArray::queue() const {
     size_t index = 0;
     if (in >> number >> index >> state >> name && name == name_ &&
         std::find(numbers_.begin(), numbers_.end(), number) != numbers_.end())
-      (state == "PENDING" ? queue.waiting : queue.running).insert(index);
+      (state == "PENDING" ? queue.waiting : queue.running).emplace(index, number);
   }
   return queue;
 }

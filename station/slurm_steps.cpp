@@ -24,6 +24,11 @@ fs::path answer_of(const fs::path& folder, std::string step) {
 
 bool is_on_files(const Step& step) { return step.kind == "fit" || step.kind == "diagnose"; }
 
+Step fit_before(Step diagnosis) {
+  diagnosis.kind = "fit";
+  return diagnosis;
+}
+
 // A fit or diagnosis by its name, of whatever round.
 Step step_named(const SessionFile& file, const std::string& id) {
   std::string known;
@@ -43,10 +48,22 @@ SlurmSteps::SlurmSteps(StationSteps& station, const SessionFile& file, const Jou
                        const SlurmOptions& options)
     : station_(station), file_(file), journal_(journal), folder_(fs::absolute(folder)), options_(options) {}
 
-// The same number for a step in every array of the session.
+// The same number in every array of the session, and for a diagnosis as for the fit that it waits for.
 size_t SlurmSteps::index_of(const Step& step) const {
-  const size_t place = static_cast<size_t>(step.round) * file_.fabrics.size() + step.fabric;
-  return 2 * place + (step.kind == "diagnose" ? 1 : 0);
+  return static_cast<size_t>(step.round) * file_.fabrics.size() + step.fabric;
+}
+
+// The array with the fit that a diagnosis waits for; empty where there is none, or it was done before.
+std::string SlurmSteps::array_before(const Step& step) const {
+  const auto fit = arrays_.find(fit_before(step).id(file_));
+  const bool waits = step.kind == "diagnose" && fit != arrays_.end() && fit->second;
+  return waits ? fit->second->number_of(index_of(step)) : "";
+}
+
+// By an answer that the session did not take yet.
+bool SlurmSteps::fit_has_failed(const Step& diagnosis) const {
+  const fs::path answer = answer_of(folder_, fit_before(diagnosis).id(file_));
+  return fs::exists(answer) && !files::read_json(answer).contains("result");
 }
 
 // That step, and the first time all that are planned and open. Where a campaign cannot be written, its own turn says
@@ -71,25 +88,32 @@ std::vector<Step> SlurmSteps::due_with(const Step& step) const {
   return due;
 }
 
-void SlurmSteps::submit(const Step& step) {
-  std::vector<Step> due = due_with(step);
+void SlurmSteps::submit_alike(const std::vector<Step>& steps, JobArray::Submit which) {
   std::vector<ArrayTask> tasks;
-  // An answer that is there already came while no session waited for it.
-  std::erase_if(due, [&](const Step& s) {
-    if (!fs::exists(answer_of(folder_, s.id(file_)))) return false;
-    arrays_[s.id(file_)] = nullptr;
-    return true;
-  });
-  for (const Step& s : due)
+  for (const Step& s : steps)
     tasks.push_back({index_of(s),
                      {own_program().string(), "session", "run", fs::absolute(file_.path).string(), "--out",
-                      folder_.string(), "--step", s.id(file_)}});
-  if (!tasks.empty()) {
-    // Another attempt is one, though the task that failed may not have left the queue yet.
-    const auto which = failed_.contains(step.id(file_)) ? JobArray::Submit::all : JobArray::Submit::what_is_not_queued;
-    const auto array = std::make_shared<const JobArray>(folder_ / "slurm", "session", tasks, options_, which);
-    for (const Step& s : due) arrays_[s.id(file_)] = array;
+                      folder_.string(), "--step", s.id(file_)},
+                     array_before(s)});
+  if (tasks.empty()) return;
+  const auto array =
+      std::make_shared<const JobArray>(folder_ / "slurm", "session-" + steps.front().kind, tasks, options_, which);
+  for (const Step& s : steps) arrays_[s.id(file_)] = array;
+}
+
+void SlurmSteps::submit(const Step& step) {
+  std::vector<Step> fits, diagnoses;
+  for (const Step& s : due_with(step)) {
+    const std::string id = s.id(file_);
+    // An answer that is there already came while no session waited for it.
+    if (fs::exists(answer_of(folder_, id))) arrays_[id] = nullptr;
+    else if (s.kind == "fit") fits.push_back(s);
+    else if (id == step.id(file_) || !fit_has_failed(s)) diagnoses.push_back(s);
   }
+  // Another attempt is one, though the task that failed may not have left the queue yet.
+  const auto which = failed_.contains(step.id(file_)) ? JobArray::Submit::all : JobArray::Submit::what_is_not_queued;
+  submit_alike(fits, which);
+  submit_alike(diagnoses, which);
   if (step.round == 0) planned_are_submitted_ = true;
 }
 
@@ -109,19 +133,29 @@ json SlurmSteps::run(const Step& step, const report::ProgressCallback& progress)
   return taken(step, array);
 }
 
+void SlurmSteps::forget_diagnosis_of(const Step& fit) {
+  Step diagnosis = fit;
+  diagnosis.kind = "diagnose";
+  const auto at = arrays_.find(diagnosis.id(file_));
+  if (at == arrays_.end() || !at->second) return;
+  arrays_.erase(at);
+  failed_.insert(diagnosis.id(file_));
+}
+
 // A failure is taken once, so that another attempt is one; a result stays until the journal has it.
 json SlurmSteps::taken(const Step& step, const std::shared_ptr<const JobArray>& array) {
   const std::string id = step.id(file_);
   const fs::path path = answer_of(folder_, id);
-  failed_.insert(id);
-  if (!fs::exists(path))
-    throw std::runtime_error(
-        fmt::format("{}: its task left Slurm's queue without an answer; {}", id, array->last_words(index_of(step))));
-  const json answer = files::read_json(path);
+  const json answer = fs::exists(path) ? files::read_json(path) : json::object();
   if (answer.contains("result")) {
     failed_.erase(id);
     return answer.at("result");
   }
+  failed_.insert(id);
+  if (step.kind == "fit") forget_diagnosis_of(step);
+  if (answer.empty())
+    throw std::runtime_error(
+        fmt::format("{}: its task left Slurm's queue without an answer; {}", id, array->last_words(index_of(step))));
   fs::remove(path);
   const auto why = answer.at("failed").get<std::string>();
   if (answer.at("bad_input").get<bool>()) throw BadInput(why);

@@ -1,10 +1,12 @@
 // A session whose fits and diagnoses run as tasks of a Slurm job array; everything at the rig stays where the session
 // is.
 //
-// The first fit or diagnosis that is due hands all planned ones to Slurm in one array, as they do not need each other;
-// one that follows later (a follow-up, another attempt) is an array of one. Each task is `PROGRAM session run FILE
-// --out FOLDER --step ID` and leaves FOLDER/slurm/STEP.json: {"result": …}, or {"failed": "why", "bad_input": true}.
-// The session takes it from there, so that its journal has one writer.
+// The first fit or diagnosis that is due hands all planned ones to Slurm, the fits in one array and the diagnoses in
+// another whose tasks wait each for its fabric's fit, from which a diagnosis begins; one that follows later (a
+// follow-up, another attempt) is an array of one. Each task is `PROGRAM session run FILE --out FOLDER --step ID` and
+// leaves FOLDER/slurm/STEP.json: {"result": …}, or {"failed": "why", "bad_input": true}. The session takes it from
+// there, so that its journal has one writer. Slurm cancels a diagnosis whose fit failed; it is submitted again when its
+// turn comes, after another attempt at the fit or without one.
 #pragma once
 
 #include <filesystem>
@@ -30,6 +32,10 @@ class SlurmSteps : public SessionSteps {
  private:
   std::vector<Step> due_with(const Step& step) const;
   void submit(const Step& step);
+  void submit_alike(const std::vector<Step>& steps, JobArray::Submit which);
+  std::string array_before(const Step& step) const;
+  bool fit_has_failed(const Step& diagnosis) const;
+  void forget_diagnosis_of(const Step& fit);
   size_t index_of(const Step& step) const;
   nlohmann::json taken(const Step& step, const std::shared_ptr<const JobArray>& array);
 

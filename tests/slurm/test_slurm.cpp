@@ -11,6 +11,8 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include "capture/trial/trial.h"
+#include "diagnose/diagnosis.h"
 #include "evaluation/blind.h"
 #include "experiments/simulated_trials.h"
 #include "files/whole_file.h"
@@ -206,22 +208,60 @@ class RecordedSession : public Slurm {
   }
 };
 
-TEST_F(RecordedSession, HasItsFitsAndDiagnosesDoneByOneArray) {
+// Whether a session's diagnosis began with the fabric's fit: its base fit is kept as one that did.
+bool began_with_fit(const fs::path& fabric) {
+  const trial::Campaign campaign = trial::read_campaign(fabric);
+  diagnose::DiagnosisOptions options;
+  options.study.protocol.columns = 9;
+  options.study.protocol.fine_columns = 13;
+  if (!diagnose::begin_with_fit(options, campaign, {fabric})) return false;
+  diagnose::keep_base_fit(options, fabric / "diagnosis" / "base_fit.json", campaign);
+  return options.study.base_fit.has_value();
+}
+
+TEST_F(RecordedSession, HasItsFitsDoneByOneArrayAndItsDiagnosesByOneThatFollows) {
   const std::string file = "session run " + (folder_ / "session.toml").string() + " --out ";
   ASSERT_EQ(run(file + (folder_ / "by-itself").string(), "by-itself.log"), 0) << said("by-itself.log");
   ASSERT_EQ(run(file + (folder_ / "by-slurm").string() + " --slurm", "by-slurm.log"), 0) << said("by-slurm.log");
-  EXPECT_NE(said("by-slurm/slurm/session.sh").find("#SBATCH --array=0-3\n"), std::string::npos);
+  for (const char* array : {"fit", "diagnose"})
+    EXPECT_NE(said(fmt::format("by-slurm/slurm/session-{}.sh", array)).find("#SBATCH --array=0-1\n"),
+              std::string::npos);
+  const std::string fits = said("by-slurm/slurm/session-fit.job");
+  EXPECT_NE(said("by-slurm/slurm/session-diagnose.sh").find("#SBATCH --dependency=aftercorr:" + fits),
+            std::string::npos);
   const auto here = station::read_journal(folder_ / "by-itself"), there = station::read_journal(folder_ / "by-slurm");
   for (const std::string& fabric : kFabrics) {
     EXPECT_EQ(fit_in(folder_ / "by-slurm" / fabric), fit_in(folder_ / "by-itself" / fabric)) << fabric;
     EXPECT_EQ(diagnosis_in(folder_ / "by-slurm" / fabric / "diagnosis"),
               diagnosis_in(folder_ / "by-itself" / fabric / "diagnosis"))
         << fabric;
+    for (const char* how : {"by-slurm", "by-itself"}) EXPECT_TRUE(began_with_fit(folder_ / how / fabric)) << how;
     for (const char* step : {"/fit", "/diagnose"}) {
       EXPECT_EQ(there.at(fabric + step).state, station::StepRecord::State::done);
       EXPECT_EQ(there.at(fabric + step).result, here.at(fabric + step).result);
     }
   }
+}
+
+TEST_F(Slurm, ATaskAfterAnotherArrayWaitsForItsOwnAndIsCancelledWhereThatFails) {
+  const fs::path folder = folder_ / "after";
+  const auto shell = [&](size_t index, const std::string& line, const std::string& after) {
+    return station::ArrayTask{index, {"/bin/sh", "-c", "cd '" + folder.string() + "' && " + line}, after};
+  };
+  const station::SlurmOptions options;
+  const station::JobArray first(folder, "first", {shell(0, "sleep 2; exit 1", ""), shell(1, "sleep 4; touch done", "")},
+                                options);
+  const station::JobArray second(
+      folder, "second",
+      {shell(0, "touch after-failure", first.number_of(0)), shell(1, "mv done after-done", first.number_of(1))},
+      options);
+  const auto there = [&] { return fs::exists(folder / "after-done") ? size_t{1} : size_t{0}; };
+  const auto silent = [](double, const std::string&) {};
+  EXPECT_EQ(second.wait({1}, 1, there, silent), 1u) << second.last_words(1);
+  EXPECT_EQ(second.wait(
+                {0}, 1, [] { return size_t{0}; }, silent),
+            0u);  // until Slurm cancelled it
+  EXPECT_FALSE(fs::exists(folder / "after-failure"));
 }
 
 TEST(JobArray, NamesItsTasksInRanges) {
