@@ -19,10 +19,12 @@ using Eigen::Matrix3Xd;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr double kLongest_m = 0.01;  // of a step
+constexpr double kLongest_m = 0.02;  // of a step
+constexpr double kWell_m = 5e-3;     // steps so short are told best by the tangent as it is
 constexpr int kMostSteps = 600, kCoarse = 12;
-constexpr int kOften = 30;       // steps that a tangent serves
-constexpr double kFar_m = 0.02;  // a tangent serves so far from where it was taken
+constexpr int kOften = 10;             // steps that a tangent serves
+constexpr double kLeast_per_s2 = 0.3;  // mass times this stiffens: lest what the grips alone hold float away
+constexpr double kFar_m = 0.02;        // a tangent serves so far from where it was taken
 
 // Masses of the control points, kg.
 VectorXd lumped(const SplineSheet& sheet, const Material& m) {
@@ -59,7 +61,7 @@ class FirstGuess {
       : sheet_(sheet), experiment_(e), is_held_(3 * static_cast<size_t>(sheet.count()), 0), tangent_(sheet),
         solver_(sheet) {
     const double nudging = e.guide ? e.guide->nudging_per_s * e.guide->nudging_per_s : 0;
-    inertia_ = (kInertia_per_s2 + nudging) * mass;
+    inertia_ = (kLeast_per_s2 + nudging) * mass;
     for (const Grip& grip : grips_of(sheet, e.path.hold)) {
       if (grip.reads.size() > 1) joined_.push_back(grip);
       else
@@ -67,18 +69,9 @@ class FirstGuess {
     }
   }
 
-  bool factorise(const VectorXd& x, Convexity convexity = Convexity::kept_positive) {
-    const Matrix3Xd control = x.reshaped(3, inertia_.size());
-    tangent_.set(experiment_.material, control, convexity);
-    if (!solver_.factorise(tangent_, inertia_, is_held_)) return false;
-    rows_ = MatrixXd::Zero(x.size(), 3 * static_cast<Index>(joined_.size()));
-    for (size_t g = 0; g < joined_.size(); ++g)
-      for (const Weight& w : joined_[g].reads)
-        for (Index a = 0; a < 3; ++a) rows_(3 * w.point + a, 3 * static_cast<Index>(g) + a) = w.weight;
-    if (joined_.empty()) return true;
-    moved_ = solver_.solve(rows_);
-    gram_.compute(MatrixXd(rows_.transpose() * moved_));
-    return true;
+  // well: the shape is thought to be near its equilibrium.
+  bool factorise(const VectorXd& x, bool well) {
+    return (well && factorised(x, Convexity::as_it_is)) || factorised(x, Convexity::kept_positive);
   }
 
   VectorXd times(const VectorXd& f) const {
@@ -94,6 +87,20 @@ class FirstGuess {
   }
 
  private:
+  bool factorised(const VectorXd& x, Convexity convexity) {
+    const Matrix3Xd control = x.reshaped(3, inertia_.size());
+    tangent_.set(experiment_.material, control, convexity);
+    if (!solver_.factorise(tangent_, inertia_, is_held_)) return false;
+    rows_ = MatrixXd::Zero(x.size(), 3 * static_cast<Index>(joined_.size()));
+    for (size_t g = 0; g < joined_.size(); ++g)
+      for (const Weight& w : joined_[g].reads)
+        for (Index a = 0; a < 3; ++a) rows_(3 * w.point + a, 3 * static_cast<Index>(g) + a) = w.weight;
+    if (joined_.empty()) return true;
+    moved_ = solver_.solve(rows_);
+    gram_.compute(MatrixXd(rows_.transpose() * moved_));
+    return true;
+  }
+
   const SplineSheet& sheet_;
   const Experiment& experiment_;
   std::vector<char> is_held_;
@@ -149,9 +156,10 @@ Settled settle(const SplineSheet& sheet, const Experiment& e, const Matrix3Xd& s
   const ForceOf force_at = [&](const VectorXd& at) { return guess.held_out(forces.at(at)); };
   StepMemory memory;
   int since = 0;
+  bool well = true;
   for (bool fresh = false; out.steps < kMostSteps; ++out.steps) {
     if (!fresh) {
-      if (!f.allFinite() || !guess.factorise(x)) break;
+      if (!f.allFinite() || !guess.factorise(x, well)) break;
       ++out.factorised;
       memory.clear();
       taken_at = x;
@@ -175,6 +183,7 @@ Settled settle(const SplineSheet& sheet, const Experiment& e, const Matrix3Xd& s
       fresh = false;
       continue;
     }
+    well = length < kWell_m;
     SearchedStep there = search_along(x, p, push, kLongest_m, force_at);
     if (!there.force.allFinite()) break;
     memory.remember(there.x - x, f - there.force);
