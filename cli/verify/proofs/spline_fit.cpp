@@ -66,7 +66,7 @@ FittedFabric fit_fabric(const cloth::Material& material, double grip_m, const Fi
 const std::vector<std::pair<std::string, double>> kAsked = {{"bend", 1}, {"stretch", 3}, {"shear", 3}};  // %
 
 void add_drawn_fabrics(const FigureOptions& options, double share, std::vector<Figure>& out) {
-  const int count = options.quick ? 1 : 8;
+  const int count = options.quick ? 1 : 5;
   const auto fabrics = draw_real_fabrics(count, options.seed);
   if (!fabrics) {
     out.push_back({"SKIPPED: ../shared/real/bending/fabrics.csv is not there, no real fabric was fitted", 0, 0, "",
