@@ -212,8 +212,7 @@ class RecordedSession : public Slurm {
 bool began_with_fit(const fs::path& fabric) {
   const trial::Campaign campaign = trial::read_campaign(fabric);
   diagnose::DiagnosisOptions options;
-  options.study.protocol.columns = 9;
-  options.study.protocol.fine_columns = 13;
+  options.study.protocol.cells = 6;
   if (!diagnose::begin_with_fit(options, campaign, {fabric})) return false;
   diagnose::keep_base_fit(options, fabric / "diagnosis" / "base_fit.json", campaign);
   return options.study.base_fit.has_value();
