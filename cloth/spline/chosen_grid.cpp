@@ -39,6 +39,22 @@ Rest rest_on(const Swatch& swatch, const Experiment& e, double cell_m, const Res
   return {std::move(sheet), std::move(grid), std::move(settled)};
 }
 
+// Where the two hang in different folds, the coarser is sought once more from the finer's: a fabric may have both.
+double apart_in_one_fold_m(Rest& now, const Rest& finer, const Experiment& e, double tolerance_m) {
+  if (!finer.settled.at_rest) return std::numeric_limits<double>::infinity();
+  const auto apart = [&](const Settled& here) {
+    return here.at_rest ? apart_m(now.sheet, here.position, finer.sheet, finer.settled.position)
+                        : std::numeric_limits<double>::infinity();
+  };
+  const double first = apart(now.settled);
+  if (first <= tolerance_m) return first;
+  Settled again = settle(now.sheet, e, carried_over(finer.sheet, finer.settled.position, now.sheet), kRestChange_m);
+  const double second = apart(again);
+  if (second >= first) return first;
+  now.settled = std::move(again);
+  return second;
+}
+
 }  // namespace
 
 double bending_length_m(const Material& m, double gravity_m_s2) {
@@ -54,12 +70,10 @@ ChosenGrid choose_grid(const Swatch& swatch, const Experiment& experiment, doubl
   double cell = std::max(shortest, out.bending_length_m / kCellsALength);
   Rest now = rest_on(swatch, experiment, cell, nullptr, side);
   for (;;) {
+    Rest finer = rest_on(swatch, experiment, cell / std::sqrt(2.0), &now, side);
+    out.left_open_m = apart_in_one_fold_m(now, finer, experiment, tolerance_m);
     out.grid = now.grid;
     out.rest = now.settled.at_rest ? now.settled.position : Eigen::Matrix3Xd();
-    Rest finer = rest_on(swatch, experiment, cell / std::sqrt(2.0), &now, side);
-    out.left_open_m = now.settled.at_rest && finer.settled.at_rest
-                          ? apart_m(now.sheet, now.settled.position, finer.sheet, finer.settled.position)
-                          : std::numeric_limits<double>::infinity();
     out.within_tolerance = out.left_open_m <= tolerance_m;
     cell /= std::sqrt(2.0);
     if (out.within_tolerance || cell < shortest) return out;

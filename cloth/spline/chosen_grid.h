@@ -3,7 +3,8 @@
 // Folds of a hanging swatch are as large as the bending length l = (B / ρ g)^⅓, B the least of the rigidities along
 // warp and weft, at the curvature 1/l where they soften. The first grid has cells of kCellsALength to l. It is then
 // checked: the equilibrium that it has and that of the next finer one (cells √2 smaller), sought from the same shape,
-// are compared at 25 points; while they lie further apart than the tolerance, the finer one takes its place.
+// are compared at 25 points; where they lie further apart than the tolerance, that of the coarser grid is sought once
+// more in the finer's fold, and if they still do, the finer one takes its place.
 #pragma once
 
 #include "cloth/simulate.h"
@@ -12,7 +13,7 @@
 namespace selvedge::cloth::spline {
 
 inline constexpr double kCellsALength = 1;
-inline constexpr int kMostCells = 32;  // a side; a grid finer than that is not tried
+inline constexpr int kMostCells = 64;  // a side; a grid finer than that is not tried
 
 struct ChosenGrid {
   Grid grid;
