@@ -13,6 +13,12 @@ TEST(Cantilever, SagsAsTheElastica) {
   EXPECT_LT(fine.relative_error(), 0.01);
 }
 
+TEST(SplineClosedForms, AreMetOnFewCells) {
+  EXPECT_LT(spline_cantilever_sag(6).relative_error(), 0.005);
+  EXPECT_LT(spline_catenary_sag(12).relative_error(), 0.01);
+  EXPECT_LT(spline_pendulum_period(14).relative_error(), 0.002);
+}
+
 TEST(Catenary, SagsAsAChain) { EXPECT_LT(catenary_sag(17).relative_error(), 0.02); }
 
 TEST(Pendulum, SwingsAsAHangingChain) { EXPECT_LT(pendulum_period(17).relative_error(), 0.01); }

@@ -32,6 +32,13 @@ void add_closed_forms(const FigureOptions& options, std::vector<Figure>& out) {
   add(fmt::format("catenary's sag, {} columns: error", n), percent(catenary_sag(n)), "catenary of equal length");
   options.progress(0.2, "pendulum");
   add(fmt::format("pendulum's period, {} rows: error", n), percent(pendulum_period(n)), "hanging chain, Bessel's J0");
+  const int cells = options.quick ? 10 : 14;
+  add(fmt::format("cantilever's sag, splines of {} cells: error", cells), percent(spline_cantilever_sag(cells)),
+      "elastica, solved by shooting");
+  add(fmt::format("catenary's sag, splines of {} cells: error", cells), percent(spline_catenary_sag(cells)),
+      "catenary of equal length");
+  add(fmt::format("pendulum's period, splines of {} cells: error", cells), percent(spline_pendulum_period(cells)),
+      "hanging chain, Bessel's J0");
   options.progress(0.25, "free fall");
   add(fmt::format("free fall's terminal speed, {0}x{0}: error", n), percent(terminal_speed(n)),
       "drag law of Bhat et al. 2003");
@@ -56,6 +63,8 @@ void add_closed_forms(const FigureOptions& options, std::vector<Figure>& out) {
   const std::string kept = fmt::format("energy that an undamped {0}x{0} sheet keeps for {1} s, ", swinging, swing_s);
   out.push_back({kept + "leapfrog", 100 * energy_kept(swinging, swing_s, Integrator::leapfrog), 99.9, "%",
                  Relation::at_least, "peers: 10 to 56 %"});
+  out.push_back({fmt::format("energy that an undamped sheet of splines, {0}x{0} cells, keeps for {1} s", 10, swing_s),
+                 100 * spline_energy_kept(10, swing_s), 99.9, "%", Relation::at_least, "peers: 10 to 56 %"});
   for (const int rate_hz : {120, 1200})
     out.push_back({kept + fmt::format("implicit Euler of 1/{} s", rate_hz),
                    100 * energy_kept(swinging, swing_s, Integrator::implicit_euler, 1.0 / rate_hz), 100, "%",

@@ -2,10 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 
 #include "cli/verify/proofs/proof_fabric.h"
 #include "cloth/energy.h"
+#include "cloth/spline/energy.h"
+#include "cloth/spline/simulate.h"
 #include "cloth/step_plan.h"
 #include "cloth/surface_point.h"
 
@@ -17,6 +20,7 @@ using cloth::Material;
 using cloth::Options;
 using cloth::Sheet;
 using cloth::Trajectory;
+using cloth::spline::SplineSheet;
 
 namespace {
 
@@ -84,19 +88,96 @@ double catenary_depth(double length, double gap) {
 // Bessel function J0 for the hanging chain's shape.
 double bessel_j0(double x) { return std::cyl_bessel_j(0.0, x); }
 
-Eigen::Vector3d at_point(const Sheet& sheet, const Eigen::Matrix3Xd& x, const Eigen::Vector2d& uv) {
-  return position_of(cloth::surface_point(sheet, uv), x);
+// Either kind of sheet.
+template <class AnySheet>
+Eigen::Vector3d at_point(const AnySheet& sheet, const Eigen::Matrix3Xd& x, const Eigen::Vector2d& uv) {
+  return position_of(surface_point(sheet, uv), x);
+}
+
+using Shape = std::function<Eigen::Vector3d(const Eigen::Vector2d&)>;
+
+Eigen::Matrix3Xd shaped(const Sheet& sheet, const Shape& shape) {
+  Eigen::Matrix3Xd x(3, sheet.data.vertex_count);
+  for (Eigen::Index i = 0; i < x.cols(); ++i) x.col(i) = shape(sheet.mesh.rest_uv[static_cast<size_t>(i)]);
+  return x;
+}
+
+Eigen::Matrix3Xd shaped(const SplineSheet& sheet, const Shape& shape) { return control_points_through(sheet, shape); }
+
+SplineSheet spline_sheet(double width_m, double height_m, double cell_m, Hold hold) {
+  cloth::spline::Swatch swatch;
+  swatch.width_m = width_m;
+  swatch.height_m = height_m;
+  return make_spline_sheet(swatch, make_grid(swatch, hold, cell_m));
+}
+
+// Narrow: it bends about one axis only.
+template <class AnySheet>
+Compared cantilever_on(const AnySheet& sheet, double width_m) {
+  Experiment e;
+  e.material = without_losses(0.16, 5000, 6e-3);
+  e.path = still_path(Hold::top_edge_clamped, width_m);
+  e.path.clamp_direction = {0, 1, 0};
+  e.start_shape = shaped(sheet, [&](const Eigen::Vector2d& uv) {
+    return Eigen::Vector3d(uv.x() - width_m / 2, uv.y(), -0.01 * uv.y() * uv.y());
+  });
+  const Eigen::Matrix3Xd rest = relax(sheet, {e})[0].position;
+  return {-at_point(sheet, rest, {width_m / 2, kSwatch_m}).z(), elastica_sag(0.16 * kGravity_m_s2 / 6e-3, kSwatch_m)};
+}
+
+template <class AnySheet>
+Compared catenary_on(const AnySheet& sheet, double height_m) {
+  const double gap = 0.25;
+  Experiment e;
+  e.material = without_losses(0.16, 2000, 1e-7);
+  e.path = still_path(Hold::side_edges, gap);
+  e.path.clamp_direction = {0, 1, 0};
+  e.start_shape = shaped(sheet, [&](const Eigen::Vector2d& uv) {
+    const double from_middle = 2 * uv.x() / kSwatch_m - 1, depth = std::sqrt(kSwatch_m * kSwatch_m - gap * gap) / 2;
+    return Eigen::Vector3d(gap / 2 * from_middle, uv.y(), -depth * (1 - std::abs(from_middle)));
+  });
+  const Eigen::Matrix3Xd rest = relax(sheet, {e})[0].position;
+  return {-at_point(sheet, rest, {kSwatch_m / 2, height_m / 2}).z(), catenary_depth(kSwatch_m, gap)};
+}
+
+template <class AnySheet>
+Compared pendulum_on(const AnySheet& sheet, double width_m, double bend) {
+  Experiment e;
+  e.material = without_losses(0.16, 300, bend);
+  e.path = still_path(Hold::top_edge, width_m);
+  e.starts_at_rest = false;
+  e.start_shape = shaped(sheet, [&](const Eigen::Vector2d& uv) {
+    // Stretched by its weight below, so that no up-and-down swing is excited.
+    const double stretched = uv.y() + 0.16 * kGravity_m_s2 / 300 * (kSwatch_m * uv.y() - uv.y() * uv.y() / 2);
+    return Eigen::Vector3d(uv.x() - width_m / 2, 2e-3 * bessel_j0(2.404826 * std::sqrt(1 - uv.y() / kSwatch_m)),
+                           -stretched);
+  });
+  for (int k = 1; k <= 1000; ++k) e.sample_s.push_back(k * 1e-3);
+  const Trajectory t = simulate(sheet, {e})[0];
+  // Passes through the middle a quarter and three quarters into the period.
+  std::vector<double> crossings;
+  double before = 1;
+  for (size_t k = 0; k < t.samples.size(); ++k) {
+    const double y = at_point(sheet, t.samples[k], {width_m / 2, kSwatch_m}).y();
+    if (before * y < 0) crossings.push_back(e.sample_s[k] - 1e-3 * y / (y - before));
+    before = y;
+  }
+  const double strain = 0.16 * kGravity_m_s2 * kSwatch_m / 300 / 2;
+  const double length = kSwatch_m * (1 + strain);
+  return {crossings.size() < 2 ? 0 : 2 * (crossings[1] - crossings[0]),
+          2 * M_PI / (2.404826 / 2 * std::sqrt(kGravity_m_s2 / length))};
 }
 
 // A hung sheet without losses, let go from where it hangs when tilted by 20 degrees.
-Experiment let_go(const Sheet& sheet) {
+template <class AnySheet>
+Experiment let_go(const AnySheet& sheet) {
   Experiment e;
   e.material = without_losses(0.16, 110, 5e-5);
   e.path = still_path(Hold::corners, 0.255);
-  e.start_shape = cloth::hung_shape(sheet, e, 1);
+  e.start_shape = hung_shape(sheet, e, 1);
   const Eigen::Vector3d upright = e.gravity_m_s2;
   e.gravity_m_s2 = kGravity_m_s2 * Eigen::Vector3d(0, std::sin(0.35), -std::cos(0.35));
-  e.start_shape = cloth::relax(sheet, {e})[0].position;
+  e.start_shape = relax(sheet, {e})[0].position;
   e.starts_at_rest = false;
   e.gravity_m_s2 = upright;
   return e;
@@ -133,68 +214,52 @@ std::vector<Energy> energies_at(const Sheet& sheet, Experiment e, const Options&
 double Compared::relative_error() const { return std::abs(simulated / reference - 1); }
 
 Compared cantilever_sag(int rows) {
-  // Five columns: the sheet bends about one axis only.
-  const double spacing = kSwatch_m / (rows - 1);
-  const Sheet sheet = cloth::make_sheet(geometry::make_grid_mesh(4 * spacing, kSwatch_m, 5, rows));
-  Experiment e;
-  e.material = without_losses(0.16, 5000, 6e-3);
-  e.path = still_path(Hold::top_edge_clamped, 4 * spacing);
-  e.path.clamp_direction = {0, 1, 0};
-  e.start_shape.resize(3, sheet.data.vertex_count);
-  for (Eigen::Index i = 0; i < e.start_shape.cols(); ++i) {
-    const Eigen::Vector2d& uv = sheet.mesh.rest_uv[static_cast<size_t>(i)];
-    e.start_shape.col(i) << uv.x() - 2 * spacing, uv.y(), -0.01 * uv.y() * uv.y();
-  }
-  const Eigen::Matrix3Xd rest = cloth::relax(sheet, {e})[0].position;
-  return {-at_point(sheet, rest, {2 * spacing, kSwatch_m}).z(), elastica_sag(0.16 * kGravity_m_s2 / 6e-3, kSwatch_m)};
+  const double width = 4 * kSwatch_m / (rows - 1);
+  return cantilever_on(cloth::make_sheet(geometry::make_grid_mesh(width, kSwatch_m, 5, rows)), width);
 }
 
 Compared catenary_sag(int columns) {
-  const double spacing = kSwatch_m / (columns - 1), gap = 0.25;
-  const Sheet sheet = cloth::make_sheet(geometry::make_grid_mesh(kSwatch_m, 4 * spacing, columns, 5));
-  Experiment e;
-  e.material = without_losses(0.16, 2000, 1e-7);
-  e.path = still_path(Hold::side_edges, gap);
-  e.path.clamp_direction = {0, 1, 0};
-  e.start_shape.resize(3, sheet.data.vertex_count);
-  for (Eigen::Index i = 0; i < e.start_shape.cols(); ++i) {
-    const Eigen::Vector2d& uv = sheet.mesh.rest_uv[static_cast<size_t>(i)];
-    const double from_middle = 2 * uv.x() / kSwatch_m - 1, depth = std::sqrt(kSwatch_m * kSwatch_m - gap * gap) / 2;
-    e.start_shape.col(i) << gap / 2 * from_middle, uv.y(), -depth * (1 - std::abs(from_middle));
-  }
-  const Eigen::Matrix3Xd rest = cloth::relax(sheet, {e})[0].position;
-  return {-at_point(sheet, rest, {kSwatch_m / 2, 2 * spacing}).z(), catenary_depth(kSwatch_m, gap)};
+  const double height = 4 * kSwatch_m / (columns - 1);
+  return catenary_on(cloth::make_sheet(geometry::make_grid_mesh(kSwatch_m, height, columns, 5)), height);
 }
 
 Compared pendulum_period(int rows) {
-  const double spacing = kSwatch_m / (rows - 1);
-  const Sheet sheet = cloth::make_sheet(geometry::make_grid_mesh(4 * spacing, kSwatch_m, 5, rows));
-  Experiment e;
-  e.material = without_losses(0.16, 300, 1e-7);
-  e.path = still_path(Hold::top_edge, 4 * spacing);
-  e.starts_at_rest = false;
-  e.start_shape.resize(3, sheet.data.vertex_count);
-  for (Eigen::Index i = 0; i < e.start_shape.cols(); ++i) {
-    const Eigen::Vector2d& uv = sheet.mesh.rest_uv[static_cast<size_t>(i)];
-    // Stretched by its weight below, so that no up-and-down swing is excited.
-    const double stretched = uv.y() + 0.16 * kGravity_m_s2 / 300 * (kSwatch_m * uv.y() - uv.y() * uv.y() / 2);
-    e.start_shape.col(i) << uv.x() - 2 * spacing, 2e-3 * bessel_j0(2.404826 * std::sqrt(1 - uv.y() / kSwatch_m)),
-        -stretched;
-  }
-  for (int k = 1; k <= 1000; ++k) e.sample_s.push_back(k * 1e-3);
-  const Trajectory t = cloth::simulate(sheet, {e})[0];
-  // Passes through the middle a quarter and three quarters into the period.
-  std::vector<double> crossings;
-  double before = 1;
-  for (size_t k = 0; k < t.samples.size(); ++k) {
-    const double y = at_point(sheet, t.samples[k], {2 * spacing, kSwatch_m}).y();
-    if (before * y < 0) crossings.push_back(e.sample_s[k] - 1e-3 * y / (y - before));
-    before = y;
-  }
-  const double strain = 0.16 * kGravity_m_s2 * kSwatch_m / 300 / 2;
-  const double length = kSwatch_m * (1 + strain);
-  return {crossings.size() < 2 ? 0 : 2 * (crossings[1] - crossings[0]),
-          2 * M_PI / (2.404826 / 2 * std::sqrt(kGravity_m_s2 / length))};
+  const double width = 4 * kSwatch_m / (rows - 1);
+  return pendulum_on(cloth::make_sheet(geometry::make_grid_mesh(width, kSwatch_m, 5, rows)), width, 1e-7);
+}
+
+Compared spline_cantilever_sag(int cells) {
+  const double cell = kSwatch_m / cells;
+  return cantilever_on(spline_sheet(4 * cell, kSwatch_m, cell, Hold::top_edge_clamped), 4 * cell);
+}
+
+Compared spline_catenary_sag(int cells) {
+  const double cell = kSwatch_m / cells;
+  return catenary_on(spline_sheet(kSwatch_m, 4 * cell, cell, Hold::side_edges), 4 * cell);
+}
+
+Compared spline_pendulum_period(int cells) {
+  const double cell = kSwatch_m / cells;
+  return pendulum_on(spline_sheet(4 * cell, kSwatch_m, cell, Hold::top_edge), 4 * cell, 1e-5);
+}
+
+double spline_energy_kept(int cells, double duration_s) {
+  namespace spline = cloth::spline;
+  const SplineSheet sheet = spline_sheet(kSwatch_m, kSwatch_m, kSwatch_m / cells, Hold::corners);
+  Experiment e = let_go(sheet);
+  spline::Options options;
+  options.precision = spline::Precision::twofold;
+  options.step_s = 0.3 * spline::common_step_s(sheet, {e});
+  const double last = std::round(duration_s / options.step_s);
+  for (int d = -1; d <= 1; ++d) e.sample_s.push_back((last + d) * options.step_s);
+  const Trajectory t = spline::simulate(sheet, {e}, options)[0];
+  const auto energy = [&](const Eigen::Matrix3Xd& x, const Eigen::Matrix3Xd& v) {
+    return spline::energy_of(sheet, e.material, e.gravity_m_s2, x, v).total();
+  };
+  const Eigen::Matrix3Xd still = Eigen::Matrix3Xd::Zero(3, sheet.count());
+  const double rest = energy(spline::relax(sheet, {e})[0].position, still);
+  const Eigen::Matrix3Xd velocity = (t.samples[2] - t.samples[0]) / (2 * options.step_s);
+  return (energy(t.samples[1], velocity) - rest) / (energy(e.start_shape, still) - rest);
 }
 
 Compared terminal_speed(int rows) {

@@ -26,6 +26,12 @@ Compared catenary_sag(int columns);
 // Period of the slowest small swing of a limp sheet on a bar, against the hanging chain's 2π/(1.2024 √(g/L)), s.
 Compared pendulum_period(int rows);
 
+// The same three on bicubic splines of so many cells along the direction that matters. The pendulum has 1e-5 N·m for
+// 1e-7: cells far longer than the bending length carry it badly (decision 23).
+Compared spline_cantilever_sag(int cells);
+Compared spline_catenary_sag(int cells);
+Compared spline_pendulum_period(int cells);
+
 // Speed of a sheet that falls flat, against ρ g = c v²/(1 + f v²), m/s.
 Compared terminal_speed(int rows);
 
@@ -40,6 +46,9 @@ double energy_drift(int rows, double duration_s);
 // Share of its energy above rest that a swinging sheet without any damping still has after duration_s. step_s: of the
 // integrator, 0 for its own choice.
 double energy_kept(int rows, double duration_s, cloth::Options::Integrator integrator, double step_s = 0);
+
+// The same on bicubic splines, in double precision, at a third of the planned step.
+double spline_energy_kept(int cells, double duration_s);
 
 // A 0.3 m sheet of 5e-5 N·m and 0.16 kg/m², its right corner moved 10 cm at 1.5 Hz, frames at 30 Hz. It starts from
 // the equilibrium next to that of `branch`, or next to a hung shape where there is none.
