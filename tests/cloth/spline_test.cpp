@@ -5,6 +5,7 @@
 
 #include "cloth/kernel/force_field.h"
 #include "cloth/kernel/processor.h"
+#include "cloth/spline/banded_solver.h"
 #include "cloth/spline/chosen_grid.h"
 #include "cloth/spline/derivatives.h"
 #include "cloth/spline/energy.h"
@@ -178,6 +179,46 @@ TEST(SplineLanes, AreAlikeOnEachKindOfProcessorAndInEachPrecision) {
       EXPECT_LT((motion.samples[k] - exact.samples[k]).colwise().norm().maxCoeff(), 1e-5) << kind;
   }
   EXPECT_TRUE(cloth::kernel::use_processor_kind(best.c_str()));
+}
+
+// On square and oblong swatches, each right-hand side as it is alone.
+TEST(SplineBandedSolver, SolvesOnEachKindOfProcessor) {
+  const std::string best = cloth::kernel::processor_kind();
+  for (const Swatch& swatch : {Swatch{0.2, 0.2}, Swatch{0.4, 0.2}, Swatch{0.2, 0.5}}) {
+    const SplineSheet sheet = make_spline_sheet(swatch, make_grid(swatch, Hold::corners, 0.04));
+    Tangent tangent(sheet);
+    tangent.set(Material(), crumpled(sheet), Convexity::kept_positive);
+    std::vector<char> is_held(3 * static_cast<size_t>(sheet.count()), 0);
+    is_held[4] = 1;
+    StiffnessMatrix matrix = tangent.matrix();
+    for (Eigen::Index i = 0; i < matrix.rows(); ++i) matrix.coeffRef(i, i) += 0.1;
+    hold_still(is_held, matrix);
+    Eigen::MatrixXd right(matrix.rows(), 11);
+    for (Eigen::Index i = 0; i < right.size(); ++i) right(i) = std::sin(12.9898 * static_cast<double>(i + 1));
+    for (const char* kind : {"plain", "avx2", "avx512"}) {
+      if (!cloth::kernel::use_processor_kind(kind)) continue;
+      BandedSolver solver(sheet);
+      ASSERT_TRUE(solver.factorise(tangent, Eigen::VectorXd::Constant(sheet.count(), 0.1), is_held)) << kind;
+      const Eigen::MatrixXd x = solver.solve(right);
+      EXPECT_LT((matrix * x - right).norm(), 1e-9 * right.norm()) << kind;
+      EXPECT_EQ(solver.solve(right.col(9)), x.col(9)) << kind;
+      EXPECT_FALSE(solver.factorise(tangent, Eigen::VectorXd::Constant(sheet.count(), -1e3), is_held)) << kind;
+    }
+  }
+  EXPECT_TRUE(cloth::kernel::use_processor_kind(best.c_str()));
+}
+
+// As fits seek it: one step or few, from the equilibrium of a fabric that is a little different.
+TEST(SplineSettle, TakesFewStepsFromNear) {
+  const SplineSheet sheet = sheet_of(14);
+  Experiment e = waved();
+  e.material.bend_stiffening = -1e-5;
+  const Eigen::Matrix3Xd start = settle(sheet, e, hung_shape(sheet, e, 1), 2e-6).position;
+  e.material.bend *= 1.01;
+  const Settled near = settle(sheet, e, start, 2e-6);
+  EXPECT_TRUE(near.at_rest);
+  EXPECT_LE(near.steps, 6);
+  EXPECT_GT((near.position - start).cwiseAbs().maxCoeff(), 1e-5);
 }
 
 TEST(SplineSettle, FindsTheEquilibriumOfTheTriangles) {
