@@ -67,6 +67,10 @@ class FirstGuess {
       else
         for (int a = 0; a < 3; ++a) is_held_[static_cast<size_t>(3 * grip.reads[0].point + a)] = 1;
     }
+    reads_ = MatrixXd::Zero(sheet.count(), static_cast<Index>(joined_.size()));
+    for (size_t g = 0; g < joined_.size(); ++g)
+      for (const Weight& w : joined_[g].reads) reads_(w.point, static_cast<Index>(g)) = w.weight;
+    if (!joined_.empty()) reads_gram_.compute(MatrixXd(reads_.transpose() * reads_));
   }
 
   // well: the shape is thought to be near its equilibrium.
@@ -80,9 +84,15 @@ class FirstGuess {
     return y;
   }
 
+  // Less what the rig's reactions to it are, by least squares: at rest nothing is left, and rounding of it is none of
+  // a step's.
   VectorXd held_out(VectorXd f) const {
     for (Index i = 0; i < f.size(); ++i)
       if (is_held_[static_cast<size_t>(i)]) f(i) = 0;
+    if (joined_.empty()) return f;
+    auto force = f.reshaped(3, reads_.rows());
+    const Matrix3Xd reaction = reads_gram_.solve(MatrixXd((force * reads_).transpose())).transpose();
+    force -= reaction * reads_.transpose();
     return f;
   }
 
@@ -108,8 +118,8 @@ class FirstGuess {
   VectorXd inertia_;
   Tangent tangent_;
   BandedSolver solver_;
-  MatrixXd rows_, moved_;
-  Eigen::LDLT<MatrixXd> gram_;
+  MatrixXd reads_, rows_, moved_;  // of the joined grips: one a grip, one a grip and axis, how these move
+  Eigen::LDLT<MatrixXd> gram_, reads_gram_;
 };
 
 Matrix3Xd placed(const SplineSheet& sheet, const Experiment& e, Matrix3Xd control) {
@@ -173,6 +183,7 @@ Settled settle(const SplineSheet& sheet, const Experiment& e, const Matrix3Xd& s
       continue;
     }
     if (length < 0.1 * change_m) {
+      x += p;
       out.at_rest = true;
       break;
     }

@@ -218,6 +218,9 @@ TEST(SplineSettle, TakesFewStepsFromNear) {
   const Settled near = settle(sheet, e, start, 2e-6);
   EXPECT_TRUE(near.at_rest);
   EXPECT_LE(near.steps, 6);
+  const Settled closer = settle(sheet, e, near.position, 1e-8);
+  EXPECT_LE(closer.steps, 2);
+  EXPECT_LT((closer.position - near.position).colwise().norm().maxCoeff(), 2e-7);
   EXPECT_GT((near.position - start).cwiseAbs().maxCoeff(), 1e-5);
 }
 
