@@ -1,11 +1,31 @@
 #include "calib/camera_model.h"
 
+#include <array>
+
 #include <Eigen/Geometry>
 #include <ceres/jet.h>
+#include <ceres/rotation.h>
 
 namespace selvedge::calib {
 
 namespace {
+
+template <class T>
+void project_parameters(const T* camera, const T* shift, const T* point, T* pixel) {
+  T c[3];
+  ceres::AngleAxisRotatePoint(camera + kRotation, point, c);
+  for (int i = 0; i < 3; ++i) c[i] += camera[kTranslation + i];
+  if (shift) {
+    T moved[3];
+    ceres::AngleAxisRotatePoint(shift, c, moved);
+    for (int i = 0; i < 3; ++i) c[i] = moved[i] + shift[3 + i];
+  }
+  const T x = c[0] / c[2], y = c[1] / c[2], r2 = x * x + y * y;
+  const T* k = camera + kDistortion;
+  const T radial = T(1) + r2 * (k[0] + r2 * (k[1] + r2 * k[4]));
+  pixel[0] = camera[0] * (x * radial + T(2) * k[2] * x * y + k[3] * (r2 + T(2) * x * x)) + camera[2];
+  pixel[1] = camera[1] * (y * radial + k[2] * (r2 + T(2) * y * y) + T(2) * k[3] * x * y) + camera[3];
+}
 
 Eigen::Matrix3d rotation_matrix(const Eigen::Vector3d& rotation_vector) {
   const double angle = rotation_vector.norm();

@@ -9,11 +9,9 @@
 // own frame: c' = R(ω) c + τ.
 #pragma once
 
-#include <array>
 #include <vector>
 
 #include <Eigen/Core>
-#include <ceres/rotation.h>
 
 #include "calib/poses.h"
 #include "geometry/projection.h"
@@ -32,23 +30,6 @@ enum class DistortionOrder { none = 0, k1_k2 = 2, k1_k2_p1_p2 = 4, k1_k2_p1_p2_k
 
 // Places that are free under an order.
 std::vector<int> free_parameters(DistortionOrder order);
-
-template <class T>
-void project_parameters(const T* camera, const T* shift, const T* point, T* pixel) {
-  T c[3];
-  ceres::AngleAxisRotatePoint(camera + kRotation, point, c);
-  for (int i = 0; i < 3; ++i) c[i] += camera[kTranslation + i];
-  if (shift) {
-    T moved[3];
-    ceres::AngleAxisRotatePoint(shift, c, moved);
-    for (int i = 0; i < 3; ++i) c[i] = moved[i] + shift[3 + i];
-  }
-  const T x = c[0] / c[2], y = c[1] / c[2], r2 = x * x + y * y;
-  const T* k = camera + kDistortion;
-  const T radial = T(1) + r2 * (k[0] + r2 * (k[1] + r2 * k[4]));
-  pixel[0] = camera[0] * (x * radial + T(2) * k[2] * x * y + k[3] * (r2 + T(2) * x * x)) + camera[2];
-  pixel[1] = camera[1] * (y * radial + k[2] * (r2 + T(2) * y * y) + T(2) * k[3] * x * y) + camera[3];
-}
 
 // shift: of the device's pose, or none.
 Eigen::Vector2d pixel_of(const CameraParameters& camera, const Eigen::Vector3d& point,

@@ -7,6 +7,8 @@
 #include <Eigen/LU>
 #include <ceres/ceres.h>
 
+#include "calib/reprojection.h"
+
 namespace selvedge::calib {
 
 namespace {
@@ -19,24 +21,6 @@ struct PoseInformation {
   Eigen::MatrixXd camera_shift;   // B
   Shift6 shift = Shift6::Zero();  // D
   PoseShift gradient = PoseShift::Zero();
-};
-
-struct ShiftReprojection {
-  CameraParameters camera;
-  Eigen::Vector3d point;
-  Eigen::Vector2d pixel;
-  double sd_px;
-
-  template <class T>
-  bool operator()(const T* shift, T* residual) const {
-    T parameters[kParameters], seen[2];
-    for (int i = 0; i < kParameters; ++i) parameters[i] = T(camera[i]);
-    const T x[3] = {T(point.x()), T(point.y()), T(point.z())};
-    project_parameters(parameters, shift, x, seen);
-    residual[0] = (seen[0] - pixel.x()) / sd_px;
-    residual[1] = (seen[1] - pixel.y()) / sd_px;
-    return true;
-  }
 };
 
 double share_used(const RefineInput& input, int pose) {
@@ -67,13 +51,16 @@ double agreement(const RefineInput& input, const Refined& refined, int pose, con
 // that shifts of a hundred pixels are found.
 PoseShift fit_shift(const RefineInput& input, const Refined& refined, const std::vector<int>& poses) {
   PoseShift shift = PoseShift::Zero();
+  CameraParameters camera = refined.camera;
   for (const double scale_px : {100.0, 20.0, 4.0, 1.0}) {
+    const Eigen::Matrix2d whitening = Eigen::Matrix2d::Identity() / (scale_px * std::max(refined.pixel_sd_px, 0.2));
     ceres::Problem problem;
+    problem.AddParameterBlock(camera.data(), kParameters);
+    problem.SetParameterBlockConstant(camera.data());
     for (const Sighting& s : *input.sightings)
       if (std::find(poses.begin(), poses.end(), s.pose) != poses.end())
-        problem.AddResidualBlock(new ceres::AutoDiffCostFunction<ShiftReprojection, 2, 6>(new ShiftReprojection{
-                                     refined.camera, s.point, s.pixel, scale_px * std::max(refined.pixel_sd_px, 0.2)}),
-                                 new ceres::CauchyLoss(1.0), shift.data());
+        problem.AddResidualBlock(new Reprojection(s.point, s.pixel, whitening, true), new ceres::CauchyLoss(1.0),
+                                 camera.data(), shift.data());
     ceres::Solver::Options options;
     options.linear_solver_type = ceres::DENSE_QR;
     options.logging_type = ceres::SILENT;

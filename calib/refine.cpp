@@ -9,6 +9,7 @@
 #include <Eigen/LU>
 #include <ceres/ceres.h>
 
+#include "calib/reprojection.h"
 #include "geometry/order_statistics.h"
 
 namespace selvedge::calib {
@@ -17,31 +18,6 @@ namespace {
 
 constexpr double kLeastPixelSd = 0.02;  // px: no detector does better, and weights must stay finite
 constexpr double kMostPixelSd = 1000;
-
-struct Reprojection {
-  Eigen::Vector3d point;
-  Eigen::Vector2d pixel;
-  Eigen::Matrix2d whitening;
-
-  template <class T>
-  bool whiten(const T* camera, const T* shift, T* residual) const {
-    const T x[3] = {T(point.x()), T(point.y()), T(point.z())};
-    T seen[2];
-    project_parameters(camera, shift, x, seen);
-    const T u = seen[0] - pixel.x(), v = seen[1] - pixel.y();
-    residual[0] = whitening(0, 0) * u + whitening(0, 1) * v;
-    residual[1] = whitening(1, 0) * u + whitening(1, 1) * v;
-    return true;
-  }
-  template <class T>
-  bool operator()(const T* camera, T* residual) const {
-    return whiten(camera, static_cast<const T*>(nullptr), residual);
-  }
-  template <class T>
-  bool operator()(const T* camera, const T* shift, T* residual) const {
-    return whiten(camera, shift, residual);
-  }
-};
 
 // Residual and derivatives of every sighting at the estimate.
 struct Linearised {
@@ -109,13 +85,10 @@ void solve_once(const RefineInput& input, const Linearised& at, Loss loss, Refin
         Eigen::LLT<Eigen::Matrix2d>(covariance).matrixL().solve(Eigen::Matrix2d::Identity().eval());
     auto* loss_function = loss == Loss::cauchy ? new ceres::CauchyLoss(2.0) : nullptr;
     const int stage = stage_of(input.stage_starts, s.pose);
-    auto* functor = new Reprojection{s.point, s.pixel, whitening};
-    if (stage < static_cast<int>(refined.earlier.size()))
-      problem.AddResidualBlock(new ceres::AutoDiffCostFunction<Reprojection, 2, kParameters, 6>(functor), loss_function,
-                               refined.camera.data(), refined.earlier[stage].data());
-    else
-      problem.AddResidualBlock(new ceres::AutoDiffCostFunction<Reprojection, 2, kParameters>(functor), loss_function,
-                               refined.camera.data());
+    const bool shifted = stage < static_cast<int>(refined.earlier.size());
+    std::vector<double*> blocks = {refined.camera.data()};
+    if (shifted) blocks.push_back(refined.earlier[stage].data());
+    problem.AddResidualBlock(new Reprojection(s.point, s.pixel, whitening, shifted), loss_function, blocks);
   }
   ceres::Solver::Options options;
   options.linear_solver_type = ceres::DENSE_QR;
