@@ -21,7 +21,7 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr double kRate_hz = 120, kDuration_s = 1.667, kNoise_m = 3e-4;
-constexpr int kCells = 22;
+constexpr int kCells = 28;
 constexpr double kSide_m = 0.3;
 const Vector3d kTiltAxis(0.8, 0.6, 0), kDraught(0.35, 0.93, 0);
 
@@ -125,7 +125,7 @@ trial::Trial record(const BankKey& key, const Rig& rig, const std::string& name,
     return tracked + rig.right_offset + slipped * pull;
   };
   const Vector3d left = motion.left(0) + rig.left_offset;
-  sheet.hang_unstrained(left, motion.right(0) + rig.right_offset, {0, 1, 0});
+  sheet.hang(left, motion.right(0) + rig.right_offset, {0, 1, 0});
   for (double brake : {20.0, 6.0, 3.0}) sheet.advance(0.8, left, motion.right(0) + rig.right_offset, brake);
   sheet.set_velocity(Eigen::Matrix3Xd::Zero(3, sheet.count()));
 
@@ -175,14 +175,10 @@ trial::Trial record(const BankKey& key, const Rig& rig, const std::string& name,
     const Eigen::Matrix3Xd shape = shape_at(time - delay);
     for (int k = 0; k < 25; ++k) {
       const double u = 0.1 + 0.2 * (k % 5), v = 0.1 + 0.2 * (k / 5);
-      const double x = u * kCells, y = v * kCells;
-      const int c = static_cast<int>(x), r = static_cast<int>(y), n = kCells + 1;
-      const double a = x - c, b = y - r;
       markers.time_s.push_back(time);
       markers.marker.push_back(k);
       markers.uv.emplace_back(u * kSide_m, v * kSide_m);
-      seen.push_back(noisy((1 - b) * ((1 - a) * shape.col(r * n + c) + a * shape.col(r * n + c + 1)) +
-                           b * ((1 - a) * shape.col((r + 1) * n + c) + a * shape.col((r + 1) * n + c + 1))));
+      seen.push_back(noisy(sheet.point(shape, {u * kSide_m, v * kSide_m})));
     }
   }
   markers.position.resize(3, static_cast<Eigen::Index>(seen.size()));

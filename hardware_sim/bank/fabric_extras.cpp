@@ -20,70 +20,58 @@ void push(const LatticeView& s, int i, const Vector3d& force) {
   for (int a = 0; a < 3; ++a) s.f[a][i] += force(a);
 }
 
-// A lattice edge and its share of area.
-struct Edge {
-  int a, b;
-  double h, area;
-  bool along_u;
-};
-
-std::vector<Edge> edges_of(const LatticeView& s) {
-  std::vector<Edge> edges;
-  const double cell = s.hu * s.hv;
-  for (int r = 0; r < s.rows; ++r)
-    for (int c = 0; c < s.columns; ++c) {
-      const int i = r * s.columns + c;
-      if (c + 1 < s.columns) edges.push_back({i, i + 1, s.hu, cell * (r == 0 || r + 1 == s.rows ? 0.5 : 1), true});
-      if (r + 1 < s.rows)
-        edges.push_back({i, i + s.columns, s.hv, cell * (c == 0 || c + 1 == s.columns ? 0.5 : 1), false});
-    }
-  return edges;
-}
-
-// An additional stress on every edge, N/m: of its Green strain, strain rate and own memory.
+// An additional stress on the strains along u and along v, N/m: of Green's strain, its rate and a memory of its own.
 class EdgeStress : public LatticeExtra {
  public:
-  using Law = std::function<double(const Edge&, double strain, double rate, double dt_s, double& memory)>;
+  using Law = std::function<double(bool along_u, double strain, double rate, double dt_s, double& memory)>;
   explicit EdgeStress(Law law) : law_(std::move(law)) {}
-  void begin(const LatticeView& s) override {
-    edges_ = edges_of(s);
-    memory_.assign(edges_.size(), 0.0);
+  bool has_stress() const override { return true; }
+  void stress(StrainView& s, double dt_s) override {
+    add_to(along_u_, true, s.e_uu, s.stress_uu, dt_s);
+    add_to(along_v_, false, s.e_vv, s.stress_vv, dt_s);
   }
-  void add(const LatticeView& s, double dt_s) override {
-    for (size_t k = 0; k < edges_.size(); ++k) {
-      const Edge& e = edges_[k];
-      const Vector3d d = at(s.x, e.b) - at(s.x, e.a), w = at(s.v, e.b) - at(s.v, e.a);
-      const double h2 = e.h * e.h, strain = 0.5 * (d.squaredNorm() / h2 - 1), rate = d.dot(w) / h2;
-      const Vector3d pull = e.area * law_(e, strain, rate, dt_s, memory_[k]) / h2 * d;
-      push(s, e.a, pull);
-      push(s, e.b, -pull);
+  void add(const LatticeView&, double) override {}
+
+ private:
+  struct Memory {
+    std::vector<double> before, kept;
+  };
+  void add_to(Memory& memory, bool along_u, const std::vector<double>& strain, std::vector<double>& stress,
+              double dt_s) {
+    if (memory.before.empty()) {
+      memory.before = strain;
+      memory.kept.assign(strain.size(), 0.0);
+    }
+    for (size_t i = 0; i < strain.size(); ++i) {
+      stress[i] += law_(along_u, strain[i], (strain[i] - memory.before[i]) / dt_s, dt_s, memory.kept[i]);
+      memory.before[i] = strain[i];
     }
   }
 
- private:
   Law law_;
-  std::vector<Edge> edges_;
-  std::vector<double> memory_;
+  Memory along_u_, along_v_;
 };
 
-// Three nodes of a lattice line.
+// Three nodes of a lattice line, and their weights in the second derivative at the middle one, 1/m².
 struct Triple {
   int a, b, c;
-  double h, area;
+  double weight_a, weight_c, area;
   bool along_u, at_rim;
 };
 
 std::vector<Triple> triples_of(const LatticeView& s) {
   std::vector<Triple> triples;
-  const double cell = s.hu * s.hv;
+  const auto add = [&](const std::vector<double>& place, int k, int middle, int next, bool along_u, bool at_rim) {
+    const auto i = static_cast<size_t>(k);
+    const double before = place[i] - place[i - 1], after = place[i + 1] - place[i], both = before + after;
+    triples.push_back({middle - next, middle, middle + next, 2 / (before * both), 2 / (after * both), s.area[middle],
+                       along_u, at_rim});
+  };
   for (int r = 0; r < s.rows; ++r)
     for (int c = 0; c < s.columns; ++c) {
       const int i = r * s.columns + c;
-      const bool side_r = r == 0 || r + 1 == s.rows, side_c = c == 0 || c + 1 == s.columns;
-      if (c > 0 && c + 1 < s.columns)
-        triples.push_back({i - 1, i, i + 1, s.hu, cell * (side_r ? 0.5 : 1), true, side_r});
-      if (r > 0 && r + 1 < s.rows)
-        triples.push_back({i - s.columns, i, i + s.columns, s.hv, cell * (side_c ? 0.5 : 1), false, side_c});
+      if (c > 0 && c + 1 < s.columns) add(s.grid->u.place, c, i, 1, true, r == 0 || r + 1 == s.rows);
+      if (r > 0 && r + 1 < s.rows) add(s.grid->v.place, r, i, s.columns, false, c == 0 || c + 1 == s.columns);
     }
   return triples;
 }
@@ -109,14 +97,15 @@ class BendMoment : public LatticeExtra {
   void add(const LatticeView& s, double dt_s) override {
     for (size_t k = 0; k < triples_.size(); ++k) {
       const Triple& t = triples_[k];
-      const double h2 = t.h * t.h;
       const Vector3d n = normal_at(s, t.b);
-      const double curvature = (at(s.x, t.a) - 2 * at(s.x, t.b) + at(s.x, t.c)).dot(n) / h2;
-      const double rate = (at(s.v, t.a) - 2 * at(s.v, t.b) + at(s.v, t.c)).dot(n) / h2;
-      const Vector3d pull = t.area * law_(t, curvature, rate, dt_s, memory_[k]) / h2 * n;
-      push(s, t.a, -pull);
-      push(s, t.b, 2 * pull);
-      push(s, t.c, -pull);
+      const auto second = [&](const double* const plane[3]) {
+        const Vector3d middle = at(plane, t.b);
+        return (t.weight_a * (at(plane, t.a) - middle) + t.weight_c * (at(plane, t.c) - middle)).dot(n);
+      };
+      const Vector3d pull = t.area * law_(t, second(s.x), second(s.v), dt_s, memory_[k]) * n;
+      push(s, t.a, -t.weight_a * pull);
+      push(s, t.b, (t.weight_a + t.weight_c) * pull);
+      push(s, t.c, -t.weight_c * pull);
     }
   }
 
@@ -126,25 +115,32 @@ class BendMoment : public LatticeExtra {
   std::vector<double> memory_;
 };
 
-// Stretch one way pulls the other way in: energy ν k E_uu E_vv at each cell.
+// Stretch one way pulls the other way in: energy ν k E_uu E_vv at each cell, each the mean of its two sides.
 class Coupling : public LatticeExtra {
  public:
   explicit Coupling(double nu) : nu_(nu) {}
-  void add(const LatticeView& s, double) override {
-    const double k = nu_ * s.truth->stretch, area = s.hu * s.hv;
+  bool has_stress() const override { return true; }
+  void stress(StrainView& s, double) override {
+    const double k = nu_ * s.truth->stretch;
+    const auto u = [&](int r, int c) { return static_cast<size_t>(r * (s.columns - 1) + c); };
+    const auto v = [&](int r, int c) { return static_cast<size_t>(r * s.columns + c); };
     for (int r = 0; r + 1 < s.rows; ++r)
       for (int c = 0; c + 1 < s.columns; ++c) {
-        const int i = r * s.columns + c, right = i + 1, below = i + s.columns, far = below + 1;
-        const Vector3d a = 0.5 / s.hu * (at(s.x, right) - at(s.x, i) + at(s.x, far) - at(s.x, below));
-        const Vector3d b = 0.5 / s.hv * (at(s.x, below) - at(s.x, i) + at(s.x, far) - at(s.x, right));
-        const Vector3d fa = 0.5 / s.hu * area * k * 0.5 * (b.squaredNorm() - 1) * a;
-        const Vector3d fb = 0.5 / s.hv * area * k * 0.5 * (a.squaredNorm() - 1) * b;
-        push(s, i, fa + fb);
-        push(s, right, fb - fa);
-        push(s, below, fa - fb);
-        push(s, far, -fa - fb);
+        const double along = 0.5 * (s.e_uu[u(r, c)] + s.e_uu[u(r + 1, c)]);
+        const double down = 0.5 * (s.e_vv[v(r, c)] + s.e_vv[v(r, c + 1)]);
+        const double area =
+            s.grid->u.middle_weight[static_cast<size_t>(c)] * s.grid->v.middle_weight[static_cast<size_t>(r)];
+        for (const int next : {0, 1}) {
+          const double side_u =
+              s.grid->u.middle_weight[static_cast<size_t>(c)] * s.grid->v.node_weight[static_cast<size_t>(r + next)];
+          const double side_v =
+              s.grid->u.node_weight[static_cast<size_t>(c + next)] * s.grid->v.middle_weight[static_cast<size_t>(r)];
+          s.stress_uu[u(r + next, c)] += 0.5 * k * down * area / side_u;
+          s.stress_vv[v(r, c + next)] += 0.5 * k * along * area / side_v;
+        }
       }
   }
+  void add(const LatticeView&, double) override {}
 
  private:
   double nu_;
@@ -156,7 +152,7 @@ class AddedMass : public LatticeExtra {
   explicit AddedMass(double per_area) : per_area_(per_area) {}
   void add(const LatticeView& s, double) override {
     for (int i = 0; i < s.columns * s.rows; ++i) {
-      const double area = s.mass[i] / s.truth->density, share = per_area_ * area / (s.mass[i] + per_area_ * area);
+      const double area = s.area[i], share = per_area_ * area / (s.mass[i] + per_area_ * area);
       const Vector3d n = normal_at(s, i), force = at(s.f, i) + s.mass[i] * s.gravity_m_s2;
       // Gravity is added later as mass times g; the weight of the air does not pull.
       push(s, i, -share * (force.dot(n)) * n);
@@ -181,6 +177,18 @@ class Weights : public LatticeExtra {
   Law kg_;
 };
 
+// Of something spread over 10 mm about a flat place, what a node has.
+double patch_share(const LatticeView& s, int row, int column, double u, double v) {
+  const auto at = [&](int r, int c) {
+    const double du = s.grid->u.place[static_cast<size_t>(c)] - u, dv = s.grid->v.place[static_cast<size_t>(r)] - v;
+    return s.area[r * s.columns + c] * std::exp(-(du * du + dv * dv) / (0.01 * 0.01));
+  };
+  double all = 0;
+  for (int r = 0; r < s.rows; ++r)
+    for (int c = 0; c < s.columns; ++c) all += at(r, c);
+  return at(row, column) / all;
+}
+
 Extra edge(EdgeStress::Law law, double step_share = 0.7) {
   return {std::make_shared<EdgeStress>(std::move(law)), step_share};
 }
@@ -193,14 +201,21 @@ class Hem : public LatticeExtra {
  public:
   explicit Hem(double size)
       : weights_([size](int r, int c, const LatticeView& s) {
-          const bool rim = r == 0 || r + 1 == s.rows || c == 0 || c + 1 == s.columns;
-          return rim ? 0.012 * size * 0.04 * (r == 0 || r + 1 == s.rows ? s.hu : s.hv) : 0.0;
+          double rim_m = 0;
+          if (r == 0 || r + 1 == s.rows) rim_m = s.grid->u.node_weight[static_cast<size_t>(c)];
+          else if (c == 0 || c + 1 == s.columns) rim_m = s.grid->v.node_weight[static_cast<size_t>(r)];
+          return 0.012 * size * 0.04 * rim_m;
         }) {}
   void begin(const LatticeView& s) override {
     weights_.begin(s);
-    stiff_ =
-        std::make_unique<BendMoment>([bend = s.truth->bend](const Triple& t, double curvature, double, double,
-                                                            double&) { return t.at_rim ? 6 * bend * curvature : 0.0; });
+    // The strip that it stiffens is as wide on every lattice.
+    stiff_ = std::make_unique<BendMoment>(
+        [bend = s.truth->bend, across_u = s.grid->v.node_weight, across_v = s.grid->u.node_weight](
+            const Triple& t, double curvature, double, double, double&) {
+      if (!t.at_rim) return 0.0;
+      const double strip_m = 0.0068, width_m = t.along_u ? across_u.front() : across_v.front();
+      return 6 * bend * curvature * strip_m / width_m;
+    });
     stiff_->begin(s);
   }
   void add(const LatticeView& s, double dt_s) override { stiff_->add(s, dt_s); }
@@ -219,6 +234,8 @@ class OfTruth : public LatticeExtra {
     inner_ = std::make_unique<Base>(make_(*s.truth));
     inner_->begin(s);
   }
+  bool has_stress() const override { return inner_ && inner_->has_stress(); }
+  void stress(StrainView& s, double dt_s) override { inner_->stress(s, dt_s); }
   void add(const LatticeView& s, double dt_s) override { inner_->add(s, dt_s); }
 
  private:
@@ -235,20 +252,20 @@ Extra edge_of_truth(std::function<EdgeStress::Law(const FabricTruth&)> make, dou
 Extra fabric_extra(const std::string& name, double size) {
   if (name == "anisotropy")  // share by which threads along u are stiffer
     return edge_of_truth([size](const FabricTruth& t) {
-      return [k = size * t.stretch](const Edge& e, double strain, double, double, double&) {
-        return e.along_u ? k * strain : 0.0;
+      return [k = size * t.stretch](bool along_u, double strain, double, double, double&) {
+        return along_u ? k * strain : 0.0;
       };
     });
   if (name == "coupling") return {std::make_shared<Coupling>(size), 0.7};
   if (name == "stretch_stiffening")  // cubic: k (size · E)² E
     return edge_of_truth(
         [size](const FabricTruth& t) {
-      return [k = t.stretch, size](const Edge&, double strain, double, double, double&) {
+      return [k = t.stretch, size](bool, double strain, double, double, double&) {
         const double x = std::clamp(strain, -0.3, 0.3);
         return k * size * size * x * x * x;
       };
         },
-        0.5);
+        0.4);
   if (name == "bend_nonlinearity")  // N·m: extra rigidity that comes with 10 1/m of curvature
     return bend(
         [size](const Triple&, double curvature, double, double, double&) {
@@ -263,20 +280,22 @@ Extra fabric_extra(const std::string& name, double size) {
       return moment = std::clamp(moment + size / 3 * rate * dt_s, -size, size);
     });
   if (name == "stretch_friction")  // N/m: likewise, over a strain of 0.004
-    return edge([size](const Edge&, double, double rate, double dt_s, double& stress) {
+    return edge(
+        [size](bool, double, double rate, double dt_s, double& stress) {
       return stress = std::clamp(stress + size / 0.004 * rate * dt_s, -size, size);
-    });
+        },
+        0.6);
   if (name == "creep")  // share: a spring behind a dashpot that gives way within 0.8 s
     return edge_of_truth([size](const FabricTruth& t) {
-      return [k = size * t.stretch](const Edge&, double, double rate, double dt_s, double& stress) {
+      return [k = size * t.stretch](bool, double, double rate, double dt_s, double& stress) {
         return stress += dt_s * (k * rate - stress / 0.8);
       };
     });
   if (name == "hem") return {std::make_shared<Hem>(size), 0.4};
   if (name == "added_mass") return {std::make_shared<AddedMass>(size), 1};  // kg/m²
-  if (name == "local_mass")  // kg, a third from the right, near the lower edge
+  if (name == "local_mass")  // kg, a patch a third from the right, near the lower edge
     return {std::make_shared<Weights>([size](int r, int c, const LatticeView& s) {
-              return r == s.rows - 4 && c == 2 * s.columns / 3 ? size : 0.0;
+              return size * patch_share(s, r, c, 2 * s.truth->width_m / 3, s.truth->height_m * 19 / 22);
             }),
             1};
   throw std::invalid_argument("fabric_extra: found " + name);

@@ -14,8 +14,10 @@ class PulsingAir : public LatticeExtra {
   explicit PulsingAir(double strength) : strength_(strength) {}
   void add(const LatticeView& s, double) override {
     const double push = strength_ * 0.06 * std::sin(2 * M_PI * 1.7 * s.time_s);  // N/m²
-    for (int r = s.rows / 2; r < s.rows; ++r)
-      for (int c = 0; c < s.columns; ++c) s.f[1][r * s.columns + c] += push * s.hu * s.hv;
+    for (int r = 0; r < s.rows; ++r) {
+      if (s.grid->v.place[static_cast<size_t>(r)] < s.truth->height_m / 2) continue;
+      for (int i = r * s.columns; i < (r + 1) * s.columns; ++i) s.f[1][i] += push * s.area[i];
+    }
   }
 
  private:

@@ -2,11 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <random>
 
 #include <Eigen/Geometry>
-
-#include "geometry/grip.h"
-#include "hardware_sim/world/lattice_kernels.h"
 
 namespace selvedge::hardware_sim {
 
@@ -28,108 +26,229 @@ const std::vector<FabricParameter>& fabric_parameters() {
 
 namespace {
 
-using lattice::ConstRow;
-using lattice::Row;
+constexpr double kGrip_m = 0.0075;
+constexpr int kDragEvery = 4;           // steps
+constexpr double kLongestLag_s = 2e-3;  // of a dashpot of the membrane behind its spring
+constexpr double kBendLag_s = 1e-3;     // of bending's
 
-// Largest step at which symplectic Euler with explicit damping is stable: ω² dt² + 2 γ dt = 4.
-double stable_step(double omega2, double gamma) { return (std::sqrt(gamma * gamma + 4 * omega2) - gamma) / omega2; }
+// A dashpot of viscosity c behind a spring: as stiff as what it stands beside, but no slacker than kLongestLag_s.
+double lag_of(double viscosity, double stiffness) { return std::min(kLongestLag_s, viscosity / stiffness); }
+
+StrainLaw strain_law(double stiffness, double viscosity, double lag_s, double dt) {
+  if (viscosity <= 0 || lag_s <= 0 || dt <= 0) return {stiffness, 0, 0};
+  const double keep = std::exp(-dt / lag_s);
+  return {stiffness, keep, viscosity / dt * (1 - keep)};
+}
+
+// Nodes of a side of n cells, closer together at its start, and at its end too if both: by `grading`, relative to even
+// ones.
+std::vector<double> graded(double length, int cells, double grading, bool both) {
+  std::vector<double> places;
+  const double turn = both ? 2 * M_PI : M_PI;
+  for (int i = 0; i <= cells; ++i) {
+    const double share = static_cast<double>(i) / cells;
+    places.push_back(length * (share - grading * std::sin(turn * share) / turn));
+  }
+  return places;
+}
+
+// ∫ of each node's function, and of it times x, over the first x = 0 … 1 grips of a side.
+struct Moments {
+  std::vector<double> zeroth, first;
+};
+
+Moments moments_at_start(const std::vector<double>& nodes) {
+  Moments m{std::vector<double>(nodes.size(), 0.0), std::vector<double>(nodes.size(), 0.0)};
+  constexpr double place[3] = {-0.7745966692414834, 0, 0.7745966692414834}, share[3] = {5.0 / 18, 8.0 / 18, 5.0 / 18};
+  for (size_t cell = 0; nodes[cell] < kGrip_m - 1e-12; ++cell) {
+    const double length = std::min(nodes[cell + 1], kGrip_m) - nodes[cell];
+    for (int g = 0; g < 3; ++g) {
+      const double at = nodes[cell] + 0.5 * length * (1 + place[g]), w = share[g] * length / kGrip_m;
+      const LineCubic c = line_cubic(nodes, at);
+      for (size_t i = 0; i < 4; ++i) {
+        m.zeroth[static_cast<size_t>(c.first) + i] += w * c.weight[i];
+        m.first[static_cast<size_t>(c.first) + i] += w * c.weight[i] * at / kGrip_m;
+      }
+    }
+  }
+  return m;
+}
+
+// At nodes and half way between them.
+std::vector<LineCubic> halved(const std::vector<double>& nodes) {
+  std::vector<LineCubic> out;
+  for (size_t i = 0; i < nodes.size(); ++i) {
+    out.push_back(line_cubic(nodes, nodes[i]));
+    if (i + 1 < nodes.size()) out.push_back(line_cubic(nodes, 0.5 * (nodes[i] + nodes[i + 1])));
+  }
+  return out;
+}
 
 }  // namespace
 
+LineCubic line_cubic(const std::vector<double>& nodes, double place) {
+  const auto cell = std::upper_bound(nodes.begin(), nodes.end(), place) - nodes.begin() - 1;
+  LineCubic out{std::clamp(static_cast<int>(cell) - 1, 0, static_cast<int>(nodes.size()) - 4), {1, 1, 1, 1}};
+  const double* node = &nodes[static_cast<size_t>(out.first)];
+  for (size_t i = 0; i < 4; ++i)
+    for (size_t k = 0; k < 4; ++k)
+      if (k != i) out.weight[i] *= (place - node[k]) / (node[i] - node[k]);
+  return out;
+}
+
 LatticeSheet::LatticeSheet(const FabricTruth& truth, const LatticeOptions& options)
     : truth_(truth), options_(options), columns_(options.cells_across + 1), rows_(options.cells_down + 1),
-      hu_(truth.width_m / options.cells_across), hv_(truth.height_m / options.cells_down) {
-  const int n = count();
-  for (Field* field : {&x_, &v_, &f_})
-    for (Plane& plane : field->axis) plane.assign(n, 0.0);
-  mass_.resize(n);
-  for (int r = 0; r < rows_; ++r)
-    for (int c = 0; c < columns_; ++c)
-      mass_[r * columns_ + c] =
-          truth.density * hu_ * hv_ * (c == 0 || c + 1 == columns_ ? 0.5 : 1) * (r == 0 || r + 1 == rows_ ? 0.5 : 1);
-  area_ = mass_;
-  for (double& area : area_) area /= truth.density;
-  scratch_.assign(9 * (columns_ + 2), 0.0);
+      forces_(SheetGrid(graded(truth.width_m, options.cells_across, options.grading, true),
+                        graded(truth.height_m, options.cells_down, options.grading, false))) {
+  const SheetGrid& grid = forces_.grid();
+  per_mass_.assign(grid.size(), 0.0f);
+  for (SheetPlane<float>& plane : drag_) plane.assign(grid.size(), 0.0f);
+  for (int i = 0; i < count(); ++i)
+    area_.push_back(grid.u.node_weight[static_cast<size_t>(i % columns_)] *
+                    grid.v.node_weight[static_cast<size_t>(i / columns_)]);
+  mass_ = area_;
+  for (double& mass : mass_) mass *= truth.density;
+  for (int i = 0; i < count(); ++i) per_mass_[at(i)] = static_cast<float>(1 / mass_[static_cast<size_t>(i)]);
+  seen_u_ = halved(grid.u.place);
+  seen_v_ = halved(grid.v.place);
+  left_ = corner_grip(false);
+  right_ = corner_grip(true);
+  step_s_ = stable_step_s();
 
-  step_s_ = stable_step_s(1);
-
-  grip_change_ = geometry::grip_softness(std::sqrt(hu_ * hv_)) - 1;
-
-  Eigen::Matrix3Xd flat(3, n);
+  Eigen::Matrix3Xd flat(3, count());
   const auto uv = rest_uv();
-  for (int i = 0; i < n; ++i) flat.col(i) = Eigen::Vector3d(uv[i].x(), 0, -uv[i].y());
+  for (int i = 0; i < count(); ++i)
+    flat.col(i) = Eigen::Vector3d(uv[static_cast<size_t>(i)].x(), 0, -uv[static_cast<size_t>(i)].y());
   set_position(flat);
 }
 
-// Shortest waves in the sheet's plane and out of it; rim nodes have half the mass and half the springs. Bending's
-// damping acts on second differences in every direction, so what brakes either wave adds up. sharpest: cos²(φ/2) of the
-// sharpest turning angle; κ = 2 tan(φ/2)/h stiffens by the square of that, and its own second derivative adds twice as
-// much.
-double LatticeSheet::stable_step_s(double sharpest) const {
-  const double h = std::min(hu_, hv_), h2 = h * h, h4 = h2 * h2;
-  const double bend = truth_.bend * (sharpest < 1 ? 3 / (sharpest * sharpest) : 1);
-  const double omega2 = (4 * (truth_.stretch + truth_.shear) / h2 + 64 * bend / h4) / truth_.density;
-  const double gamma =
-      (4 * (truth_.stretch_damping + truth_.shear_damping) / h2 + 64 * truth_.bend_damping / h4) / truth_.density;
-  return options_.step_share * step_share_ * stable_step(omega2, gamma);
-}
-
-// cos²(φ/2) of the sharpest turning angle of the lattice's lines, as the bending energy has it: ½ (1 + e·g/h²), at
-// most 1.
-double LatticeSheet::sharpest_crease() const {
-  double least = 2;
-  const auto turn = [&](size_t i, size_t next, double h) {
-    double dot = 0;
-    for (const Plane& x : x_.axis) dot += (x[i + next] - x[i]) * (x[i + 2 * next] - x[i + next]);
-    least = std::min(least, 1 + dot / (h * h));
-  };
+// Over the unit square, 7 − 6a − 6b takes from a function the value at (0, 0) of the plane nearest to it.
+LatticeSheet::Grip LatticeSheet::corner_grip(bool right) const {
+  const Moments u = moments_at_start(forces_.grid().u.place), v = moments_at_start(forces_.grid().v.place);
+  Grip grip;
   for (int r = 0; r < rows_; ++r)
     for (int c = 0; c < columns_; ++c) {
-      const size_t i = static_cast<size_t>(r) * static_cast<size_t>(columns_) + static_cast<size_t>(c);
-      if (c + 2 < columns_) turn(i, 1, hu_);
-      if (r + 2 < rows_) turn(i, static_cast<size_t>(columns_), hv_);
+      const auto i = static_cast<size_t>(c), k = static_cast<size_t>(r);
+      const double w = 7 * u.zeroth[i] * v.zeroth[k] - 6 * u.first[i] * v.zeroth[k] - 6 * u.zeroth[i] * v.first[k];
+      if (w == 0) continue;
+      grip.node.push_back(r * columns_ + (right ? columns_ - 1 - c : c));
+      grip.weight.push_back(w);
     }
-  return std::max(0.5 * least, 0.01);
+  set_responses(grip);
+  return grip;
+}
+
+void LatticeSheet::set_responses(Grip& grip) const {
+  double sum = 0;
+  grip.response.clear();
+  for (size_t i = 0; i < grip.node.size(); ++i) {
+    grip.response.push_back(grip.weight[i] / mass_[static_cast<size_t>(grip.node[i])]);
+    sum += grip.weight[i] * grip.response[i];
+  }
+  for (double& response : grip.response) response /= sum;
+}
+
+Eigen::Vector3d LatticeSheet::read(const Grip& grip, const Eigen::Matrix3Xd& nodes) {
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (size_t i = 0; i < grip.node.size(); ++i) sum += grip.weight[i] * nodes.col(grip.node[i]);
+  return sum;
+}
+
+// Velocities of the nodes that the grip holds, so that it moves as it is to.
+void LatticeSheet::hold(Grip& grip) {
+  for (size_t a = 0; a < 3; ++a) {
+    double lacks = grip.velocity[static_cast<Eigen::Index>(a)];
+    for (size_t i = 0; i < grip.node.size(); ++i)
+      lacks -= grip.weight[i] * static_cast<double>(forces_.v[a][at(grip.node[i])]);
+    for (size_t i = 0; i < grip.node.size(); ++i)
+      forces_.v[a][at(grip.node[i])] += static_cast<float>(grip.response[i] * lacks);
+  }
+}
+
+SheetLaw LatticeSheet::law(double dt) const {
+  SheetLaw out;
+  const FabricTruth& t = truth_;
+  out.stretch = strain_law(t.stretch, t.stretch_damping, lag_of(t.stretch_damping, t.stretch), dt);
+  out.shear = strain_law(t.shear, t.shear_damping, lag_of(t.shear_damping, t.shear), dt);
+  out.bend = strain_law(t.bend, t.bend_damping, kBendLag_s, dt);
+  out.drag_normal = t.drag_normal;
+  out.drag_tangent = t.drag_tangent;
+  out.drag_fade = t.drag_fade;
+  for (size_t a = 0; a < 3; ++a) out.air[a] = options_.air_m_s[static_cast<Eigen::Index>(a)];
+  return out;
+}
+
+// From the highest frequency of the flat sheet with its dashpots as stiff as the springs before them, by power
+// iteration; 2 / ω is what symplectic Euler stands.
+double LatticeSheet::stable_step_s() const {
+  SheetForces<double> probe(forces_.grid());
+  SheetLaw stiff = law(0);
+  stiff.stretch.stiffness += truth_.stretch_damping / std::max(lag_of(truth_.stretch_damping, truth_.stretch), 1e-12);
+  stiff.shear.stiffness += truth_.shear_damping / std::max(lag_of(truth_.shear_damping, truth_.shear), 1e-12);
+  stiff.bend.stiffness += truth_.bend_damping / kBendLag_s;
+  std::mt19937 random(1);
+  std::normal_distribution<double> normal;
+  Eigen::Matrix3Xd moved(3, count());
+  for (Eigen::Index i = 0; i < moved.size(); ++i) moved.data()[i] = normal(random);
+  const std::vector<Eigen::Vector2d> uv = rest_uv();
+  const double small = 1e-9;
+  double omega2 = 0;
+  for (int round = 0; round < 40; ++round) {
+    moved /= moved.norm();
+    for (int i = 0; i < count(); ++i) {
+      probe.x[0][at(i)] = uv[static_cast<size_t>(i)].x() + small * moved(0, i);
+      probe.x[1][at(i)] = small * moved(1, i);
+      probe.x[2][at(i)] = -uv[static_cast<size_t>(i)].y() + small * moved(2, i);
+    }
+    probe.strain(stiff);
+    probe.pull(stiff);
+    for (int i = 0; i < count(); ++i)
+      for (size_t a = 0; a < 3; ++a)
+        moved(static_cast<Eigen::Index>(a), i) = -probe.f[a][at(i)] / (small * mass_[static_cast<size_t>(i)]);
+    omega2 = moved.norm();
+  }
+  return options_.step_share * step_share_ * 2 / std::sqrt(omega2);
 }
 
 std::vector<Eigen::Vector2d> LatticeSheet::rest_uv() const {
   std::vector<Eigen::Vector2d> uv;
-  for (int r = 0; r < rows_; ++r)
-    for (int c = 0; c < columns_; ++c) uv.emplace_back(c * hu_, r * hv_);
+  for (const double v : forces_.grid().v.place)
+    for (const double u : forces_.grid().u.place) uv.emplace_back(u, v);
   return uv;
 }
 
 std::vector<std::array<int, 3>> LatticeSheet::triangles() const {
   std::vector<std::array<int, 3>> result;
-  for (int r = 0; r + 1 < rows_; ++r)
-    for (int c = 0; c + 1 < columns_; ++c) {
-      const int i = r * columns_ + c;
-      result.push_back({i, i + columns_, i + 1});
-      result.push_back({i + 1, i + columns_, i + columns_ + 1});
+  const int wide = static_cast<int>(seen_u_.size());
+  for (int r = 0; r + 1 < static_cast<int>(seen_v_.size()); ++r)
+    for (int c = 0; c + 1 < wide; ++c) {
+      const int i = r * wide + c;
+      result.push_back({i, i + wide, i + 1});
+      result.push_back({i + 1, i + wide, i + wide + 1});
     }
   return result;
 }
 
-void LatticeSheet::hang(const Eigen::Vector3d& left, const Eigen::Vector3d& right, const Eigen::Vector3d& side) {
-  const Eigen::Vector3d span = right - left;
-  const double slack = std::max(0.0, truth_.width_m - span.norm());
-  // A sine bulge of this height takes up the slack of the top edge.
-  const double bulge = 2 / M_PI * std::sqrt(slack * truth_.width_m);
-  const Eigen::Vector3d across = (side - side.dot(span) / span.squaredNorm() * span).normalized();
-  const Eigen::Vector3d down = options_.gravity_m_s2.normalized();
-  Eigen::Matrix3Xd position(3, count());
-  for (int r = 0; r < rows_; ++r)
-    for (int c = 0; c < columns_; ++c) {
-      const double u = double(c) / (columns_ - 1);
-      position.col(r * columns_ + c) =
-          left + u * span + std::sin(M_PI * u) * bulge * (0.8 * across + 0.6 * down) + r * hv_ * down;
+Eigen::Matrix3Xd LatticeSheet::seen(const Eigen::Matrix3Xd& nodes) const {
+  const auto wide = static_cast<Eigen::Index>(seen_u_.size());
+  Eigen::Matrix3Xd along(3, wide * rows_), out(3, wide * static_cast<Eigen::Index>(seen_v_.size()));
+  for (Eigen::Index r = 0; r < rows_; ++r)
+    for (Eigen::Index c = 0; c < wide; ++c) {
+      const LineCubic& u = seen_u_[static_cast<size_t>(c)];
+      const Eigen::Index first = r * columns_ + u.first;
+      along.col(r * wide + c) = u.weight[0] * nodes.col(first) + u.weight[1] * nodes.col(first + 1) +
+                                u.weight[2] * nodes.col(first + 2) + u.weight[3] * nodes.col(first + 3);
     }
-  set_position(position);
-  set_velocity(Eigen::Matrix3Xd::Zero(3, count()));
+  for (size_t r = 0; r < seen_v_.size(); ++r) {
+    const LineCubic& v = seen_v_[r];
+    const auto line = [&](int k) { return along.middleCols((v.first + k) * wide, wide); };
+    out.middleCols(static_cast<Eigen::Index>(r) * wide, wide) =
+        v.weight[0] * line(0) + v.weight[1] * line(1) + v.weight[2] * line(2) + v.weight[3] * line(3);
+  }
+  return out;
 }
 
-void LatticeSheet::hang_unstrained(const Eigen::Vector3d& left, const Eigen::Vector3d& right,
-                                   const Eigen::Vector3d& side) {
+void LatticeSheet::hang(const Eigen::Vector3d& left, const Eigen::Vector3d& right, const Eigen::Vector3d& side) {
   const Eigen::Vector3d span = right - left, along = span.normalized(), down = options_.gravity_m_s2.normalized();
   const Eigen::Vector3d across = (side - side.dot(along) * along - side.dot(down) * down).normalized();
   constexpr int kPieces = 2000;
@@ -147,213 +266,236 @@ void LatticeSheet::hang_unstrained(const Eigen::Vector3d& left, const Eigen::Vec
   const std::vector<double> length = lengths(low);
   Eigen::Matrix3Xd position(3, count());
   for (int c = 0; c < columns_; ++c) {
-    const double wanted = length.back() * c / (columns_ - 1);
+    const double wanted = length.back() * forces_.grid().u.place[static_cast<size_t>(c)] / truth_.width_m;
     const auto next =
         std::clamp<std::ptrdiff_t>(std::lower_bound(length.begin(), length.end(), wanted) - length.begin(), 1, kPieces);
     const double u =
         (static_cast<double>(next) - (length[next] - wanted) / (length[next] - length[next - 1])) / kPieces;
     for (int r = 0; r < rows_; ++r)
-      position.col(r * columns_ + c) = left + u * span + std::sin(M_PI * u) * low * across + r * hv_ * down;
+      position.col(r * columns_ + c) =
+          left + u * span + std::sin(M_PI * u) * low * across + forces_.grid().v.place[static_cast<size_t>(r)] * down;
   }
   set_position(position);
   set_velocity(Eigen::Matrix3Xd::Zero(3, count()));
 }
 
 void LatticeSheet::set_position(const Eigen::Matrix3Xd& position) {
-  for (int a = 0; a < 3; ++a)
-    for (int i = 0; i < count(); ++i) x_.axis[a][i] = position(a, i);
+  origin_ = position.rowwise().mean();
+  for (size_t a = 0; a < 3; ++a)
+    for (int i = 0; i < count(); ++i) {
+      const auto axis = static_cast<Eigen::Index>(a);
+      forces_.x[a][at(i)] = static_cast<float>(position(axis, i) - origin_[axis]);
+    }
+  forces_.begin();
+  since_drag_ = 0;
 }
 
 void LatticeSheet::set_velocity(const Eigen::Matrix3Xd& velocity) {
-  for (int a = 0; a < 3; ++a)
-    for (int i = 0; i < count(); ++i) v_.axis[a][i] = velocity(a, i);
+  for (size_t a = 0; a < 3; ++a)
+    for (int i = 0; i < count(); ++i)
+      forces_.v[a][at(i)] = static_cast<float>(velocity(static_cast<Eigen::Index>(a), i));
+  since_drag_ = 0;
 }
 
-Eigen::Matrix3Xd LatticeSheet::position() const {
+Eigen::Matrix3Xd LatticeSheet::dense(const SheetField<float>& field) const {
   Eigen::Matrix3Xd result(3, count());
-  for (int a = 0; a < 3; ++a)
-    for (int i = 0; i < count(); ++i) result(a, i) = x_.axis[a][i];
-  return result;
-}
-
-Eigen::Matrix3Xd LatticeSheet::velocity() const {
-  Eigen::Matrix3Xd result(3, count());
-  for (int a = 0; a < 3; ++a)
-    for (int i = 0; i < count(); ++i) result(a, i) = v_.axis[a][i];
-  return result;
-}
-
-void LatticeSheet::forces() {
-  const auto row = [&](const Field& field, int r, int c = 0) {
-    const size_t at = size_t(r) * columns_ + c;
-    return ConstRow{&field.axis[0][at], &field.axis[1][at], &field.axis[2][at]};
-  };
-  const auto force = [&](int r, int c = 0) {
-    const size_t at = size_t(r) * columns_ + c;
-    return Row{&f_.axis[0][at], &f_.axis[1][at], &f_.axis[2][at]};
-  };
-  for (Plane& plane : f_.axis) std::fill(plane.begin(), plane.end(), 0.0);
-
-  const double cell = hu_ * hv_;
-  double* scratch = scratch_.data();
-  double* out[9];
-  for (int k = 0; k < 9; ++k) out[k] = scratch + k * (columns_ + 2);
-  // Node k of the triple at place i of a line goes to row_of(k), column i + column_of(k).
-  const auto add = [&](int k, int r, int c, int n) {
-    for (int a = 0; a < 3; ++a) {
-      double* f = &f_.axis[a][size_t(r) * columns_ + c];
-      for (int i = 0; i < n; ++i) f[i] += out[3 * k + a][i];
-    }
-  };
-  for (int r = 0; r < rows_; ++r) {
-    const double share = r == 0 || r + 1 == rows_ ? 0.5 : 1;
-    lattice::edges_along(row(x_, r), row(v_, r), force(r), columns_, hu_, cell * share, truth_.stretch,
-                         truth_.stretch_damping, scratch);
-    lattice::bends(row(x_, r), row(v_, r), row(x_, r, 1), row(v_, r, 1), row(x_, r, 2), row(v_, r, 2), out,
-                   columns_ - 2, hu_, cell * share, truth_.bend, truth_.bend_damping);
-    for (int k = 0; k < 3; ++k) add(k, r, k, columns_ - 2);
-    const int above = std::max(0, r - 1), below = std::min(rows_ - 1, r + 1);
-    if (r + 1 < rows_) {
-      lattice::edges_across(row(x_, r), row(v_, r), force(r), row(x_, r + 1), row(v_, r + 1), force(r + 1), columns_,
-                            hv_, cell, 0.5, truth_.stretch, truth_.stretch_damping);
-      lattice::cells(row(x_, r), row(v_, r), force(r), row(x_, r + 1), row(v_, r + 1), force(r + 1), columns_, hu_, hv_,
-                     truth_.shear, truth_.shear_damping, truth_.bend, truth_.bend_damping, scratch);
-    }
-    if (r + 2 < rows_) {
-      lattice::bends(row(x_, r), row(v_, r), row(x_, r + 1), row(v_, r + 1), row(x_, r + 2), row(v_, r + 2), out,
-                     columns_, hv_, cell, truth_.bend, truth_.bend_damping);
-      for (double* plane : out) {  // the two side edges own half the area
-        plane[0] *= 0.5;
-        plane[columns_ - 1] *= 0.5;
-      }
-      for (int k = 0; k < 3; ++k) add(k, r + k, 0, columns_);
-    }
-    for (int c = 0; c < columns_; ++c) scratch[c] = area_[size_t(r) * columns_ + c];
-    lattice::drag(row(x_, r), row(x_, above), row(x_, below), row(v_, r), force(r), columns_, scratch,
-                  options_.air_m_s.data(), truth_.drag_normal, truth_.drag_tangent, truth_.drag_fade);
+  for (int r = 0, i = 0; r < rows_; ++r) {
+    const size_t start = forces_.grid().at(r, 0);
+    for (size_t c = start; c < start + static_cast<size_t>(columns_); ++c, ++i)
+      result.col(i) << static_cast<double>(field[0][c]), static_cast<double>(field[1][c]),
+          static_cast<double>(field[2][c]);
   }
-  // What the two held cells' stretch and shear differ by from the others'.
-  const double stretch = grip_change_ * truth_.stretch, stretch_damping = grip_change_ * truth_.stretch_damping;
-  for (const int c : {0, columns_ - 2}) {
-    for (const int r : {0, 1})
-      lattice::edges_along(row(x_, r, c), row(v_, r, c), force(r, c), 2, hu_, 0.5 * cell, stretch, stretch_damping,
-                           scratch);
-    lattice::edges_across(row(x_, 0, c), row(v_, 0, c), force(0, c), row(x_, 1, c), row(v_, 1, c), force(1, c), 2, hv_,
-                          cell, 0.5, stretch, stretch_damping);
-    lattice::cells(row(x_, 0, c), row(v_, 0, c), force(0, c), row(x_, 1, c), row(v_, 1, c), force(1, c), 2, hu_, hv_,
-                   grip_change_ * truth_.shear, grip_change_ * truth_.shear_damping, 0, 0, scratch);
+  return result;
+}
+
+Eigen::Matrix3Xd LatticeSheet::position() const { return dense(forces_.x).colwise() + origin_; }
+
+Eigen::Matrix3Xd LatticeSheet::velocity() const { return dense(forces_.v); }
+
+Eigen::Vector3d LatticeSheet::point(const Eigen::Matrix3Xd& nodes, const Eigen::Vector2d& uv) const {
+  const LineCubic u = line_cubic(forces_.grid().u.place, uv.x()), v = line_cubic(forces_.grid().v.place, uv.y());
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (int r = 0; r < 4; ++r)
+    for (int c = 0; c < 4; ++c)
+      sum += v.weight[static_cast<size_t>(r)] * u.weight[static_cast<size_t>(c)] *
+             nodes.col((v.first + r) * columns_ + u.first + c);
+  return sum;
+}
+
+// Shows the extras nodes and strains, each in double precision.
+void LatticeSheet::look() {
+  for (size_t a = 0; a < 3; ++a) {
+    const auto axis = static_cast<Eigen::Index>(a);
+    for (std::vector<double>* plane : {&x_seen_[a], &v_seen_[a], &f_seen_[a]})
+      plane->resize(static_cast<size_t>(count()));
+    for (int i = 0; i < count(); ++i) {
+      const auto k = static_cast<size_t>(i);
+      x_seen_[a][k] = static_cast<double>(forces_.x[a][at(i)]) + origin_[axis];
+      v_seen_[a][k] = static_cast<double>(forces_.v[a][at(i)]);
+      f_seen_[a][k] = static_cast<double>(forces_.f[a][at(i)] + drag_[a][at(i)]);
+    }
   }
 }
 
 LatticeView LatticeSheet::view() {
-  LatticeView out{columns_, rows_, hu_, hv_, time_s_, &truth_, {}, {}, {}, mass_.data(), options_.gravity_m_s2};
+  look();
+  LatticeView out{columns_,     rows_,        &forces_.grid(),      time_s_, &truth_, {}, {}, {},
+                  mass_.data(), area_.data(), options_.gravity_m_s2};
   for (size_t a = 0; a < 3; ++a) {
-    out.x[a] = x_.axis[a].data();
-    out.v[a] = v_.axis[a].data();
-    out.f[a] = f_.axis[a].data();
+    out.x[a] = x_seen_[a].data();
+    out.v[a] = v_seen_[a].data();
+    out.f[a] = f_seen_[a].data();
   }
   return out;
 }
 
 void LatticeSheet::add_extra(std::shared_ptr<LatticeExtra> extra, double step_share) {
   extra->begin(view());
+  for (int i = 0; i < count(); ++i) per_mass_[at(i)] = static_cast<float>(1 / mass_[static_cast<size_t>(i)]);
+  set_responses(left_);
+  set_responses(right_);
   step_share_ *= step_share;
-  step_s_ = stable_step_s(1);
+  step_s_ = stable_step_s();
   extras_.push_back(std::move(extra));
 }
 
+// What extras add to the strains' stresses.
+void LatticeSheet::act_on_stress(double dt) {
+  StrainView& s = strains_;
+  s.grid = &forces_.grid();
+  s.truth = &truth_;
+  if (s.e_uu.empty())
+    s = {columns_,
+         rows_,
+         &forces_.grid(),
+         &truth_,
+         std::vector<double>(static_cast<size_t>(rows_ * (columns_ - 1))),
+         std::vector<double>(static_cast<size_t>((rows_ - 1) * columns_)),
+         {},
+         {}};
+  s.stress_uu.assign(s.e_uu.size(), 0.0);
+  s.stress_vv.assign(s.e_vv.size(), 0.0);
+  const SheetGrid& grid = forces_.grid();
+  for (int r = 0; r < rows_; ++r)
+    for (int c = 0; c + 1 < columns_; ++c)
+      s.e_uu[static_cast<size_t>(r * (columns_ - 1) + c)] = static_cast<double>(forces_.uu.strain[grid.at(r, c)]);
+  for (int r = 0; r + 1 < rows_; ++r)
+    for (int c = 0; c < columns_; ++c)
+      s.e_vv[static_cast<size_t>(r * columns_ + c)] = static_cast<double>(forces_.vv.strain[grid.at(r, c)]);
+  for (const auto& extra : extras_) extra->stress(s, dt);
+  for (int r = 0; r < rows_; ++r)
+    for (int c = 0; c + 1 < columns_; ++c)
+      forces_.uu.stress[grid.at(r, c)] += static_cast<float>(s.stress_uu[static_cast<size_t>(r * (columns_ - 1) + c)]);
+  for (int r = 0; r + 1 < rows_; ++r)
+    for (int c = 0; c < columns_; ++c)
+      forces_.vv.stress[grid.at(r, c)] += static_cast<float>(s.stress_vv[static_cast<size_t>(r * columns_ + c)]);
+}
+
+void LatticeSheet::act_on_nodes(double dt) {
+  const LatticeView seen = view();
+  for (const auto& extra : extras_) extra->add(seen, dt);
+  for (size_t a = 0; a < 3; ++a)
+    for (int i = 0; i < count(); ++i)
+      forces_.f[a][at(i)] = static_cast<float>(f_seen_[a][static_cast<size_t>(i)]) - drag_[a][at(i)];
+}
+
 void LatticeSheet::step(double dt, double brake, bool held) {
-  forces();
-  for (const auto& extra : extras_) extra->add(view(), dt);
+  forces_.strain(law_);
+  if (std::any_of(extras_.begin(), extras_.end(), [](const auto& extra) { return extra->has_stress(); }))
+    act_on_stress(dt);
+  forces_.pull(law_);
+  if (since_drag_++ % kDragEvery == 0) forces_.drag(law_, drag_);
+  if (!extras_.empty()) act_on_nodes(dt);
   time_s_ += dt;
-  const double keep = std::exp(-brake * dt);
-  const int n = count();
-  for (int a = 0; a < 3; ++a) {
-    const double g = options_.gravity_m_s2[a];
-    double* v = v_.axis[a].data();
-    const double* f = f_.axis[a].data();
-    double* x = x_.axis[a].data();
-    const double left = v[0], right = v[columns_ - 1];
-    for (int i = 0; i < n; ++i) v[i] = keep * (v[i] + dt * (f[i] / mass_[i] + g));
-    if (held) {
-      v[0] = left;
-      v[columns_ - 1] = right;
-    }
-    for (int i = 0; i < n; ++i) x[i] += dt * v[i];
+  const auto keep = static_cast<float>(std::exp(-brake * dt)), h = static_cast<float>(dt);
+  const size_t first = forces_.grid().at(0, 0), last = forces_.grid().at(rows_, 0);
+  for (size_t a = 0; a < 3; ++a) {
+    const auto g = static_cast<float>(options_.gravity_m_s2[static_cast<Eigen::Index>(a)]);
+    float* v = forces_.v[a].data();
+    const float *f = forces_.f[a].data(), *drag = drag_[a].data(), *per_mass = per_mass_.data();
+    for (size_t i = first; i < last; ++i) v[i] = keep * (v[i] + h * ((f[i] + drag[i]) * per_mass[i] + g));
+  }
+  if (held) {
+    hold(left_);
+    hold(right_);
+  }
+  for (size_t a = 0; a < 3; ++a) {
+    const float* v = forces_.v[a].data();
+    float* x = forces_.x[a].data();
+    for (size_t i = first; i < last; ++i) x[i] += h * v[i];
   }
 }
 
-// In equal steps; in parts of them from where the lattice was seen to be sharply creased.
+double LatticeSheet::largest_strain() const {
+  float most = 0;
+  for (const StrainPlanes<float>* s : {&forces_.uu, &forces_.vv})
+    for (const float e : s->strain) most = std::max(most, e);
+  return static_cast<double>(most);
+}
+
+// A side's stiffness against being stretched grows by 1 + 3 E.
 void LatticeSheet::steps(double duration_s, double brake, bool held) {
-  constexpr int kLook = 2;        // steps from one look to the next
-  constexpr double kSharp = 0.8;  // a turn of 53 degrees
-  const int count = std::max(1, static_cast<int>(std::ceil(duration_s / step_s_)));
+  const double stands = step_s_ / std::sqrt(1 + 3 * largest_strain());
+  const int count = std::max(1, static_cast<int>(std::ceil(duration_s / stands)));
   const double dt = duration_s / count;
-  int parts = 1;
-  for (int i = 0; i < count; ++i) {
-    if (i % kLook == 0 || parts > 1) {
-      const double sharpest = sharpest_crease();
-      parts = sharpest < kSharp ? static_cast<int>(std::ceil(dt / stable_step_s(sharpest))) : 1;
-    }
-    for (int k = 0; k < parts; ++k) step(dt / parts, brake, held);
-  }
+  law_ = law(dt);
+  for (int i = 0; i < count; ++i) step(dt, brake, held);
 }
 
 void LatticeSheet::advance(double duration_s, const Eigen::Vector3d& left_end, const Eigen::Vector3d& right_end,
                            double brake) {
-  for (int a = 0; a < 3; ++a) {
-    v_.axis[a][0] = (left_end[a] - x_.axis[a][0]) / duration_s;
-    v_.axis[a][columns_ - 1] = (right_end[a] - x_.axis[a][columns_ - 1]) / duration_s;
-  }
+  const auto set = [&](Grip& grip, const Eigen::Vector3d& end) {
+    Eigen::Vector3d here = origin_;
+    for (size_t i = 0; i < grip.node.size(); ++i)
+      for (size_t a = 0; a < 3; ++a)
+        here[static_cast<Eigen::Index>(a)] += grip.weight[i] * static_cast<double>(forces_.x[a][at(grip.node[i])]);
+    grip.velocity = (end - here) / duration_s;
+  };
+  set(left_, left_end);
+  set(right_, right_end);
   steps(duration_s, brake, true);
 }
 
 void LatticeSheet::advance_free(double duration_s) { steps(duration_s, 0, false); }
 
-Eigen::Matrix3Xd LatticeSheet::internal_forces() {
-  forces();
+SheetForces<double> LatticeSheet::exact() const {
+  SheetForces<double> out(forces_.grid());
+  const Eigen::Matrix3Xd x = position(), v = velocity();
+  for (size_t a = 0; a < 3; ++a)
+    for (int i = 0; i < count(); ++i) {
+      out.x[a][at(i)] = x(static_cast<Eigen::Index>(a), i);
+      out.v[a][at(i)] = v(static_cast<Eigen::Index>(a), i);
+    }
+  return out;
+}
+
+Eigen::Matrix3Xd LatticeSheet::internal_forces() const {
+  SheetForces<double> forces = exact();
+  const SheetLaw elastic = law(0);
+  SheetField<double> drag = forces.v;
+  forces.strain(elastic);
+  forces.pull(elastic);
+  forces.drag(elastic, drag);
   Eigen::Matrix3Xd result(3, count());
-  for (int a = 0; a < 3; ++a)
-    for (int i = 0; i < count(); ++i) result(a, i) = f_.axis[a][i];
+  for (size_t a = 0; a < 3; ++a)
+    for (int i = 0; i < count(); ++i) result(static_cast<Eigen::Index>(a), i) = forces.f[a][at(i)] + drag[a][at(i)];
   return result;
 }
 
+double LatticeSheet::kinetic_energy() const {
+  double sum = 0;
+  for (int i = 0; i < count(); ++i)
+    for (size_t a = 0; a < 3; ++a)
+      sum += 0.5 * mass_[static_cast<size_t>(i)] * std::pow(static_cast<double>(forces_.v[a][at(i)]), 2);
+  return sum;
+}
+
 LatticeEnergy LatticeSheet::energy() const {
-  const Eigen::Matrix3Xd x = position(), v = velocity();
-  const auto at = [&](int c, int r) { return Eigen::Vector3d(x.col(r * columns_ + c)); };
-  const double cell = hu_ * hv_;
-  LatticeEnergy e;
-  const auto strain = [](const Eigen::Vector3d& edge, double h) { return 0.5 * (edge.squaredNorm() / (h * h) - 1); };
-  const auto turn2 = [](const Eigen::Vector3d& a, const Eigen::Vector3d& b, double h) {
-    return (2 * a.cross(b) / (h * h + a.dot(b))).squaredNorm() / (h * h);
-  };
-  for (int r = 0; r < rows_; ++r)
-    for (int c = 0; c < columns_; ++c) {
-      const double side_u = r == 0 || r + 1 == rows_ ? 0.5 : 1, side_v = c == 0 || c + 1 == columns_ ? 0.5 : 1;
-      // Shares of the cells above and below an edge, left and right of it, and of the cell itself.
-      const auto held = [&](int column, int row) {
-        return row == 0 && (column == 0 || column + 2 == columns_) ? 0.5 * grip_change_ : 0;
-      };
-      const double along = side_u + held(c, r) + held(c, r - 1), across = side_v + held(c, r) + held(c - 1, r);
-      if (c + 1 < columns_)
-        e.stretch += 0.5 * truth_.stretch * std::pow(strain(at(c + 1, r) - at(c, r), hu_), 2) * cell * along;
-      if (r + 1 < rows_)
-        e.stretch += 0.5 * truth_.stretch * std::pow(strain(at(c, r + 1) - at(c, r), hv_), 2) * cell * across;
-      if (c + 2 < columns_)
-        e.bend += 0.5 * truth_.bend * turn2(at(c + 1, r) - at(c, r), at(c + 2, r) - at(c + 1, r), hu_) * cell * side_u;
-      if (r + 2 < rows_)
-        e.bend += 0.5 * truth_.bend * turn2(at(c, r + 1) - at(c, r), at(c, r + 2) - at(c, r + 1), hv_) * cell * side_v;
-      if (c + 1 < columns_ && r + 1 < rows_) {
-        const Eigen::Vector3d a = 0.5 / hu_ * (at(c + 1, r) - at(c, r) + at(c + 1, r + 1) - at(c, r + 1));
-        const Eigen::Vector3d b = 0.5 / hv_ * (at(c, r + 1) - at(c, r) + at(c + 1, r + 1) - at(c + 1, r));
-        const Eigen::Vector3d twist = (at(c, r) - at(c + 1, r) - at(c, r + 1) + at(c + 1, r + 1)) / cell;
-        e.shear += 0.5 * truth_.shear * std::pow(a.dot(b), 2) * cell * (1 + 2 * held(c, r));
-        e.bend += truth_.bend * twist.squaredNorm() * cell;
-      }
-      const int i = r * columns_ + c;
-      e.kinetic += 0.5 * mass_[i] * v.col(i).squaredNorm();
-      e.weight -= mass_[i] * options_.gravity_m_s2.dot(x.col(i));
-    }
+  SheetForces<double> forces = exact();
+  const SheetForces<double>::Elastic elastic = forces.elastic(law(0));
+  LatticeEnergy e{elastic.stretch, elastic.shear, elastic.bend, kinetic_energy(), 0};
+  const Eigen::Matrix3Xd x = position();
+  for (int i = 0; i < count(); ++i) e.weight -= mass_[static_cast<size_t>(i)] * options_.gravity_m_s2.dot(x.col(i));
   return e;
 }
 

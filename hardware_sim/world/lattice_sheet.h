@@ -1,16 +1,14 @@
 // The simulated world's fabric: a rectangular lattice of nodes, by intention unlike the fabric model that is
-// fitted to it in mesh, strain measure, bending measure and integrator. It shares no code with cloth/.
+// fitted to it in discretisation, strain measure, damping and integrator. It shares no code with cloth/.
 //
-// Energy per flat area, with E the Green strain, a and b the lattice's tangents ∂x/∂u, ∂x/∂v:
-//   ½ stretch (E_uu² + E_vv²) + ½ shear (a·b)²,  E_uu = ½(|a|² − 1) on each lattice edge, a·b at each cell's centre
-//   ½ bend (κ_u² + κ_v² + 2 |x_uv|²)
-// κ_u, κ_v: curvature of the lattice lines from their turning angle φ, κ = 2 tan(φ/2)/h (Bergou et al. 2008);
-// x_uv the twist of a cell. To first order these are the format's own definitions. Damping acts on the rates
-// of E_uu, E_vv, a·b and of the second differences. Drag as in the format: −(drag_normal |v_N| v_N / (1 + drag_fade
-// |v_N|²) + drag_tangent v_T) per area, v relative to the air. Masses are lumped; symplectic Euler with a step
-// below its stability bound, and parts of it while a crease is sharp: κ has no bound where a line turns back. The two
-// top corners are held, their cells as soft as a grip of 6 mm leaves them (docs/decisions/0007). SI units. Nodes row by
-// row from the top-left corner.
+// Energy per flat area, with E the Green strain, a and b the sheet's tangents ∂x/∂u, ∂x/∂v:
+//   ½ stretch (E_uu² + E_vv²) + ½ shear (a·b)² + ½ bend (|x_uu|² + |x_vv|² + 2 |x_uv|²),  E_uu = ½(|a|² − 1)
+// by staggered differences of fourth order (sheet_forces.h). Damping is a dashpot behind a spring of its own, for each
+// of E_uu, E_vv, a·b and the second derivatives: as viscous as the format says below some 100 Hz, and no stiffer than
+// that spring above, so that it does not set the step. Drag as in the format: −(drag_normal |v_N| v_N / (1 + drag_fade
+// |v_N|²) + drag_tangent v_T) per area, v relative to the air. Masses are lumped; symplectic Euler with a step below
+// its stability bound. A held corner is where the plane nearest to a square of 7.5 mm of fabric there, by least
+// squares, meets the corner: the same grip on every lattice. SI units. Nodes row by row from the top-left corner.
 #pragma once
 
 #include <array>
@@ -18,6 +16,8 @@
 #include <vector>
 
 #include <Eigen/Core>
+
+#include "hardware_sim/world/sheet_forces.h"
 
 namespace selvedge::hardware_sim {
 
@@ -45,8 +45,9 @@ struct FabricParameter {
 const std::vector<FabricParameter>& fabric_parameters();
 
 struct LatticeOptions {
-  int cells_across = 20, cells_down = 20;
-  double step_share = 0.9;  // of the stability bound; strained edges are stiffer than it counts
+  int cells_across = 32, cells_down = 32;
+  double grading = 0.4;      // by how much cells are smaller at the held corners, relative to even ones
+  double step_share = 0.85;  // of the stability bound; a strained sheet is stiffer than it counts
   Eigen::Vector3d gravity_m_s2 = Eigen::Vector3d(0, 0, -9.81);
   Eigen::Vector3d air_m_s = Eigen::Vector3d::Zero();
 };
@@ -54,23 +55,44 @@ struct LatticeOptions {
 // The lattice as an extra sees it: 3 planes each of positions, velocities and forces (gravity not among them).
 struct LatticeView {
   int columns, rows;
-  double hu, hv, time_s;
+  const SheetGrid* grid;
+  double time_s;
   const FabricTruth* truth;
   const double* x[3];
   const double* v[3];
   double* f[3];
   double* mass;
+  const double* area;  // m², of each node
   Eigen::Vector3d gravity_m_s2;
 };
 
-// Something that the fabric has beyond FabricTruth. `begin` may change masses; `add` adds forces, and is called
-// once a step of dt_s, so that it may keep a memory.
+// Strains where the sheet looks at them (sheet_forces.h), and the stress in excess of the elastic, N/m, to be added to.
+// E_uu: rows × (columns − 1), between two nodes of a row; E_vv: (rows − 1) × columns. Row by row.
+struct StrainView {
+  int columns, rows;
+  const SheetGrid* grid;
+  const FabricTruth* truth;
+  std::vector<double> e_uu, e_vv;
+  std::vector<double> stress_uu, stress_vv;
+};
+
+// Something that the fabric has beyond FabricTruth. `begin` may change masses; `add` adds forces and `stress` stresses;
+// each is called once a step of dt_s, so that it may keep a memory.
 class LatticeExtra {
  public:
   virtual ~LatticeExtra() = default;
   virtual void begin(const LatticeView&) {}
+  virtual bool has_stress() const { return false; }
+  virtual void stress(StrainView&, double /*dt_s*/) {}
   virtual void add(const LatticeView& view, double dt_s) = 0;
 };
+
+// The cubic through four nodes of a line, at a place on it: the first of them, and their weights.
+struct LineCubic {
+  int first;
+  std::array<double, 4> weight;
+};
+LineCubic line_cubic(const std::vector<double>& nodes, double place);
 
 struct LatticeEnergy {
   double stretch = 0, shear = 0, bend = 0, kinetic = 0, weight = 0;
@@ -88,51 +110,79 @@ class LatticeSheet {
   int count() const { return columns_ * rows_; }
   double largest_step_s() const { return step_s_; }
 
-  // Between the corners, bulging towards `side` (a direction across the sheet), at rest.
+  // Along a curve between the corners as long as the edge, bulging towards `side`, straight across: nothing is
+  // strained, so nothing flies off at the start.
   void hang(const Eigen::Vector3d& left, const Eigen::Vector3d& right, const Eigen::Vector3d& side);
-  // The same along a curve as long as the edge, straight across: nothing is strained, so nothing flies off at the
-  // start.
-  void hang_unstrained(const Eigen::Vector3d& left, const Eigen::Vector3d& right, const Eigen::Vector3d& side);
   void set_position(const Eigen::Matrix3Xd& position);
   void set_velocity(const Eigen::Matrix3Xd& velocity);
   Eigen::Matrix3Xd position() const;
   Eigen::Matrix3Xd velocity() const;
 
-  // Advances by duration_s in equal steps below the bound, the corners moving linearly to where they are to be
+  // Advances by duration_s in equal steps below the bound, the held corners moving linearly to where they are to be
   // at its end. brake: extra damping of every node's velocity, 1/s, to let a sheet come to rest.
   void advance(double duration_s, const Eigen::Vector3d& left_end, const Eigen::Vector3d& right_end, double brake = 0);
   // The same with nothing held.
   void advance_free(double duration_s);
 
-  LatticeEnergy energy() const;
-  // Sum of all forces on each node but gravity, 3×N, N.
-  Eigen::Matrix3Xd internal_forces();
+  // Of nodes, 3×N, m: the point at flat coordinates uv on the surface (cubics through them), and what a grip holds.
+  Eigen::Vector3d point(const Eigen::Matrix3Xd& nodes, const Eigen::Vector2d& uv) const;
+  Eigen::Vector3d held_left(const Eigen::Matrix3Xd& nodes) const { return read(left_, nodes); }
+  Eigen::Vector3d held_right(const Eigen::Matrix3Xd& nodes) const { return read(right_, nodes); }
 
-  // Flat coordinates of the nodes, and the cells' triangles.
+  LatticeEnergy energy() const;
+  double kinetic_energy() const;
+  // Elastic forces and drag on each node, 3×N, N, in double precision; no damping.
+  Eigen::Matrix3Xd internal_forces() const;
+
+  // Flat coordinates of the nodes.
   std::vector<Eigen::Vector2d> rest_uv() const;
+
+  // What a camera is to see of the surface: its nodes and the points half way between them, (2 columns − 1) a row, and
+  // the triangles of these.
+  Eigen::Matrix3Xd seen(const Eigen::Matrix3Xd& nodes) const;
   std::vector<std::array<int, 3>> triangles() const;
 
  private:
-  using Plane = std::vector<double>;  // one coordinate of all nodes
-  struct Field {
-    std::array<Plane, 3> axis;
+  // A sum over nodes that the rig moves, and what one unit of its velocity moves each of them by.
+  struct Grip {
+    std::vector<int> node;
+    std::vector<double> weight, response;
+    Eigen::Vector3d velocity = Eigen::Vector3d::Zero();
   };
+  static Eigen::Vector3d read(const Grip& grip, const Eigen::Matrix3Xd& nodes);
+  Grip corner_grip(bool right) const;
+  void set_responses(Grip& grip) const;
+  void hold(Grip& grip);
+  SheetLaw law(double dt) const;
+  double stable_step_s() const;
+  size_t at(int node) const { return forces_.grid().at(node / columns_, node % columns_); }
+  Eigen::Matrix3Xd dense(const SheetField<float>& field) const;
+  void look();
   LatticeView view();
-  void forces();
+  void act_on_stress(double dt);
+  void act_on_nodes(double dt);
+  SheetForces<double> exact() const;
+  double largest_strain() const;
   void step(double dt, double brake, bool held);
   void steps(double duration_s, double brake, bool held);
-  double stable_step_s(double sharpest) const;
-  double sharpest_crease() const;
 
   FabricTruth truth_;
   LatticeOptions options_;
   int columns_, rows_;
-  double hu_, hv_, step_s_;
-  double step_share_ = 1;   // of all extras
-  double grip_change_ = 0;  // of stretch and shear of the two held cells, relative
-  Field x_, v_, f_;
-  Plane mass_, area_;  // of each node; extras may add to the mass alone
-  std::vector<double> scratch_;
+  double step_s_;
+  double step_share_ = 1;                             // of all extras
+  Eigen::Vector3d origin_ = Eigen::Vector3d::Zero();  // that the forces' positions count from
+  SheetForces<float> forces_;
+  SheetField<float> drag_;
+  SheetPlane<float> per_mass_;
+  int since_drag_ = 0;
+  SheetLaw law_;
+  std::vector<double> mass_, area_;  // of each node; extras may add to the mass alone
+  Grip left_, right_;
+  std::vector<LineCubic> seen_u_, seen_v_;
+  // What extras see.
+  std::vector<double> x_seen_[3], v_seen_[3], f_seen_[3];
+  StrainView strains_;
   std::vector<std::shared_ptr<LatticeExtra>> extras_;
   double time_s_ = 0;
 };

@@ -155,7 +155,7 @@ void World::settle(const Eigen::Vector3d& left, const Eigen::Vector3d& right) {
   double last = 0, before = 0;
   for (double t = 0; t < 3.0; t += step) {
     sheet_.advance(step, left, right);
-    const double kinetic = sheet_.energy().kinetic;
+    const double kinetic = sheet_.kinetic_energy();
     if (kinetic < last && last >= before) {
       sheet_.set_velocity(Eigen::Matrix3Xd::Zero(3, sheet_.count()));
       last = before = 0;
@@ -266,8 +266,8 @@ std::vector<SeenMarker> World::markers_at(double host_time_s) {
   if (stage.stage == Stage::fabric) {
     const Eigen::Matrix3Xd nodes = interpolated(host_time_s);
     if (nodes.cols() == 0) return markers;  // taken down since
-    markers.push_back({"fabric", "left", nodes.col(0)});
-    markers.push_back({"fabric", "right", nodes.col(sheet_.columns() - 1)});
+    markers.push_back({"fabric", "left", sheet_.held_left(nodes)});
+    markers.push_back({"fabric", "right", sheet_.held_right(nodes)});
   } else if (stage.stage == Stage::board) {
     const Eigen::Isometry3d pose =
         board_pose(configuration_.board, geometry::centre(configuration_.camera), stage.pose);
@@ -290,6 +290,7 @@ bool World::image_at(double host_time_s, unsigned char* pixels) {
     if (!wait_for(lock, host_time_s)) return false;
     stage = stage_at(host_time_s);
     if (stage.stage == Stage::fabric) nodes = interpolated(host_time_s);
+    if (nodes.cols() > 0) nodes = sheet_.seen(nodes);
     if (nodes.cols() == 0 && stage.stage == Stage::fabric) stage.stage = Stage::empty;  // taken down since
     after_knock = host_time_s >= knocked_from_s_;
   }

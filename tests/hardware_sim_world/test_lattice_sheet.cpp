@@ -1,5 +1,6 @@
 #include "hardware_sim/world/lattice_sheet.h"
 
+#include <array>
 #include <cmath>
 #include <random>
 
@@ -25,30 +26,69 @@ Eigen::Matrix3Xd mapped(const LatticeSheet& sheet, Map map) {
   return position;
 }
 
-TEST(LatticeSheet, ForcesAreTheEnergysDerivative) {
-  FabricTruth truth = only_elastic();
-  truth.bend = 2e-3;
-  LatticeSheet sheet(truth, {.cells_across = 5, .cells_down = 4});
+// On nodes that lie unevenly, every one of them moved.
+TEST(SheetForces, AreTheEnergysDerivative) {
+  const SheetGrid grid({0, 0.03, 0.065, 0.11, 0.16, 0.2}, {0, 0.05, 0.11, 0.15, 0.2});
+  SheetForces<double> sheet(grid);
+  SheetLaw law;
+  law.stretch.stiffness = 110;
+  law.shear.stiffness = 55;
+  law.bend.stiffness = 2e-3;
   std::mt19937 random(3);
   std::normal_distribution<double> normal(0, 0.004);
-  Eigen::Matrix3Xd position = sheet.position();
-  for (Eigen::Index i = 0; i < position.size(); ++i) position.data()[i] += normal(random);
-  // The bending force takes edges for inextensible; in the energy used here that makes no difference, since both
-  // use the rest length.
-  sheet.set_position(position);
-  const Eigen::Matrix3Xd force = sheet.internal_forces();
+  for (int r = 0; r < grid.rows; ++r)
+    for (int c = 0; c < grid.columns; ++c) {
+      sheet.x[0][grid.at(r, c)] = grid.u.place[static_cast<size_t>(c)] + normal(random);
+      sheet.x[1][grid.at(r, c)] = normal(random);
+      sheet.x[2][grid.at(r, c)] = -grid.v.place[static_cast<size_t>(r)] + normal(random);
+    }
+  const auto elastic = [&] {
+    const auto e = sheet.elastic(law);
+    return e.stretch + e.shear + e.bend;
+  };
+  sheet.strain(law);
+  sheet.pull(law);
+  const SheetField<double> force = sheet.f;
   const double step = 1e-7;
-  for (Eigen::Index i = 0; i < position.size(); ++i) {
-    Eigen::Matrix3Xd moved = position;
-    const auto elastic = [&](double by) {
-      moved.data()[i] = position.data()[i] + by;
-      sheet.set_position(moved);
-      const LatticeEnergy e = sheet.energy();
-      return e.stretch + e.shear + e.bend;
-    };
-    const double derivative = (elastic(step) - elastic(-step)) / (2 * step);
-    ASSERT_NEAR(force.data()[i], -derivative, 1e-6 * std::max(1.0, force.cwiseAbs().maxCoeff())) << i;
-  }
+  for (size_t a = 0; a < 3; ++a)
+    for (int r = 0; r < grid.rows; ++r)
+      for (int c = 0; c < grid.columns; ++c) {
+        double& x = sheet.x[a][grid.at(r, c)];
+        const double was = x;
+        x = was + step;
+        const double more = elastic();
+        x = was - step;
+        const double less = elastic();
+        x = was;
+        ASSERT_NEAR(force[a][grid.at(r, c)], -(more - less) / (2 * step), 1e-6) << a << " " << r << " " << c;
+      }
+}
+
+// Fourth order inside and third at the rim: halving the cells leaves less than a fifth of the error, where second order
+// would leave a quarter.
+TEST(SheetForces, EnergyOfAWavySheetIsOfHighOrder) {
+  const auto bend_of = [](int cells) {
+    std::vector<double> place;
+    for (int i = 0; i <= cells; ++i) place.push_back(0.3 * i / cells + 0.01 * std::sin(M_PI * i / cells));
+    const SheetGrid grid(place, place);
+    SheetForces<double> sheet(grid);
+    for (int r = 0; r < grid.rows; ++r)
+      for (int c = 0; c < grid.columns; ++c) {
+        const double u = place[static_cast<size_t>(c)], v = place[static_cast<size_t>(r)];
+        sheet.x[0][grid.at(r, c)] = u;
+        sheet.x[1][grid.at(r, c)] = 0.01 * std::sin(40 * u + 1) * std::cos(30 * v);
+        sheet.x[2][grid.at(r, c)] = -v;
+      }
+    SheetLaw law;
+    law.bend.stiffness = 1;
+    law.stretch.stiffness = 1;
+    law.shear.stiffness = 1;
+    const auto e = sheet.elastic(law);
+    return std::array{e.bend, e.stretch, e.shear};
+  };
+  const auto coarse = bend_of(16), fine = bend_of(32), finest = bend_of(128);
+  for (size_t k = 0; k < 3; ++k)
+    EXPECT_LT(std::abs(fine[k] - finest[k]), 0.2 * std::abs(coarse[k] - finest[k]) + 1e-5 * finest[k]) << k;
 }
 
 TEST(LatticeSheet, StretchShearAndBendMeanWhatTheFormatSays) {
@@ -116,10 +156,10 @@ TEST(LatticeSheet, SwingsWithThePeriodOfARigidPlateAndKeepsItsEnergy) {
   EXPECT_NEAR(period / expected, 1, 0.01);
   const double swing =
       truth.density * truth.width_m * truth.height_m * 9.81 * truth.height_m / 2 * (1 - std::cos(tilt));
-  EXPECT_NEAR((total() - start) / swing, 0, 0.02);
+  EXPECT_NEAR((total() - start) / swing, 0, 0.03);
 }
 
-// Bending's damping brakes waves in the plane as well, and takes its part of the step.
+// Damping of the membrane and of bending does not set the step.
 TEST(LatticeSheet, AStronglyDampedFabricTakesStepsThatItStands) {
   FabricTruth truth;
   truth.density = 0.141;
@@ -130,7 +170,7 @@ TEST(LatticeSheet, AStronglyDampedFabricTakesStepsThatItStands) {
   const Eigen::Vector3d left(-0.1225, 0, 0), right(0.1225, 0, 0);
   const auto hung = [&](double step_share) {
     LatticeSheet sheet(truth, {.cells_across = 22, .cells_down = 22, .step_share = step_share});
-    sheet.hang_unstrained(left, right, {0, 1, 0});
+    sheet.hang(left, right, {0, 1, 0});
     sheet.advance(0.1, left, right, 20);
     return sheet;
   };
@@ -138,28 +178,36 @@ TEST(LatticeSheet, AStronglyDampedFabricTakesStepsThatItStands) {
   ASSERT_TRUE(sheet.position().allFinite());
   EXPECT_LT(sheet.velocity().colwise().norm().maxCoeff(), 1);
   EXPECT_FALSE(hung(2).position().allFinite()) << "the bound says little";
+  FabricTruth undamped = truth;
+  undamped.stretch_damping = undamped.shear_damping = undamped.bend_damping = 0;
+  EXPECT_GT(sheet.largest_step_s(),
+            0.5 * LatticeSheet(undamped, {.cells_across = 22, .cells_down = 22}).largest_step_s());
 }
 
 // A cylinder: no edge is longer or shorter than it is at rest, and no cell is sheared.
 TEST(LatticeSheet, HangsUnstrained) {
   LatticeSheet sheet({});
-  sheet.hang_unstrained({-0.12, 0, 1}, {0.12, 0.01, 1}, {0, 1, 0});
+  sheet.hang({-0.12, 0, 1}, {0.12, 0.01, 1}, {0, 1, 0});
   const LatticeEnergy e = sheet.energy();
-  EXPECT_LT(e.stretch + e.shear, 0.05 * e.bend);  // chords are shorter than arcs
-  EXPECT_NEAR((sheet.position().col(sheet.columns() - 1) - Eigen::Vector3d(0.12, 0.01, 1)).norm(), 0, 1e-9);
+  EXPECT_LT(e.stretch + e.shear, 1e-3 * e.bend);
+  EXPECT_NEAR((sheet.position().col(sheet.columns() - 1) - Eigen::Vector3d(0.12, 0.01, 1)).norm(), 0, 1e-7);
 }
 
-// The start of `hang` has the strained top edge fly off; creases of more than a right angle come and go.
-TEST(LatticeSheet, SharpCreasesAreGoneThroughInPartsOfAStep) {
-  FabricTruth truth;
-  truth.density = 0.238;
-  truth.stretch = 251;
-  truth.shear = 153;
-  LatticeSheet sheet(truth, {.cells_across = 22, .cells_down = 22});
-  const Eigen::Vector3d left(-0.1205, 0, 0), right(0.1205, 0, 0);
-  sheet.hang(left, right, {0, 1, 0});
-  sheet.advance(0.4, left, right, 6);
-  EXPECT_TRUE(sheet.position().allFinite());
+// What the rig moves is the plane of a patch, on every lattice.
+TEST(LatticeSheet, GripsGoWhereTheyAreLed) {
+  for (const int cells : {12, 30}) {
+    LatticeSheet sheet({}, {.cells_across = cells, .cells_down = cells});
+    const Eigen::Vector3d left(-0.12, 0, 0);
+    Eigen::Vector3d right(0.12, 0, 0);
+    sheet.hang(left, right, {0, 1, 0});
+    EXPECT_NEAR((sheet.held_right(sheet.position()) - right).norm(), 0, 1e-5);
+    for (int i = 1; i <= 48; ++i) {
+      right.y() = 0.02 * std::sin(i / 10.0);
+      sheet.advance(1.0 / 480, left, right);
+      EXPECT_NEAR((sheet.held_right(sheet.position()) - right).norm(), 0, 1e-6) << cells;
+      EXPECT_NEAR((sheet.held_left(sheet.position()) - left).norm(), 0, 1e-6) << cells;
+    }
+  }
 }
 
 }  // namespace
