@@ -404,7 +404,8 @@ void LatticeSheet::step(double dt, double brake, bool held) {
   if (std::any_of(extras_.begin(), extras_.end(), [](const auto& extra) { return extra->has_stress(); }))
     act_on_stress(dt);
   forces_.pull(law_);
-  if (since_drag_++ % kDragEvery == 0) forces_.drag(law_, drag_);
+  if (since_drag_ == 0) forces_.drag(law_, drag_);
+  since_drag_ = (since_drag_ + 1) % kDragEvery;
   if (!extras_.empty()) act_on_nodes(dt);
   time_s_ += dt;
   const auto keep = static_cast<float>(std::exp(-brake * dt)), h = static_cast<float>(dt);
