@@ -36,7 +36,7 @@ const std::vector<MaterialParameter>& material_parameters() {
        .stated_lower = 1e-8,
        .stated_upper = 0.1,
        .shows_soon = true,
-       .tried = {2e-6, 1.6e-5, 1.2e-4, 9e-4}},
+       .tried = {3e-6, 1.2e-5, 4.5e-5, 1.8e-4}},
       {.name = "stretch_damping",
        .unit = "N·s/m",
        .member = &M::stretch_damping,

@@ -7,7 +7,6 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "cloth/spline/chosen_grid.h"
 #include "diagnose/hypothesis.h"
 #include "estimate/robust_cost.h"
 #include "files/whole_file.h"
@@ -96,14 +95,9 @@ model::SimulationOptions on_grid_of(long cells) {
 void begin_usual_grid(Study& study, const std::vector<model::ObservedTrial>& trials,
                       const std::vector<model::Parameter>& base, const VectorXd& x) {
   long& cells = study.protocol.cells;
-  if (cells == 0) {
-    model::Prediction p;
-    p.experiment = trials.front().experiment;
-    for (size_t k = 0; k < base.size(); ++k) base[k].apply(p, model::to_value(base[k], x(static_cast<Index>(k))));
-    const double length_m = cloth::spline::bending_length_m(p.experiment.material, p.experiment.gravity_m_s2.norm());
-    cells = std::clamp(std::lround(std::ceil(trials.front().width_m / length_m)), study.protocol.coarse_cells,
-                       long{cloth::spline::kMostCells});
-  }
+  if (cells == 0)
+    cells = std::clamp<long>(model::cells_of_bending_length(trials.front(), base, x), study.protocol.coarse_cells,
+                             study.protocol.most_cells);
   study.simulation = std::make_shared<const model::Simulation>(trials, on_grid_of(cells));
 }
 
@@ -131,7 +125,10 @@ VectorXd fit_base(Study& study, const std::vector<model::ObservedTrial>& trials,
   } else {
     estimate::LeastSquaresOptions start;
     start.progress = fit::part_of(options.progress, 0.02, 0.25, "coarse grid");
-    x = fit::find_start(trials, on_grid_of(protocol.coarse_cells), base, start).coordinates;
+    x = fit::find_start(trials, on_grid_of(protocol.coarse_cells),
+                        protocol.cells > 0 ? static_cast<int>(protocol.coarse_cells) : fit::kMostCellsAtFirst, base,
+                        start)
+            .coordinates;
     begin_usual_grid(study, trials, base, x);
     study.state = study.simulation->state_at(base, x, protocol.nudging_per_s);
   }

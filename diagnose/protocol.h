@@ -16,7 +16,8 @@ struct Effect;
 
 struct Protocol {
   // Grids, rates, and how simulations are held.
-  long coarse_cells = 8, cells = 0;         // of the start and of derivatives, along the width; 0: one a bending length
+  long coarse_cells = 10, cells = 0;        // of the start and of derivatives, along the width; 0: one a bending length
+  long most_cells = 32;                     // that are chosen so
   double finer = 1.5;                       // times as many: what derivatives are derivatives of
   double rate_hz = 30, image_rate_hz = 10;  // observations are thinned to these
   double nudging_per_s = 10;                // nudging gain of fits and judging (cloth/guide.h); 0: simulations run free

@@ -61,7 +61,7 @@ CoarseResult coarse_search(const model::Simulation& simulation, const model::Sta
   const Eigen::MatrixXd sets = all_combinations(parameters);
   std::vector<std::pair<double, Eigen::Index>> costs;
   double least = std::numeric_limits<double>::infinity();
-  constexpr Eigen::Index kAtOnce = 8;
+  constexpr Eigen::Index kAtOnce = 16;
   const std::string name = options.journal ? options.journal->next("grid") : "";
   for (Eigen::Index first = 0; first < sets.cols(); first += kAtOnce) {
     const Eigen::Index count = std::min(kAtOnce, sets.cols() - first);
@@ -77,9 +77,13 @@ CoarseResult coarse_search(const model::Simulation& simulation, const model::Sta
                      fmt::format("coarse grid, best cost {:.4g}", least));
   }
   std::sort(costs.begin(), costs.end());
-  CoarseResult out{{}, least, static_cast<int>(sets.cols())};
-  for (size_t i = 0; i < std::min(keep, costs.size()); ++i) out.best.emplace_back(sets.col(costs[i].second));
-  if (out.best.empty()) out.best.emplace_back(sets.col(0));
+  if (costs.empty()) costs.emplace_back(std::numeric_limits<double>::infinity(), 0);
+  CoarseResult out;
+  out.evaluations = static_cast<int>(sets.cols());
+  for (size_t i = 0; i < std::min(keep, costs.size()); ++i) {
+    out.best.emplace_back(sets.col(costs[i].second));
+    out.costs.push_back(costs[i].first);
+  }
   return out;
 }
 

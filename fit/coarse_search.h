@@ -8,7 +8,7 @@ namespace selvedge::fit {
 
 struct CoarseResult {
   std::vector<Eigen::VectorXd> best;  // coordinates, the best first; at least one
-  double cost = 0;                    // of the best
+  std::vector<double> costs;          // of these; infinity where all simulations diverged
   int evaluations = 0;
 };
 

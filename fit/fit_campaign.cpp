@@ -53,19 +53,6 @@ model::SimulationOptions on_grid_of(int cells, const FitOptions& options) {
   return o;
 }
 
-// One cell a bending length of a fabric as it was found on a coarse grid.
-int first_cells(const std::vector<model::ObservedTrial>& trials, const std::vector<model::Parameter>& parameters,
-                const VectorXd& coordinates, const FitOptions& options) {
-  if (options.cells > 0) return options.cells;
-  model::Prediction p;
-  p.experiment = trials.front().experiment;
-  for (size_t k = 0; k < parameters.size(); ++k)
-    parameters[k].apply(p, to_value(parameters[k], coordinates(static_cast<Index>(k))));
-  const double length_m = cloth::spline::bending_length_m(p.experiment.material, p.experiment.gravity_m_s2.norm());
-  return std::clamp(static_cast<int>(std::ceil(trials.front().width_m / length_m - 1e-9)), options.coarse_cells,
-                    most_cells(trials));
-}
-
 // Root mean square of markers' speed error, mm/s: differences of position residuals over neighbouring times.
 std::optional<double> velocity_error(const model::ObservedTrial& trial, const VectorXd& residual) {
   if (!trial.markers || trial.still || trial.markers->time_s.size() < 2 || residual.size() == 0) return std::nullopt;
@@ -289,6 +276,10 @@ OnGrids fit_on_grids(FitOutcome& out, const std::vector<model::ObservedTrial>& t
   constexpr double kOpen_mm = 0.5;
   OnGrids done;
   GridChange change;
+  // The end need not be exact here: it is fitted once more.
+  const double enough = search.least_decrease;
+  search.least_decrease = 5e-3;
+  search.steps_between = 1;
   double from = 0.25;  // of the whole fit
   for (;;) {
     search.progress = part_of(options.progress, from, from + 0.2, fmt::format("grid of {} cells", cells));
@@ -313,6 +304,8 @@ OnGrids fit_on_grids(FitOutcome& out, const std::vector<model::ObservedTrial>& t
   out.remarks.insert(out.remarks.end(), change.remarks.begin(), change.remarks.end());
   out.grid_mm = change.mm;
   out.state.grid_correction_mm = std::move(change.adds_mm);
+  search.least_decrease = enough;
+  search.steps_between = 0;
   search.max_iterations = 2;
   search.progress = part_of(options.progress, 0.75, 0.8, "what a finer grid adds");
   done.fit = minimise(*out.simulation, out.state, parameters, at, search);
@@ -352,9 +345,13 @@ FitOutcome fit_campaign(const trial::Campaign& campaign, const FitOptions& optio
     journal = estimate::FitJournal::shared(options.journal, identity_of(options, recordings), options.ranks);
 
   const Start found =
-      find_start(trials, on_grid_of(options.coarse_cells, options), parameters,
+      find_start(trials, on_grid_of(options.coarse_cells, options),
+                 options.cells > 0 ? options.coarse_cells : std::min(kMostCellsAtFirst, most_cells(trials)), parameters,
                  search_options(options, out.cut_s, part_of(options.progress, 0.05, 0.25, "coarse grid"), journal));
-  const int cells = first_cells(trials, parameters, found.coordinates, options);
+  const int cells = options.cells > 0
+                        ? options.cells
+                        : std::clamp(model::cells_of_bending_length(trials.front(), parameters, found.coordinates),
+                                     options.coarse_cells, most_cells(trials));
   estimate::LeastSquaresOptions last = search_options(options, out.cut_s, options.progress, journal);
   estimate::LeastSquaresResult fit;
   VectorXd mesh = VectorXd::Zero(found.coordinates.size());

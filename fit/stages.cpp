@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <limits>
+#include <map>
+#include <memory>
 
 #include <fmt/format.h>
 
@@ -10,6 +12,8 @@
 #include "observe/stripe_residual.h"
 
 namespace selvedge::fit {
+
+using Eigen::VectorXd;
 
 namespace {
 
@@ -74,6 +78,38 @@ std::vector<Eigen::Index> shown_soon(const std::vector<model::Parameter>& parame
   for (size_t k = 0; k < parameters.size(); ++k)
     if (parameters[k].shows_soon) rows.push_back(static_cast<Eigen::Index>(k));
   return rows;
+}
+
+// A set of parameters, where it was found.
+struct Candidate {
+  VectorXd coordinates;
+  double cost = 0;
+  std::shared_ptr<const model::Simulation> grid;
+  model::State state;
+};
+
+size_t bend_of(const std::vector<model::Parameter>& parameters) {
+  return static_cast<size_t>(
+      std::find_if(parameters.begin(), parameters.end(), [](const model::Parameter& p) { return p.name == "bend"; }) -
+      parameters.begin());
+}
+
+// The bending parameter once for each rigidity that is tried, with that alone.
+std::vector<model::Parameter> one_rigidity_each(const std::vector<model::Parameter>& parameters) {
+  const size_t bend = bend_of(parameters);
+  std::vector<model::Parameter> out;
+  for (const double value : bend < parameters.size() ? parameters[bend].tried : std::vector<double>{}) {
+    out.push_back(parameters[bend]);
+    out.back().start = value;
+    out.back().tried = {value};
+  }
+  if (out.empty()) out.push_back(bend < parameters.size() ? parameters[bend] : parameters.front());
+  return out;
+}
+
+model::SimulationOptions with_cells(model::SimulationOptions on, int cells) {
+  on.cells = cells;
+  return on;
 }
 
 }  // namespace
@@ -173,30 +209,56 @@ Rivals minimise_and_return(const model::Simulation& simulation, model::State& st
   return out;
 }
 
-Start find_start(const std::vector<model::ObservedTrial>& trials, const model::SimulationOptions& on,
+Start find_start(const std::vector<model::ObservedTrial>& trials, const model::SimulationOptions& on, int most_cells,
                  const std::vector<model::Parameter>& parameters, const estimate::LeastSquaresOptions& options) {
   constexpr size_t kCandidates = 3;
   constexpr double kBeginning = 0.4, kLeast_s = 1.2;  // of the longest trial
+  constexpr double kSearchShare = 0.4;                // of the work
   const double span_s = longest_span_s(trials, options.fit_until_s);
-  const model::Simulation grid(
-      beginnings_of(trials, std::clamp(kBeginning * span_s, std::min(kLeast_s, span_s), span_s)), on);
-  const model::State begin = grid.state_at(parameters, usual_coordinates(parameters));
+  const std::vector<model::ObservedTrial> begun =
+      beginnings_of(trials, std::clamp(kBeginning * span_s, std::min(kLeast_s, span_s), span_s));
   estimate::LeastSquaresOptions search = options;
   search.max_iterations = 5;
-  search.progress = part_of(options.progress, 0, 0.4, "grid");
-  const CoarseResult found = coarse_search(grid, begin, parameters, search, kCandidates);
-  Start out{found.best.front(), found.evaluations};
+  std::vector<Candidate> candidates;
+  Start out;
+  const std::vector<model::Parameter> rigidities = one_rigidity_each(parameters);
+  const size_t bend = bend_of(parameters);
+  std::map<int, std::shared_ptr<const model::Simulation>> grids;
+  for (size_t k = 0; k < rigidities.size(); ++k) {
+    std::vector<model::Parameter> with = parameters;
+    if (bend < with.size()) with[bend] = rigidities[k];
+    const VectorXd usual = usual_coordinates(with);
+    const int cells = std::clamp(model::cells_of_bending_length(trials.front(), with, usual), on.cells, most_cells);
+    auto& grid = grids[cells];
+    if (!grid) grid = std::make_shared<const model::Simulation>(begun, with_cells(on, cells));
+    const double from = kSearchShare * static_cast<double>(k) / static_cast<double>(rigidities.size());
+    search.progress = part_of(options.progress, from, from + kSearchShare / static_cast<double>(rigidities.size()),
+                              fmt::format("search on {} cells", cells));
+    Candidate common{{}, 0, grid, grid->state_at(with, usual)};
+    const CoarseResult found = coarse_search(*grid, common.state, with, search, kCandidates);
+    out.evaluations += found.evaluations;
+    for (size_t i = 0; i < found.best.size(); ++i) {
+      common.coordinates = found.best[i];
+      common.cost = found.costs[i];
+      candidates.push_back(common);
+    }
+  }
+  std::stable_sort(candidates.begin(), candidates.end(),
+                   [](const Candidate& a, const Candidate& b) { return a.cost < b.cost; });
+  candidates.resize(std::min(candidates.size(), kCandidates));
+  out.coordinates = candidates.front().coordinates;
   double least = std::numeric_limits<double>::infinity();
-  for (size_t i = 0; i < found.best.size(); ++i) {
-    const double from = 0.4 + 0.6 * static_cast<double>(i) / kCandidates;
-    search.progress = part_of(options.progress, from, from + 0.6 / kCandidates,
-                              fmt::format("start {} of {}", i + 1, found.best.size()));
-    model::State own = begin;
-    grid.rematch(own, parameters, found.best[i]);
-    const estimate::LeastSquaresResult fitted = minimise_on_branches(grid, own, parameters, found.best[i], search);
+  for (size_t i = 0; i < candidates.size(); ++i) {
+    const double from = kSearchShare + (1 - kSearchShare) * static_cast<double>(i) / kCandidates;
+    search.progress = part_of(options.progress, from, from + (1 - kSearchShare) / kCandidates,
+                              fmt::format("start {} of {}", i + 1, candidates.size()));
+    Candidate& c = candidates[i];
+    c.grid->rematch(c.state, parameters, c.coordinates);
+    const estimate::LeastSquaresResult fitted =
+        minimise_on_branches(*c.grid, c.state, parameters, c.coordinates, search);
     out.evaluations += fitted.evaluations;
     // One scale for all, so that a start that fits little well does not win by calling the rest outliers.
-    const double cost = cost_of(grid, fitted.residuals, search);
+    const double cost = cost_of(*c.grid, fitted.residuals, search);
     if (!(cost < least)) continue;
     least = cost;
     out.coordinates = fitted.coordinates;

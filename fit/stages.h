@@ -28,14 +28,16 @@ estimate::LeastSquaresResult minimise_on_branches(const model::Simulation& simul
                                                   const Eigen::VectorXd& start,
                                                   const estimate::LeastSquaresOptions& options);
 
-// Where to start, on the grid of `on`: a coarse grid (coarse_search.h) over the beginnings of a few trials, where a
-// wrong parameter has not yet led the motion astray; the best few are each fitted to these, and the best of them is
-// taken.
+// Where to start: a search over all combinations of a few values (coarse_search.h), each rigidity on cells of its own
+// bending length (at least those of `on`, at most most_cells), over the beginnings of a few trials, where a wrong
+// parameter has not yet led the motion astray; the best few are each fitted to these, and the best of them is taken. On
+// cells larger than its folds a soft fabric would be taken for a stiff one.
+inline constexpr int kMostCellsAtFirst = 20;
 struct Start {
   Eigen::VectorXd coordinates;
   int evaluations = 0;
 };
-Start find_start(const std::vector<model::ObservedTrial>& trials, const model::SimulationOptions& on,
+Start find_start(const std::vector<model::ObservedTrial>& trials, const model::SimulationOptions& on, int most_cells,
                  const std::vector<model::Parameter>& parameters, const estimate::LeastSquaresOptions& options);
 
 // From a start nearer to the end: least squares over the first shares[0] of the motion, then over the first shares[1]

@@ -7,6 +7,7 @@
 
 #include <tbb/parallel_for.h>
 
+#include "cloth/spline/chosen_grid.h"
 #include "geometry/cubic.h"
 #include "geometry/order_statistics.h"
 #include "model/ranks/bytes.h"
@@ -74,6 +75,16 @@ double median_absolute(const Eigen::VectorXd& r) {
 }
 
 }  // namespace
+
+int cells_of_bending_length(const ObservedTrial& trial, const std::vector<Parameter>& parameters,
+                            const Eigen::VectorXd& coordinates) {
+  Prediction p;
+  p.experiment = trial.experiment;
+  for (size_t k = 0; k < parameters.size(); ++k)
+    parameters[k].apply(p, to_value(parameters[k], coordinates(static_cast<Index>(k))));
+  const double length_m = cloth::spline::bending_length_m(p.experiment.material, p.experiment.gravity_m_s2.norm());
+  return static_cast<int>(std::ceil(std::min(trial.width_m / length_m, 1e6) - 1e-9));
+}
 
 Eigen::Matrix3Xd position_at(const cloth::Experiment& e, const cloth::Trajectory& trajectory, double t_s) {
   return interpolated(between(e.sample_s, t_s), trajectory.samples.size(),

@@ -137,6 +137,10 @@ class Simulation {
   std::vector<std::shared_ptr<const cloth::GuideTrack>> guide_tracks_;  // a trial; null without markers
 };
 
+// How many cells along the width make one a bending length, of a fabric with these parameters.
+int cells_of_bending_length(const ObservedTrial& trial, const std::vector<Parameter>& parameters,
+                            const Eigen::VectorXd& coordinates);
+
 // Control points between the samples of a trajectory (cubic in time).
 Eigen::Matrix3Xd position_at(const cloth::Experiment& experiment, const cloth::Trajectory& trajectory, double t_s);
 

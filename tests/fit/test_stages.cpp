@@ -99,7 +99,7 @@ class FindStart : public testing::Test {
   Start start_of(const std::vector<model::ObservedTrial>& trials) const {
     model::SimulationOptions options;
     options.cells = 5;
-    return find_start(trials, options, parameters_, {});
+    return find_start(trials, options, options.cells, parameters_, {});
   }
   const std::vector<model::Parameter> parameters_ = model::base_parameters();
   const model::ObservedTrial seen_ = model::observe_trial(simulated_trial("waved", 0.1, kSeconds, 3));
