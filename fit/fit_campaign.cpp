@@ -247,6 +247,7 @@ GridChange change_on_finer(const FitOutcome& out, const std::vector<model::Param
   double sum = 0, count = 0;
   for (size_t i = 0; i < trials.size(); ++i) {
     VectorXd adds = there.mm[i] - fit.residuals.mm[i];
+    if (!out.state.grid_correction_mm.empty()) adds += out.state.grid_correction_mm[i];
     const double mm = model::rms_mm(trials[i], adds, out.simulation->time_s(i));
     sum += mm * mm * static_cast<double>(adds.size());
     count += static_cast<double>(adds.size());
@@ -264,7 +265,7 @@ GridChange change_on_finer(const FitOutcome& out, const std::vector<model::Param
 
 struct OnGrids {
   estimate::LeastSquaresResult fit;
-  VectorXd moved;  // by what the next finer grid adds, in coordinates
+  VectorXd open;  // how far the limit of ever finer grids may lie beyond, in coordinates
   int evaluations = 0;
 };
 
@@ -301,16 +302,21 @@ OnGrids fit_on_grids(FitOutcome& out, const std::vector<model::ObservedTrial>& t
     search.max_iterations = std::max(3, options.max_iterations / 2);
     from = from + 0.5 * (0.75 - from - 0.1);
   }
-  out.remarks.insert(out.remarks.end(), change.remarks.begin(), change.remarks.end());
-  out.grid_mm = change.mm;
-  out.state.grid_correction_mm = std::move(change.adds_mm);
   search.least_decrease = enough;
   search.steps_between = 0;
   search.max_iterations = 2;
-  search.progress = part_of(options.progress, 0.75, 0.8, "what a finer grid adds");
-  done.fit = minimise(*out.simulation, out.state, parameters, at, search);
-  done.evaluations += done.fit.evaluations;
-  done.moved = done.fit.coordinates - at;
+  // What a finer grid adds changes with the parameters: it is found where they were, and again where it led them.
+  for (int round = 0; round < 2; ++round) {
+    if (round > 0) change = change_on_finer(out, parameters, done.fit, options);
+    out.grid_mm = change.mm;
+    out.state.grid_correction_mm = change.adds_mm;
+    search.progress = part_of(options.progress, 0.75 + 0.025 * round, 0.775 + 0.025 * round, "what a finer grid adds");
+    done.fit = minimise(*out.simulation, out.state, parameters, done.fit.coordinates, search);
+    done.evaluations += done.fit.evaluations + round;
+  }
+  out.remarks.insert(out.remarks.end(), change.remarks.begin(), change.remarks.end());
+  // Behind the folds an order of one is left, that of the grips: the limit lies this many times as far beyond.
+  done.open = (done.fit.coordinates - at) / (std::sqrt(2.0) - 1);
   return done;
 }
 
@@ -372,7 +378,7 @@ FitOutcome fit_campaign(const trial::Campaign& campaign, const FitOptions& optio
     OnGrids done = fit_on_grids(out, trials, parameters, found.coordinates, cells, last, options);
     before_last += done.evaluations - done.fit.evaluations;
     fit = std::move(done.fit);
-    mesh = std::move(done.moved);
+    mesh = std::move(done.open);
   }
 
   out.model = fmt::format("Baraff-Witkin on bicubic splines, {}, {} cells along the width", drag_text(options.drag),

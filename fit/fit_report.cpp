@@ -58,8 +58,8 @@ void add_parameters(report::HtmlReport& html, const FitOutcome& out) {
                     p.at_bound     ? "at its bound"
                     : p.determined ? "determined"
                                    : "hardly determined"});
-  html.table({"parameter", "value", "unit", "90 % interval", "change for 1 % of error, %",
-              "moved by the next finer grid, %", "start", "verdict"},
+  html.table({"parameter", "value", "unit", "90 % interval", "change for 1 % of error, %", "left open by the grid, %",
+              "start", "verdict"},
              rows);
   html.paragraph(grid_sentence(out));
   for (const std::string& remark : out.remarks) html.paragraph(remark + ".");

@@ -211,7 +211,7 @@ Rivals minimise_and_return(const model::Simulation& simulation, model::State& st
 
 Start find_start(const std::vector<model::ObservedTrial>& trials, const model::SimulationOptions& on, int most_cells,
                  const std::vector<model::Parameter>& parameters, const estimate::LeastSquaresOptions& options) {
-  constexpr size_t kCandidates = 3;
+  constexpr size_t kCandidates = 2;
   constexpr double kBeginning = 0.4, kLeast_s = 1.2;  // of the longest trial
   constexpr double kSearchShare = 0.4;                // of the work
   const double span_s = longest_span_s(trials, options.fit_until_s);
@@ -219,6 +219,8 @@ Start find_start(const std::vector<model::ObservedTrial>& trials, const model::S
       beginnings_of(trials, std::clamp(kBeginning * span_s, std::min(kLeast_s, span_s), span_s));
   estimate::LeastSquaresOptions search = options;
   search.max_iterations = 5;
+  search.steps_between = 1;
+  search.least_decrease = 2e-2;
   std::vector<Candidate> candidates;
   Start out;
   const std::vector<model::Parameter> rigidities = one_rigidity_each(parameters);
