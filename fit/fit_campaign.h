@@ -47,7 +47,7 @@ struct FittedParameter {
   double value = 0;
   double start = 0;                               // from the coarse grid
   double lower_interval = 0, upper_interval = 0;  // 90 %, with what the grid leaves open
-  double mesh_percent = 0;                        // of that: by how much the next finer grid moved it
+  double mesh_percent = 0;                        // of that: how far the limit of ever finer grids may lie from it
   double variability_percent = 0;                 // change that raises the error by 1 % (Bhat et al. 2003, section 5)
   bool at_bound = false;
   bool determined = false;  // 90 % interval within a factor of 1.25 of value, and not at a bound
