@@ -134,9 +134,10 @@ void add_demo(CLI::App& app, int& exit_status) {
   command->add_option("--runs", a->runs, "where that folder is made")->capture_default_str();
   command->add_option("--rig", a->rig, "the rig and its session (TOML)")->capture_default_str();
   command->add_option("--world", a->world, "what the simulated devices are like (TOML)")->capture_default_str();
-  command->add_option("--cells", a->cells, "of the fit's sheet along the width; 0: as the fabric asks")
-      ->check(CLI::Range(9, 65))
-      ->capture_default_str();
+  command
+      ->add_option("--cells", a->cells,
+                   "of the fit's sheet along the width (6 to 64); by default as many as the fabric asks for")
+      ->check(CLI::Range(6, 64));
   command->callback([a, &exit_status] { exit_status = run_demo(*a); });
 }
 
