@@ -35,7 +35,7 @@ namespace {
 struct SharesAt {
   double screening, refitting, finer_grid, held_out, in_full, two_effects, ahead, free, next;
 };
-constexpr SharesAt kShares = {0.40, 0.49, 0.61, 0.74, 0.75, 0.83, 0.89, 0.92, 0.98};
+constexpr SharesAt kBegin = {0.40, 0.49, 0.61, 0.74, 0.75, 0.83, 0.89, 0.92, 0.98};
 
 class Stages {
  public:
@@ -508,8 +508,7 @@ Diagnosis diagnose(const trial::Campaign& campaign, const std::vector<Effect>& e
   const std::clock_t cpu = std::clock();
   const report::ProgressCallback& progress = options.study.progress;
   StudyOptions study_options = options.study;
-  const SharesAt& at = kShares;
-  study_options.progress = part(progress, 0, at.screening);
+  study_options.progress = part(progress, 0, kBegin.screening);
   FittedStudy fitted = make_study(campaign, effects, study_options);
   Study& study = fitted.study;
   out.protocol = study.protocol;
@@ -526,7 +525,7 @@ Diagnosis diagnose(const trial::Campaign& campaign, const std::vector<Effect>& e
   out.base = model::to_text(options.study.drag);
   stages.done("base fit");
 
-  progress(at.screening, "changing every effect by a finite size");
+  progress(kBegin.screening, "changing every effect by a finite size");
   std::vector<Hypothesis> all = {base_hypothesis(study)};
   std::vector<size_t> every(study.effects.size());
   std::iota(every.begin(), every.end(), 0);
@@ -544,18 +543,18 @@ Diagnosis diagnose(const trial::Campaign& campaign, const std::vector<Effect>& e
     if (out.effects.back().absorbed > study.protocol.absorbed) out.cannot_tell.push_back(effect.name);
   }
 
-  progress(at.refitting, "refitting with every effect");
+  progress(kBegin.refitting, "refitting with every effect");
   refit(study, all, 1);
   if (study.other_start) refit_from_other_start(study, all);
   std::vector<Hypothesis> few = finalists(all, static_cast<size_t>(study.protocol.finalists));
   refit(study, few, 1);
   stages.done("refitting");
-  progress(at.finer_grid, "finer grid for the best");
+  progress(kBegin.finer_grid, "finer grid for the best");
   refine_mesh(study, few);
   relinearise_far(study, few);
   refit(study, few, 2);
   stages.done("finer grid for the best");
-  progress(at.held_out, "predicting held-out trials");
+  progress(kBegin.held_out, "predicting held-out trials");
   HeldOut held = hold_out(study, few);
   stages.done("held-out trials");
 
@@ -563,7 +562,7 @@ Diagnosis diagnose(const trial::Campaign& campaign, const std::vector<Effect>& e
   out.replicate_mm = floor.replicate_mm;
   Scores scores = score(study, few, held, floor, options.study.protocol);
   const auto fit_in_full = [&](const std::vector<size_t>& which) {
-    fit_further(study, few, which, part(progress, at.in_full, at.two_effects));
+    fit_further(study, few, which, part(progress, kBegin.in_full, kBegin.two_effects));
     held = hold_out(study, few);
     scores = score(study, few, held, floor, options.study.protocol);
     stages.done("nearest in full");
@@ -578,12 +577,13 @@ Diagnosis diagnose(const trial::Campaign& campaign, const std::vector<Effect>& e
   // A second effect, where the best one leaves a gap that an effect could still close.
   if (best() > 0 && best_of(scores.probability) != "none" &&
       scores.log_ratio_right - scores.log_ratio[best()] > study.protocol.pair_gain) {
-    progress(at.two_effects, "two effects at once");
+    progress(kBegin.two_effects, "two effects at once");
     pairs = pairs_with(study, few[best()]);
   }
   if (!pairs.empty()) {
     refit(study, pairs, 2);
-    fit_further(study, pairs, {least_cost(pairs)}, part(progress, 0.5 * (at.two_effects + at.ahead), at.ahead));
+    fit_further(study, pairs, {least_cost(pairs)},
+                part(progress, 0.5 * (kBegin.two_effects + kBegin.ahead), kBegin.ahead));
     append(held, hold_out(study, pairs));
     one_and_two.insert(one_and_two.end(), pairs.begin(), pairs.end());
     scores = score(study, one_and_two, held, floor, options.study.protocol);
@@ -616,13 +616,13 @@ Diagnosis diagnose(const trial::Campaign& campaign, const std::vector<Effect>& e
   for (const Hypothesis& h : arms) out.fit[name_of(study, h)] = values_of(study, h);
   MatrixXd ahead;
   if (study.nudged) {
-    progress(at.ahead, "predicting a short time ahead");
+    progress(kBegin.ahead, "predicting a short time ahead");
     ahead = held_out_ahead(study, only_rows(held, nearest));
     stages.done("a short time ahead");
   }
 
   // How large it is in motions that run free.
-  progress(at.free, "running free");
+  progress(kBegin.free, "running free");
   const HeldOut free = study.nudged ? held_out_free(study, arms) : only_rows(held, nearest);
   const Floor free_floor = floor_of(study, options.study.protocol);
   const GroupErrors before = errors_of(study, free.mm.row(0)), noise = errors_of(study, free_floor.noise_mm);
@@ -661,7 +661,7 @@ Diagnosis diagnose(const trial::Campaign& campaign, const std::vector<Effect>& e
   out.where = where.cells;
   out.map = where.map;
   stages.done("where");
-  progress(at.next, "what to record next");
+  progress(kBegin.next, "what to record next");
   const NextExperiment next = propose_experiment(study, few, out.probability);
   out.separates = next.separates;
   out.next_experiment = next.what;

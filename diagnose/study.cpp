@@ -79,12 +79,8 @@ void linearise(Study& study) {
 }
 
 VectorXd with_isotropic_shear(const Study& study, VectorXd x) {
-  const auto named = [&](const char* name) {
-    return std::find_if(study.parameters.begin(), study.parameters.end(),
-                        [&](const model::Parameter& p) { return p.name == name; }) -
-           study.parameters.begin();
-  };
-  const Index stretch = named("stretch"), shear = named("shear");
+  const auto stretch = static_cast<Index>(place_of(study.parameters, "stretch")),
+             shear = static_cast<Index>(place_of(study.parameters, "shear"));
   const double isotropic = model::to_coordinate(
       study.parameters[static_cast<size_t>(shear)],
       study.protocol.isotropic_shear * model::to_value(study.parameters[static_cast<size_t>(stretch)], x(stretch)));

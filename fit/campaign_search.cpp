@@ -30,7 +30,7 @@ std::vector<Index> searched_rows(const std::vector<model::Parameter>& all, const
       rows.push_back(static_cast<Index>(k));
   }
   for (const std::string& name : names)
-    if (std::none_of(all.begin(), all.end(), [&](const model::Parameter& p) { return p.name == name; }))
+    if (place_of(all, name) == all.size())
       refuse("parameters", "found {}, expected some of {}", in_quotes(name), known);
   return rows;
 }

@@ -18,13 +18,8 @@ Eigen::MatrixXd all_combinations(const std::vector<model::Parameter>& parameters
   std::vector<Eigen::VectorXd> sets(1, Eigen::VectorXd(static_cast<Eigen::Index>(parameters.size())));
   for (size_t k = 0; k < parameters.size(); ++k)
     sets[0](static_cast<Eigen::Index>(k)) = to_coordinate(parameters[k], parameters[k].start);
-  const auto named = [&](const char* name) {
-    return std::find_if(parameters.begin(), parameters.end(),
-                        [&](const model::Parameter& p) { return p.name == name; }) -
-           parameters.begin();
-  };
-  const auto stretch = static_cast<size_t>(named("stretch"));
-  const Eigen::Index shear = named("shear");
+  const size_t stretch = place_of(parameters, "stretch");
+  const auto shear = static_cast<Eigen::Index>(place_of(parameters, "shear"));
   for (size_t k = 0; k < parameters.size(); ++k) {
     if (parameters[k].tried.empty()) continue;
     std::vector<Eigen::VectorXd> more;

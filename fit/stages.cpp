@@ -88,22 +88,16 @@ struct Candidate {
   model::State state;
 };
 
-size_t bend_of(const std::vector<model::Parameter>& parameters) {
-  return static_cast<size_t>(
-      std::find_if(parameters.begin(), parameters.end(), [](const model::Parameter& p) { return p.name == "bend"; }) -
-      parameters.begin());
-}
-
-// The bending parameter once for each rigidity that is tried, with that alone.
-std::vector<model::Parameter> one_rigidity_each(const std::vector<model::Parameter>& parameters) {
-  const size_t bend = bend_of(parameters);
-  std::vector<model::Parameter> out;
-  for (const double value : bend < parameters.size() ? parameters[bend].tried : std::vector<double>{}) {
-    out.push_back(parameters[bend]);
-    out.back().start = value;
-    out.back().tried = {value};
+// The parameters once for each rigidity that is tried, with that one alone.
+std::vector<std::vector<model::Parameter>> by_rigidity(const std::vector<model::Parameter>& parameters) {
+  const size_t bend = place_of(parameters, "bend");
+  if (bend == parameters.size() || parameters[bend].tried.empty()) return {parameters};
+  std::vector<std::vector<model::Parameter>> out;
+  for (const double value : parameters[bend].tried) {
+    out.push_back(parameters);
+    out.back()[bend].start = value;
+    out.back()[bend].tried = {value};
   }
-  if (out.empty()) out.push_back(bend < parameters.size() ? parameters[bend] : parameters.front());
   return out;
 }
 
@@ -223,12 +217,10 @@ Start find_start(const std::vector<model::ObservedTrial>& trials, const model::S
   search.least_decrease = 2e-2;
   std::vector<Candidate> candidates;
   Start out;
-  const std::vector<model::Parameter> rigidities = one_rigidity_each(parameters);
-  const size_t bend = bend_of(parameters);
+  const std::vector<std::vector<model::Parameter>> rigidities = by_rigidity(parameters);
   std::map<int, std::shared_ptr<const model::Simulation>> grids;
   for (size_t k = 0; k < rigidities.size(); ++k) {
-    std::vector<model::Parameter> with = parameters;
-    if (bend < with.size()) with[bend] = rigidities[k];
+    const std::vector<model::Parameter>& with = rigidities[k];
     const VectorXd usual = usual_coordinates(with);
     const int cells = std::clamp(model::cells_of_bending_length(trials.front(), with, usual), on.cells, most_cells);
     auto& grid = grids[cells];

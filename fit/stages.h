@@ -28,11 +28,13 @@ estimate::LeastSquaresResult minimise_on_branches(const model::Simulation& simul
                                                   const Eigen::VectorXd& start,
                                                   const estimate::LeastSquaresOptions& options);
 
+// Of the grids that find_start takes by itself.
+inline constexpr int kMostCellsAtFirst = 20;
+
 // Where to start: a search over all combinations of a few values (coarse_search.h), each rigidity on cells of its own
 // bending length (at least those of `on`, at most most_cells), over the beginnings of a few trials, where a wrong
 // parameter has not yet led the motion astray; the best few are each fitted to these, and the best of them is taken. On
 // cells larger than its folds a soft fabric would be taken for a stiff one.
-inline constexpr int kMostCellsAtFirst = 20;
 struct Start {
   Eigen::VectorXd coordinates;
   int evaluations = 0;

@@ -60,6 +60,12 @@ std::vector<Parameter> base_parameters(Drag drag) {
   return all;
 }
 
+size_t place_of(const std::vector<Parameter>& parameters, const std::string& name) {
+  const auto at =
+      std::find_if(parameters.begin(), parameters.end(), [&](const Parameter& p) { return p.name == name; });
+  return static_cast<size_t>(at - parameters.begin());
+}
+
 std::vector<Parameter> only(const std::vector<Parameter>& parameters, const std::vector<Eigen::Index>& rows,
                             const Eigen::VectorXd& coordinates) {
   std::vector<Parameter> some;

@@ -41,6 +41,9 @@ const char* to_text(Drag drag);  // nonlinear_drag, linear_drag, no_drag
 Drag drag_named(const std::string& text);
 std::vector<Parameter> base_parameters(Drag drag = Drag::nonlinear);
 
+// Where the parameter of this name stands; parameters.size() where there is none.
+size_t place_of(const std::vector<Parameter>& parameters, const std::string& name);
+
 // Those of the rows alone; the others stay at these coordinates.
 std::vector<Parameter> only(const std::vector<Parameter>& parameters, const std::vector<Eigen::Index>& rows,
                             const Eigen::VectorXd& coordinates);

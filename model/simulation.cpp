@@ -92,7 +92,8 @@ Eigen::Matrix3Xd position_at(const cloth::Experiment& e, const cloth::Trajectory
 }
 
 Simulation::Simulation(std::vector<ObservedTrial> trials, const SimulationOptions& options)
-    : sheet_(sheet_for(trials.front(), options.cells)), view_(sheet_), options_(options), trials_(std::move(trials)) {
+    : sheet_(sheet_for(trials.front(), options.cells)), view_(sheet_), rim_(observe::rim_of(view_.mesh())),
+      options_(options), trials_(std::move(trials)) {
   for (const ObservedTrial& trial : trials_) {
     std::vector<cloth::SurfacePoint> points;
     std::shared_ptr<cloth::GuideTrack> track;
@@ -257,7 +258,7 @@ Eigen::VectorXd Simulation::residual_of(size_t index, const ObservedTrial& trial
   if (trial.stripes)
     for (const observe::StripeFrame& frame : trial.stripes->frames) {
       const auto residuals_at = [&](double t, double* out) {
-        stripe_residuals(*trial.stripes, frame, view_.mesh(),
+        stripe_residuals(*trial.stripes, frame, view_.mesh(), rim_,
                          view_.of(position_at(e, trajectory, shown_at(prediction, t))), prediction.sensor, out);
       };
       const double rolling_s = prediction.sensor.row_delay_s;
@@ -422,8 +423,9 @@ std::vector<Residuals> Simulation::evaluate(const State& state, const std::vecto
   std::vector<Run> runs;
   for (const size_t trial : trials)
     for (Index set = 0; set < coordinates.cols(); ++set) runs.push_back({trial, set});
-  const Call call{state, parameters, coordinates, common_step_s(state, parameters, coordinates, trials)};
+  Call call{state, parameters, coordinates};
   if (options_.ranks && !options_.ranks->is_busy()) {
+    call.step_s = common_step_s(state, parameters, coordinates, trials);
     const auto most = static_cast<size_t>(cloth::spline::most_lanes(options_.sheet.precision));
     std::vector<Group> groups;
     for (size_t i = 0; i < runs.size(); i += most)

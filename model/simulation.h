@@ -108,7 +108,7 @@ class Simulation {
     const State& state;
     const std::vector<Parameter>& parameters;
     const Eigen::MatrixXd& coordinates;
-    double step_s = 0;  // of all runs
+    double step_s = 0;  // of all runs, where some are simulated elsewhere; 0: as these runs ask
   };
   std::vector<size_t> all_or(const std::vector<size_t>& wanted) const;  // all trials where none is named
   double common_step_s(const State& state, const std::vector<Parameter>& parameters, const Eigen::MatrixXd& coordinates,
@@ -131,6 +131,7 @@ class Simulation {
 
   cloth::spline::SplineSheet sheet_;
   cloth::spline::View view_;
+  std::vector<int> rim_;  // of the view's mesh
   SimulationOptions options_;
   std::vector<ObservedTrial> trials_;
   std::vector<std::vector<cloth::SurfacePoint>> marker_points_;         // a trial, a marker

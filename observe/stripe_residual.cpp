@@ -50,32 +50,6 @@ StripeFrame track_frame(const trial::Trial& trial, size_t index, const StripeTra
   return out;
 }
 
-// Vertices on the rim of the mesh, in order around it.
-std::vector<int> rim_of(const geometry::TriangleMesh& mesh) {
-  std::map<std::pair<int, int>, int> sides;
-  for (const auto& t : mesh.triangles)
-    for (int k = 0; k < 3; ++k) {
-      const int a = t[static_cast<size_t>(k)], b = t[static_cast<size_t>((k + 1) % 3)];
-      ++sides[{std::min(a, b), std::max(a, b)}];
-    }
-  std::map<int, std::vector<int>> next;
-  for (const auto& [side, count] : sides)
-    if (count == 1) {
-      next[side.first].push_back(side.second);
-      next[side.second].push_back(side.first);
-    }
-  std::vector<int> rim = {next.begin()->first};
-  int before = -1;
-  while (rim.size() <= next.size()) {
-    const auto& two = next[rim.back()];
-    const int to = two[0] == before ? two[1] : two[0];
-    before = rim.back();
-    rim.push_back(to);
-    if (to == rim.front()) break;
-  }
-  return rim;
-}
-
 Eigen::Vector2d nearest_on(const std::vector<Eigen::Vector2d>& line, const Eigen::Vector2d& p) {
   Eigen::Vector2d best = line.front();
   double least = std::numeric_limits<double>::infinity();
@@ -156,8 +130,34 @@ std::shared_ptr<const StripeTrack> track_stripes(const trial::Trial& trial, cons
 
 double last_time_s(const StripeTrack& track) { return track.frames.empty() ? 0 : track.frames.back().time_s; }
 
+std::vector<int> rim_of(const geometry::TriangleMesh& mesh) {
+  std::map<std::pair<int, int>, int> sides;
+  for (const auto& t : mesh.triangles)
+    for (int k = 0; k < 3; ++k) {
+      const int a = t[static_cast<size_t>(k)], b = t[static_cast<size_t>((k + 1) % 3)];
+      ++sides[{std::min(a, b), std::max(a, b)}];
+    }
+  std::map<int, std::vector<int>> next;
+  for (const auto& [side, count] : sides)
+    if (count == 1) {
+      next[side.first].push_back(side.second);
+      next[side.second].push_back(side.first);
+    }
+  std::vector<int> rim = {next.begin()->first};
+  int before = -1;
+  while (rim.size() <= next.size()) {
+    const auto& two = next[rim.back()];
+    const int to = two[0] == before ? two[1] : two[0];
+    before = rim.back();
+    rim.push_back(to);
+    if (to == rim.front()) break;
+  }
+  return rim;
+}
+
 void stripe_residuals(const StripeTrack& track, const StripeFrame& frame, const geometry::TriangleMesh& mesh,
-                      const Eigen::Matrix3Xd& position, const SensorModel& sensor, double* residual_mm) {
+                      const std::vector<int>& rim, const Eigen::Matrix3Xd& position, const SensorModel& sensor,
+                      double* residual_mm) {
   geometry::Projection camera = track.camera;
   camera.distortion[0] += sensor.radial_distortion;
   render::RowMap map(camera, track.projector);
@@ -175,10 +175,10 @@ void stripe_residuals(const StripeTrack& track, const StripeFrame& frame, const 
     *residual_mm++ =
         sample ? std::clamp(1e3 * (sample->depth_m - depth_m) * p.ray_m_per_depth_m, -50.0, 50.0) : kUncoveredMm;
   }
-  std::vector<Eigen::Vector2d> rim;
-  for (const int v : rim_of(mesh)) rim.push_back(geometry::project(camera, position.col(v)));
+  std::vector<Eigen::Vector2d> outline;
+  for (const int v : rim) outline.push_back(geometry::project(camera, position.col(v)));
   for (const OutlinePoint& p : frame.outline)
-    *residual_mm++ = std::clamp((nearest_on(rim, p.pixel) - p.pixel).dot(p.normal) * p.mm_per_px, -50.0, 50.0);
+    *residual_mm++ = std::clamp((nearest_on(outline, p.pixel) - p.pixel).dot(p.normal) * p.mm_per_px, -50.0, 50.0);
 }
 
 }  // namespace selvedge::observe

@@ -61,10 +61,14 @@ std::shared_ptr<const StripeTrack> track_stripes(const trial::Trial& trial, cons
 
 double last_time_s(const StripeTrack& track);
 
+// Vertices on the rim of a mesh, in order around it.
+std::vector<int> rim_of(const geometry::TriangleMesh& mesh);
+
 // Residuals of one frame: depth points, then outline points. A point that the simulated fabric does not
-// cover counts kUncoveredMm.
+// cover counts kUncoveredMm. rim: the mesh's.
 inline constexpr double kUncoveredMm = 15;
 void stripe_residuals(const StripeTrack& track, const StripeFrame& frame, const geometry::TriangleMesh& mesh,
-                      const Eigen::Matrix3Xd& position, const SensorModel& sensor, double* residual_mm);
+                      const std::vector<int>& rim, const Eigen::Matrix3Xd& position, const SensorModel& sensor,
+                      double* residual_mm);
 
 }  // namespace selvedge::observe

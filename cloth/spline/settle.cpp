@@ -67,9 +67,14 @@ class FirstGuess {
       else
         for (int a = 0; a < 3; ++a) is_held_[static_cast<size_t>(3 * grip.reads[0].point + a)] = 1;
     }
-    reads_ = MatrixXd::Zero(sheet.count(), static_cast<Index>(joined_.size()));
-    for (size_t g = 0; g < joined_.size(); ++g)
-      for (const Weight& w : joined_[g].reads) reads_(w.point, static_cast<Index>(g)) = w.weight;
+    const auto joined = static_cast<Index>(joined_.size());
+    reads_ = MatrixXd::Zero(sheet.count(), joined);
+    rows_ = MatrixXd::Zero(3 * sheet.count(), 3 * joined);
+    for (Index g = 0; g < joined; ++g)
+      for (const Weight& w : joined_[static_cast<size_t>(g)].reads) {
+        reads_(w.point, g) = w.weight;
+        for (Index a = 0; a < 3; ++a) rows_(3 * w.point + a, 3 * g + a) = w.weight;
+      }
     if (!joined_.empty()) reads_gram_.compute(MatrixXd(reads_.transpose() * reads_));
   }
 
@@ -101,10 +106,6 @@ class FirstGuess {
     const Matrix3Xd control = x.reshaped(3, inertia_.size());
     tangent_.set(experiment_.material, control, convexity);
     if (!solver_.factorise(tangent_, inertia_, is_held_)) return false;
-    rows_ = MatrixXd::Zero(x.size(), 3 * static_cast<Index>(joined_.size()));
-    for (size_t g = 0; g < joined_.size(); ++g)
-      for (const Weight& w : joined_[g].reads)
-        for (Index a = 0; a < 3; ++a) rows_(3 * w.point + a, 3 * static_cast<Index>(g) + a) = w.weight;
     if (joined_.empty()) return true;
     moved_ = solver_.solve(rows_);
     gram_.compute(MatrixXd(rows_.transpose() * moved_));

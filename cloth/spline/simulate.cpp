@@ -1,7 +1,6 @@
 #include "cloth/spline/simulate.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 #include <map>
@@ -145,37 +144,10 @@ double shortest_step_s(const std::vector<Spectrum>& spectra) {
   return step;
 }
 
-// Many lanes share a material, or differ in what no step feels.
 std::vector<Spectrum> spectra_of(const SplineSheet& sheet, const std::vector<Experiment>& lanes) {
-  const auto felt = [](const Material& m) {
-    return std::array{m.density,
-                      m.stretch,
-                      m.shear,
-                      m.bend,
-                      m.stretch_damping,
-                      m.shear_damping,
-                      m.coupling,
-                      m.stretch_anisotropy,
-                      m.bend_anisotropy,
-                      m.bend_stiffening,
-                      m.bend_friction,
-                      m.bend_friction_curvature,
-                      m.stretch_stiffening,
-                      m.creep,
-                      m.stretch_friction,
-                      m.stretch_friction_strain,
-                      m.hem_stiffness};
-  };
-  std::map<decltype(felt(Material())), Spectrum> known;
-  std::vector<std::pair<Material, Spectrum*>> wanted;
-  for (const Experiment& e : lanes)
-    if (const auto [at, is_new] = known.try_emplace(felt(e.material)); is_new)
-      wanted.emplace_back(e.material, &at->second);
-  tbb::parallel_for(size_t{0}, wanted.size(),
-                    [&](size_t i) { *wanted[i].second = spectrum_of(sheet, wanted[i].first); });
-  std::vector<Spectrum> spectra;
-  for (const Experiment& e : lanes) spectra.push_back(known.at(felt(e.material)));
-  return spectra;
+  std::vector<Material> materials;
+  for (const Experiment& e : lanes) materials.push_back(e.material);
+  return spectra_of(sheet, materials);
 }
 
 }  // namespace

@@ -2,9 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <compare>
 #include <limits>
+#include <map>
+#include <utility>
 
 #include <Eigen/Dense>
+#include <tbb/parallel_for.h>
 
 namespace selvedge::cloth::spline {
 
@@ -69,32 +73,54 @@ double ratio_of(double stiffness, double damping) {
   return damping > 0 ? stiffness / damping : std::numeric_limits<double>::infinity();
 }
 
-}  // namespace
+// All that the fastest motions feel of a material.
+struct Felt {
+  double density, ku, kv, coupling, shear, bend, stretch_damping, shear_damping;
+  auto operator<=>(const Felt&) const = default;
+};
 
-Spectrum spectrum_of(const SplineSheet& sheet, const Material& m) {
+Felt felt_of(const Material& m) {
   // What adds to the tangent, as for triangles.
   const double extra = (1 + 0.2 * std::max(0.0, m.stretch_stiffening)) * (1 + m.creep);
   const double friction = m.stretch_friction / m.stretch_friction_strain;
   const double ku = m.stretch * std::exp(m.stretch_anisotropy) * extra + friction;
   const double kv = m.stretch * std::exp(-m.stretch_anisotropy) * extra + friction;
-  const double shear = m.shear * extra + friction;
   const double bend = m.bend * std::exp(std::abs(m.bend_anisotropy)) * (1 + std::max(0.0, m.hem_stiffness)) *
                           (1 + 1e3 * std::max(0.0, m.bend_stiffening)) +
                       m.bend_friction / m.bend_friction_curvature;
+  return {m.density,      ku, kv, m.coupling * std::sqrt(ku * kv), m.shear * extra + friction, bend, m.stretch_damping,
+          m.shear_damping};
+}
+
+Spectrum spectrum_of(const SplineSheet& sheet, const Felt& m) {
   Spectrum out;
-  out.membrane_omega2 = in_plane_eigenvalue(sheet, {ku, kv, m.coupling * std::sqrt(ku * kv), shear, bend}) / m.density;
+  out.membrane_omega2 = in_plane_eigenvalue(sheet, {m.ku, m.kv, m.coupling, m.shear, m.bend}) / m.density;
   out.membrane_lambda =
       in_plane_eigenvalue(sheet, {m.stretch_damping, m.stretch_damping, 0, m.shear_damping, 0}) / m.density;
-  out.membrane_ratio = std::max(ratio_of(std::max(ku, kv), m.stretch_damping), ratio_of(shear, m.shear_damping));
-  out.bend_omega2 = sheet.bend_omega2 * bend / m.density;
+  out.membrane_ratio = std::max(ratio_of(std::max(m.ku, m.kv), m.stretch_damping), ratio_of(m.shear, m.shear_damping));
+  out.bend_omega2 = sheet.bend_omega2 * m.bend / m.density;
   out.bend_ratio = std::numeric_limits<double>::infinity();  // its damping is implicit (lane_run.h)
   // A held corner carries half the weight, twice over in motion, through its grip.
   const double weight_n = 9.81 * m.density * sheet.swatch.width_m * sheet.swatch.height_m;
   const double across = std::max(2 * sheet.swatch.grip_m, sheet.swatch.width_m / sheet.u.basis.cells());
-  out.tension = std::clamp(0.05 + weight_n / (across * std::min(ku, kv)), 0.1, 1.0);
+  out.tension = std::clamp(0.05 + weight_n / (across * std::min(m.ku, m.kv)), 0.1, 1.0);
   // The plan looks at tension where nothing damps; it stiffens what is damped as well.
   out.membrane_omega2 *= 1 + out.tension;
   out.membrane_ratio *= 1 + out.tension;
+  return out;
+}
+
+}  // namespace
+
+std::vector<Spectrum> spectra_of(const SplineSheet& sheet, const std::vector<Material>& materials) {
+  std::map<Felt, Spectrum> known;
+  for (const Material& m : materials) known.try_emplace(felt_of(m));
+  std::vector<std::pair<const Felt, Spectrum>*> wanted;
+  for (auto& entry : known) wanted.push_back(&entry);
+  tbb::parallel_for(size_t{0}, wanted.size(),
+                    [&](size_t i) { wanted[i]->second = spectrum_of(sheet, wanted[i]->first); });
+  std::vector<Spectrum> out;
+  for (const Material& m : materials) out.push_back(known.at(felt_of(m)));
   return out;
 }
 

@@ -10,7 +10,6 @@ namespace selvedge::cloth::spline {
 
 class View {
  public:
-  View() = default;
   // points_a_cell: along each direction.
   explicit View(const SplineSheet& sheet, int points_a_cell = 2);
 
