@@ -70,7 +70,7 @@ json about_trial(const fs::path& trial_json) {
     if (about.contains("fabric")) out["fabric"] = about["fabric"].value("name", "");
     if (about.contains("cut_because")) out["why"] = about["cut_because"].get<std::string>();
     if (!about.contains("frames") || !about["frames"].is_object()) return out;
-    out["frames"] = about["frames"].value("count", 0);
+    out["frames"] = about["frames"].value("count", 0.0);
     double lost = 0;
     for (const json& gap : about["frames"].value("gaps", json::array()))
       lost += gap.at(1).get<double>() - gap.at(0).get<double>() + 1;

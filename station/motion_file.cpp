@@ -25,7 +25,14 @@ SimulatedMotion read_simulated_motion(const fs::path& folder, const std::string&
   SimulatedMotion motion;
   try {
     for (const json& p : header.at("uv_m")) motion.uv_m.emplace_back(p.at(0).get<double>(), p.at(1).get<double>());
-    motion.triangles = header.at("triangles").get<std::vector<std::array<int, 3>>>();
+    const auto vertex = [&](const json& v) {
+      const auto count = static_cast<long long>(motion.uv_m.size());
+      if (!v.is_number_integer() || v.get<long long>() < 0 || v.get<long long>() >= count)
+        refuse(path.string(), "triangle vertex {}, expected a whole number from 0 to {}", v.dump(), count - 1);
+      return v.get<int>();
+    };
+    for (const json& t : header.at("triangles"))
+      motion.triangles.push_back({vertex(t.at(0)), vertex(t.at(1)), vertex(t.at(2))});
     motion.time_s = header.at("time_s").get<std::vector<double>>();
   } catch (const json::exception& error) { refuse(path.string(), "{}", error.what()); }
   const auto vertices = static_cast<Eigen::Index>(motion.uv_m.size());
@@ -33,9 +40,6 @@ SimulatedMotion read_simulated_motion(const fs::path& folder, const std::string&
   if (bytes.size() != one * motion.time_s.size())
     refuse(path.string(), "its .f32 has {} bytes, expected {} for {} vertices at {} times", bytes.size(),
            one * motion.time_s.size(), vertices, motion.time_s.size());
-  for (const std::array<int, 3>& t : motion.triangles)
-    for (const int v : t)
-      if (v < 0 || v >= vertices) refuse(path.string(), "triangle vertex {}, expected 0 to {}", v, vertices - 1);
   for (size_t i = 0; i < motion.time_s.size(); ++i) {
     Eigen::Matrix3Xf x(3, vertices);
     std::memcpy(x.data(), bytes.data() + i * one, one);

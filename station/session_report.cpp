@@ -226,8 +226,8 @@ void add_steps(report::HtmlReport& html, const json& summary) {
   std::vector<std::vector<std::string>> rows;
   for (const json& s : summary["steps_in_order"]) {
     const json& step = summary["steps"][s.get<std::string>()];
-    rows.push_back({s, step["state"], std::to_string(step["attempts"].get<int>()), number_text(step["seconds"], 4),
-                    step.value("why", "")});
+    rows.push_back(
+        {s, step["state"], number_text(step["attempts"], 6), number_text(step["seconds"], 4), step.value("why", "")});
   }
   html.table({"step", "state", "attempts", "s", "last failure"}, rows);
 }

@@ -274,6 +274,17 @@ TEST_F(Exchange, WritesAMotionAsObjFiles) {
   EXPECT_NE(files::read_whole(folder_ / "obj" / "times.csv").find("frame_00002.obj,0.1"), std::string::npos);
 }
 
+TEST_F(Exchange, RefusesATriangleVertexThatNoMeshHas) {
+  fs::create_directories(folder_ / "simulated");
+  files::write_whole(folder_ / "simulated" / "waving.f32", std::string(36, '\0'));
+  for (const char* vertex : {"3", "-1", "0.5", "6.66667e+23", "\"0\""}) {
+    files::write_whole(
+        motion_path(folder_, "waving"),
+        std::string(R"({"uv_m": [[0, 0], [1, 0], [0, 1]], "time_s": [0], "triangles": [[0, 1, )") + vertex + "]]}");
+    EXPECT_THROW(read_simulated_motion(folder_, "waving"), BadInput) << vertex;
+  }
+}
+
 TEST_F(Exchange, ImportsMarkersWithOtherUnitsAndAxes) {
   // Millimetres and milliseconds, y up.
   files::write_whole(folder_ / "dots.csv",
