@@ -39,13 +39,6 @@ double motion_s(const std::vector<model::ObservedTrial>& trials) {
   return sum;
 }
 
-// The finest grid that a campaign of so much motion is fitted on: on it an iteration takes about as long as one of 12 s
-// on 24 cells does, a quarter of a minute on two cores. Work rises with the cells and with the steps.
-int most_cells(const std::vector<model::ObservedTrial>& trials) {
-  const double share = std::max(0.1, motion_s(trials) / 12);
-  return std::clamp(static_cast<int>(24 / std::cbrt(share)), 12, cloth::spline::kMostCells);
-}
-
 model::SimulationOptions on_grid_of(int cells, const FitOptions& options) {
   model::SimulationOptions o;
   o.cells = cells;
@@ -229,13 +222,12 @@ struct GridChange {
   std::vector<std::string> remarks;
 };
 
-int next_finer(int cells) { return static_cast<int>(std::lround(std::sqrt(2.0) * cells)); }
-
 GridChange change_on_finer(const FitOutcome& out, const std::vector<model::Parameter>& parameters,
                            const estimate::LeastSquaresResult& fit, const FitOptions& options) {
   constexpr double kOtherFolds_mm = 3;
   const std::vector<model::ObservedTrial>& trials = out.simulation->trials();
-  const model::Simulation finer(trials, on_grid_of(next_finer(out.simulation->options().cells), options));
+  const model::Simulation finer(trials,
+                                on_grid_of(cloth::spline::next_finer(out.simulation->options().cells), options));
   model::State on_finer = finer.state_of(*out.simulation, out.state);
   finer.rematch(on_finer, parameters, fit.coordinates);
   const model::Residuals there = finer.evaluate(on_finer, parameters, fit.coordinates).front();
@@ -274,7 +266,6 @@ struct OnGrids {
 OnGrids fit_on_grids(FitOutcome& out, const std::vector<model::ObservedTrial>& trials,
                      const std::vector<model::Parameter>& parameters, VectorXd at, int cells,
                      estimate::LeastSquaresOptions search, const FitOptions& options) {
-  constexpr double kOpen_mm = 0.5;
   OnGrids done;
   GridChange change;
   // The end need not be exact here: it is fitted once more.
@@ -282,26 +273,24 @@ OnGrids fit_on_grids(FitOutcome& out, const std::vector<model::ObservedTrial>& t
   search.least_decrease = 5e-3;
   search.steps_between = 1;
   double from = 0.25;  // of the whole fit
-  for (;;) {
-    search.progress = part_of(options.progress, from, from + 0.2, fmt::format("grid of {} cells", cells));
-    out.simulation = std::make_shared<model::Simulation>(trials, on_grid_of(cells, options));
+  const auto moved_m = [&](int on) {
+    search.progress = part_of(options.progress, from, from + 0.2, fmt::format("grid of {} cells", on));
+    out.simulation = std::make_shared<model::Simulation>(trials, on_grid_of(on, options));
     out.state = out.simulation->state_at(parameters, at);
     done.fit = minimise_on_branches(*out.simulation, out.state, parameters, at, search);
     done.evaluations += done.fit.evaluations + 1;
     at = done.fit.coordinates;
     change = change_on_finer(out, parameters, done.fit, options);
-    if (options.cells > 0 || !(change.mm > kOpen_mm)) break;
-    if (next_finer(cells) > most_cells(trials)) {
-      change.remarks.push_back(
-          fmt::format("a grid of {} cells leaves {:.1f} mm open; a finer one would take minutes an iteration for "
-                      "{:.0f} s of motion",
-                      cells, change.mm, motion_s(trials)));
-      break;
-    }
-    cells = next_finer(cells);
     search.max_iterations = std::max(3, options.max_iterations / 2);
     from = from + 0.5 * (0.75 - from - 0.1);
-  }
+    return 1e-3 * change.mm;
+  };
+  const cloth::spline::ChosenGrid grid =
+      cloth::spline::choose_grid(cells, options.cells > 0 ? options.cells : most_cells(motion_s(trials)), moved_m);
+  if (options.cells == 0 && grid.leaves_open())
+    change.remarks.push_back(fmt::format(
+        "a grid of {} cells leaves {:.1f} mm open; a finer one would take minutes an iteration for {:.0f} s of motion",
+        grid.cells, change.mm, motion_s(trials)));
   search.least_decrease = enough;
   search.steps_between = 0;
   search.max_iterations = 2;
@@ -341,8 +330,9 @@ FitOutcome fit_campaign(const trial::Campaign& campaign, const FitOptions& optio
                                                                     part_of(options.progress, 0, 0.05, "campaign"));
   const bool by_trials =
       options.hold_out == HoldOut::trials || (options.hold_out == HoldOut::automatic && moving(trials).size() >= 4);
-  out.hold_out = by_trials ? "trials" : "frames";
-  out.cut_s = by_trials || moving(trials).empty()
+  const bool of_none = options.hold_out == HoldOut::none;
+  out.hold_out = of_none ? "none" : by_trials ? "trials" : "frames";
+  out.cut_s = of_none || by_trials || moving(trials).empty()
                   ? 1e300
                   : trials[moving(trials).front()].experiment.start_s + 2.0 / 3 * last_observed_s(trials);
 
@@ -350,14 +340,14 @@ FitOutcome fit_campaign(const trial::Campaign& campaign, const FitOptions& optio
   if (!options.journal.empty())
     journal = estimate::FitJournal::shared(options.journal, identity_of(options, recordings), options.ranks);
 
-  const Start found =
-      find_start(trials, on_grid_of(options.coarse_cells, options),
-                 options.cells > 0 ? options.coarse_cells : std::min(kMostCellsAtFirst, most_cells(trials)), parameters,
-                 search_options(options, out.cut_s, part_of(options.progress, 0.05, 0.25, "coarse grid"), journal));
+  const Start found = find_start(
+      trials, on_grid_of(options.coarse_cells, options),
+      options.cells > 0 ? options.coarse_cells : std::min(kMostCellsAtFirst, most_cells(motion_s(trials))), parameters,
+      search_options(options, out.cut_s, part_of(options.progress, 0.05, 0.25, "coarse grid"), journal));
   const int cells = options.cells > 0
                         ? options.cells
                         : std::clamp(model::cells_of_bending_length(trials.front(), parameters, found.coordinates),
-                                     options.coarse_cells, most_cells(trials));
+                                     options.coarse_cells, most_cells(motion_s(trials)));
   estimate::LeastSquaresOptions last = search_options(options, out.cut_s, options.progress, journal);
   estimate::LeastSquaresResult fit;
   VectorXd mesh = VectorXd::Zero(found.coordinates.size());

@@ -21,7 +21,7 @@
 
 namespace selvedge::fit {
 
-enum class HoldOut { automatic, frames, trials };
+enum class HoldOut { automatic, frames, trials, none };
 
 // A search from `start` on the final grid; `cost` says which trials and times count, and takes its progress.
 using CampaignSearchFunction = std::function<estimate::SearchResult(

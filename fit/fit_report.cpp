@@ -77,7 +77,8 @@ void add_errors(report::HtmlReport& html, const FitOutcome& out) {
              rows);
   html.paragraph(out.hold_out == "trials"
                      ? "Held out: each half of the trials predicted with parameters fitted to the other half alone."
-                     : "Held out: the last third of the frames, which the fit did not see.");
+                 : out.hold_out == "frames" ? "Held out: the last third of the frames, which the fit did not see."
+                                            : "Nothing was held out.");
   for (size_t i = 0; i < out.trials.size(); ++i) {
     if (out.simulation->trials()[i].still) continue;
     report::PlotOptions plot;

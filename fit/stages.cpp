@@ -1,6 +1,7 @@
 #include "fit/stages.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <map>
 #include <memory>
@@ -201,6 +202,11 @@ Rivals minimise_and_return(const model::Simulation& simulation, model::State& st
   out.best.evaluations = evaluations;
   if (std::max(a, b) < kAlike * std::min(a, b)) out.rival = second.coordinates;
   return out;
+}
+
+int most_cells(double motion_s) {
+  constexpr int kMostCells = 64;  // a finer one is not tried
+  return std::clamp(static_cast<int>(24 / std::cbrt(std::max(0.1, motion_s / 12))), 12, kMostCells);
 }
 
 Start find_start(const std::vector<model::ObservedTrial>& trials, const model::SimulationOptions& on, int most_cells,

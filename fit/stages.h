@@ -31,6 +31,11 @@ estimate::LeastSquaresResult minimise_on_branches(const model::Simulation& simul
 // Of the grids that find_start takes by itself.
 inline constexpr int kMostCellsAtFirst = 20;
 
+// The finest grid that a campaign of so much motion is fitted on, cells along the width: on it an iteration takes about
+// as long as one of 12 s on 24 cells does, a quarter of a minute on two cores. Work rises with the cells and with the
+// steps.
+int most_cells(double motion_s);
+
 // Where to start: a search over all combinations of a few values (coarse_search.h), each rigidity on cells of its own
 // bending length (at least those of `on`, at most most_cells), over the beginnings of a few trials, where a wrong
 // parameter has not yet led the motion astray; the best few are each fitted to these, and the best of them is taken. On

@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cstdio>
 #include <filesystem>
 #include <memory>
 
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include "files/bad_input.h"
 #include "files/whole_file.h"
@@ -57,6 +59,10 @@ int run(const std::string& command, const std::vector<FigureSet>& sets, bool jud
   options.quick = arguments.quick;
   options.seed = arguments.seed;
   options.progress = report::terminal_progress(command + " " + set.name);
+  options.tell = [](const std::string& line) {
+    fmt::print(stderr, "{}{}\n", ::isatty(2) != 0 ? "\r\x1b[K" : "", line);
+    std::fflush(stderr);
+  };
   const auto start = std::chrono::steady_clock::now();
   const std::vector<Figure> figures = set.run(options);
   const double wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();

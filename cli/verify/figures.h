@@ -30,6 +30,7 @@ struct FigureOptions {
   bool quick = false;  // the short version that the tests run
   unsigned seed = 1;
   report::ProgressCallback progress = [](double, const std::string&) {};
+  std::function<void(const std::string&)> tell = [](const std::string&) {};  // a part's result at once, one line
 };
 
 struct FigureSet {

@@ -314,16 +314,31 @@ TEST(SplineDerivatives, AreThoseOfCentralDifferences) {
   EXPECT_LT((d.by[0].back() - central).norm(), 0.05 * central.norm());
 }
 
-TEST(SplineGrid, IsFinerForASofterFabric) {
-  Experiment e = waved();
-  e.material.bend = 1e-4;
-  const ChosenGrid stiff = choose_grid({}, e, 1e-3);
-  EXPECT_TRUE(stiff.within_tolerance) << stiff.left_open_m;
-  EXPECT_NEAR(stiff.bending_length_m, std::cbrt(1e-4 / (0.16 * 9.81)), 1e-6);
-  e.material.bend_stiffening = -1e-4;
-  EXPECT_LT(bending_length_m(e.material), 0.99 * stiff.bending_length_m);
-  e.material.bend = 1e-5;
-  EXPECT_LT(bending_length_m(e.material), stiff.bending_length_m / 2);
+TEST(SplineGrid, BendingLengthFollowsTheFabric) {
+  cloth::Material m;
+  m.bend = 1e-4;
+  const double stiff_m = bending_length_m(m);
+  EXPECT_NEAR(stiff_m, std::cbrt(1e-4 / (0.16 * 9.81)), 1e-6);
+  m.bend_stiffening = -1e-4;
+  EXPECT_LT(bending_length_m(m), 0.99 * stiff_m);
+  m.bend = 1e-5;
+  EXPECT_LT(bending_length_m(m), stiff_m / 2);
+}
+
+TEST(SplineGrid, IsRefinedWhileTheNextFinerMovesTheFabric) {
+  std::vector<int> asked;
+  const auto moved_m = [&](int cells) {
+    asked.push_back(cells);
+    return 0.08 / (cells * cells);  // 0.8 mm on 10, 0.41 mm on 14
+  };
+  const ChosenGrid chosen = choose_grid(10, 64, moved_m);
+  EXPECT_EQ(chosen.cells, 14);
+  EXPECT_FALSE(chosen.leaves_open());
+  EXPECT_EQ(asked, (std::vector<int>{10, 14}));
+  const ChosenGrid cut = choose_grid(10, 13, moved_m);
+  EXPECT_EQ(cut.cells, 10);
+  EXPECT_TRUE(cut.leaves_open());
+  EXPECT_FALSE(choose_grid(10, 64, [](int) { return std::nan(""); }).leaves_open());
 }
 
 TEST(SplineSheet, RefusesWhatItCannotDo) {

@@ -1,5 +1,5 @@
-// `./selvedge prove cloth`: the fabric model against closed forms, against itself on finer meshes, and against
-// the laws that it must keep.
+// `./selvedge prove cloth`: the fabric model against closed forms, against itself on finer meshes and grids, and
+// against the laws that it must keep.
 #include <algorithm>
 #include <cmath>
 
@@ -97,10 +97,13 @@ void add_force_laws(std::vector<Figure>& out) {
   laws[6].material.bend_stiffening = 1e-3;
   laws[7].material.stretch_stiffening = 5;
   const std::string unit = "of the largest force";
-  for (const Law& law : laws)
+  for (const Law& law : laws) {
     out.push_back({law.name + ": force against the energy's differences",
                    energy_gradient_error(law.material, law.stretched), 1e-6, unit, Relation::at_most,
                    "finite differences"});
+    out.push_back({law.name + ": the same on splines", spline_gradient_error(law.material, law.stretched), 1e-6, unit,
+                   Relation::at_most, "finite differences"});
+  }
   cloth::Material damped = lossless();
   damped.stretch_damping = 0.04;
   damped.shear_damping = 0.02;
@@ -144,6 +147,23 @@ void add_meshes(const FigureOptions& options, std::vector<Figure>& out) {
                  "three meshes"});
 }
 
+void add_spline_grids(const FigureOptions& options, std::vector<Figure>& out) {
+  const int frames = options.quick ? 10 : 50, n = options.quick ? 6 : 10;
+  const SplineWaving coarse = spline_wave(n, frames), middle = spline_wave(2 * n, frames, &coarse);
+  options.progress(0.9, "finest grid of splines");
+  const SplineWaving fine = spline_wave(4 * n, frames, &middle);
+  const double d_coarse = 1e3 * distance_m(coarse, middle), d_fine = 1e3 * distance_m(middle, fine);
+  out.push_back({fmt::format("waving, splines, {} frames, {} cells against {}", frames, 2 * n, 4 * n), d_fine, 1,
+                 "mm rms", options.quick ? Relation::shown : Relation::at_most, "branch matched"});
+  out.push_back({fmt::format("waving, splines, {} cells against {}", n, 2 * n), d_coarse, 3, "mm rms",
+                 options.quick ? Relation::shown : Relation::at_most, "branch matched"});
+  out.push_back(
+      {"waving, splines: order of convergence", order_of(d_coarse, d_fine), 1, "", Relation::shown, "three grids"});
+  const int cells = options.quick ? 8 : 14;
+  out.push_back({fmt::format("nine derivatives on splines of {} cells", cells), cost_of_nine_derivatives(cells), 4,
+                 "simulations", options.quick ? Relation::shown : Relation::at_most, "asked"});
+}
+
 }  // namespace
 
 std::vector<Figure> prove_cloth(const FigureOptions& options) {
@@ -151,6 +171,7 @@ std::vector<Figure> prove_cloth(const FigureOptions& options) {
   add_force_laws(out);
   add_closed_forms(options, out);
   add_meshes(options, out);
+  add_spline_grids(options, out);
   options.progress(1, "done");
   return out;
 }

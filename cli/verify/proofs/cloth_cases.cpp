@@ -5,8 +5,12 @@
 #include <functional>
 #include <limits>
 
+#include <tbb/task_arena.h>
+
 #include "cli/verify/proofs/proof_fabric.h"
+#include "cli/verify/thread_cpu.h"
 #include "cloth/energy.h"
+#include "cloth/spline/derivatives.h"
 #include "cloth/spline/energy.h"
 #include "cloth/spline/simulate.h"
 #include "cloth/step_plan.h"
@@ -364,6 +368,58 @@ double distance_m(const Waving& a, const Waving& b) {
       sum += (position_of(p, a.motion.samples[k]) - position_of(q, b.motion.samples[k])).squaredNorm();
   }
   return std::sqrt(sum / static_cast<double>(points.rest_uv.size() * a.motion.samples.size()));
+}
+
+SplineWaving spline_wave(int cells, int frames, const SplineWaving* branch) {
+  SplineWaving w{spline_sheet(kSwatch_m, kSwatch_m, kSwatch_m / cells, Hold::corners), {}, {}};
+  Experiment e = waving_experiment(0.1, frames);
+  e.start_shape =
+      branch ? carried_over(branch->sheet, branch->rest, w.sheet) : cloth::spline::hung_shape(w.sheet, e, 1);
+  const Trajectory t = cloth::spline::simulate(w.sheet, {e})[0];
+  w.rest = t.start;
+  const geometry::TriangleMesh grid = geometry::make_grid_mesh(kSwatch_m, kSwatch_m, 17, 17);
+  for (const Eigen::Matrix3Xd& control : t.samples) {
+    Eigen::Matrix3Xd at(3, static_cast<Eigen::Index>(grid.rest_uv.size()));
+    for (Eigen::Index i = 0; i < at.cols(); ++i)
+      at.col(i) = position_of(surface_point(w.sheet, grid.rest_uv[static_cast<size_t>(i)]), control);
+    w.points.push_back(std::move(at));
+  }
+  return w;
+}
+
+double distance_m(const SplineWaving& a, const SplineWaving& b) {
+  double sum = 0, count = 0;
+  for (size_t k = 0; k < a.points.size(); ++k) {
+    sum += (a.points[k] - b.points[k]).squaredNorm();
+    count += static_cast<double>(a.points[k].cols());
+  }
+  return std::sqrt(sum / count);
+}
+
+double cost_of_nine_derivatives(int cells) {
+  namespace spline = cloth::spline;
+  const SplineSheet sheet = spline_sheet(kSwatch_m, kSwatch_m, kSwatch_m / cells, Hold::corners);
+  Experiment e = waving_experiment(0.1, 15);
+  e.start_shape = spline::hung_shape(sheet, e, 1);
+  e.start_shape = spline::relax(sheet, {e})[0].position;
+  e.starts_at_rest = false;
+  std::vector<spline::Direction> by;
+  for (double Material::*member :
+       {&Material::stretch, &Material::shear, &Material::bend, &Material::stretch_damping, &Material::shear_damping,
+        &Material::bend_damping, &Material::drag_normal, &Material::drag_tangent, &Material::density})
+    by.push_back({member, 1e-3 * e.material.*member});
+  double alone = std::numeric_limits<double>::infinity(), all = alone;
+  tbb::task_arena(1).execute([&] {
+    for (int k = 0; k < 3; ++k) {
+      const double start = thread_cpu_s();
+      spline::simulate(sheet, {e});
+      const double between = thread_cpu_s();
+      spline::derivatives(sheet, e, by);
+      alone = std::min(alone, between - start);
+      all = std::min(all, thread_cpu_s() - between);
+    }
+  });
+  return all / alone;
 }
 
 double order_of(double coarse_difference, double fine_difference) {

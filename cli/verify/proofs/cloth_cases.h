@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "cloth/simulate.h"
+#include "cloth/spline/spline_sheet.h"
 
 namespace selvedge::cli {
 
@@ -61,6 +62,19 @@ Waving wave(const geometry::TriangleMesh& mesh, int frames, const Waving* branch
 
 // Root mean square distance over all frames at the vertices of a 17 × 17 grid, m.
 double distance_m(const Waving& a, const Waving& b);
+
+// The same swatch and motion on splines of so many cells, its 17 × 17 points at each frame.
+struct SplineWaving {
+  cloth::spline::SplineSheet sheet;
+  Eigen::Matrix3Xd rest;
+  std::vector<Eigen::Matrix3Xd> points;
+};
+SplineWaving spline_wave(int cells, int frames, const SplineWaving* branch = nullptr);
+double distance_m(const SplineWaving& a, const SplineWaving& b);
+
+// What nine derivatives of a motion cost on splines of so many cells, in simulations of that motion alone, both on one
+// thread.
+double cost_of_nine_derivatives(int cells);
 
 // Order p of an error C hᵖ from the differences of three meshes of spacing 4h, 2h and h.
 double order_of(double coarse_difference, double fine_difference);

@@ -9,6 +9,8 @@
 
 #include "cloth/energy.h"
 #include "cloth/kernel/force_field.h"
+#include "cloth/spline/energy.h"
+#include "cloth/spline/lane_run.h"
 
 namespace selvedge::cli {
 
@@ -88,6 +90,30 @@ double energy_gradient_error(const Material& material, bool stretched) {
                      }));
   }
   return worst;
+}
+
+double spline_gradient_error(const Material& material, bool stretched) {
+  namespace spline = cloth::spline;
+  const spline::Swatch swatch;
+  const spline::SplineSheet sheet = make_spline_sheet(swatch, make_grid(swatch, cloth::Hold::corners, 0.3 / 5));
+  std::mt19937 random(11);
+  std::normal_distribution<double> noise;
+  const Eigen::Matrix3Xd x = control_points_through(sheet, [&](const Eigen::Vector2d& uv) -> Eigen::Vector3d {
+    const Eigen::Vector3d rough = 1e-3 * Eigen::Vector3d(noise(random), noise(random), noise(random));
+    const double height = 0.3 * uv.x() * uv.x() - 0.2 * uv.y() * uv.x();
+    if (stretched) return Eigen::Vector3d(1.2 * uv.x(), 1.2 * uv.y(), height) + rough;
+    return Eigen::Vector3d(1.03 * uv.x(), 0.97 * uv.y() + 0.1 * uv.x(), height) + rough;
+  });
+  cloth::Experiment e;
+  e.material = material;
+  e.path = cloth::make_path(cloth::Hold::corners, {0.0}, Eigen::Vector3d(-0.1, 0, 0), Eigen::Vector3d(0.1, 0, 0));
+  spline::LaneRun<double> run(sheet, {&e});
+  run.set_position(0, x);
+  run.set_forces(0);
+  const Eigen::Matrix3Xd still = Eigen::Matrix3Xd::Zero(3, x.cols());
+  return difference_from_gradient(run.force(0), x, 2e-5, [&](const Eigen::Matrix3Xd& at) {
+    return energy_of(sheet, material, Eigen::Vector3d::Zero(), at, still).potential();
+  });
 }
 
 double damping_gradient_error(const Material& material) {

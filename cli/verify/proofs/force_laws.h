@@ -13,7 +13,10 @@ cloth::Material lossless();
 // extrapolation), as a share of the largest force. stretched: by a fifth both ways, where stiffening has a gradient.
 double energy_gradient_error(const cloth::Material& material, bool stretched = false);
 
-// The same of the damping forces and half the power that they take.
+// The same on a crumpled sheet of splines of five cells.
+double spline_gradient_error(const cloth::Material& material, bool stretched = false);
+
+// On triangles, the same of the damping forces and half the power that they take.
 double damping_gradient_error(const cloth::Material& material);
 
 // Sum of the forces, and of their torques (m), as shares of the sum of the forces' sizes.

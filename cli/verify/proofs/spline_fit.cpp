@@ -1,5 +1,5 @@
 // `./selvedge prove spline-fit`: what the grid alone makes of parameters, and what the size of a grip does. Fabrics
-// drawn from real ones are simulated on four times the cells that a fit chooses, and fitted; a knit is simulated with
+// drawn from real ones are simulated on a finer grid than a fit chooses, and fitted; a knit is simulated with
 // other grips than the fit takes. Fabrics come from ../shared; without it the first part is one figure that says so.
 #include <algorithm>
 #include <cmath>
@@ -27,13 +27,29 @@ cloth::Material as_the_base_model(cloth::Material m) {
 struct FittedFabric {
   fit::FitOutcome outcome;
   cloth::Material truth;
-  double off_percent(const std::string& name) const {
-    for (const fit::FittedParameter& p : outcome.parameters)
-      if (p.parameter.name == name)
-        return 100 * std::abs(p.value / (truth.*cloth::material_parameter(name).member) - 1);
-    return std::nan("");
+  int reference_cells = 0;
+
+  const fit::FittedParameter& parameter(const std::string& name) const {
+    return *std::find_if(outcome.parameters.begin(), outcome.parameters.end(),
+                         [&](const fit::FittedParameter& p) { return p.parameter.name == name; });
+  }
+  double off_percent(const std::string& name, double fit::FittedParameter::*of = &fit::FittedParameter::value) const {
+    return 100 * (parameter(name).*of / (truth.*cloth::material_parameter(name).member) - 1);
+  }
+  // Of the trial that is fitted worst.
+  double error_mm() const {
+    double most = 0;
+    for (const fit::TrialError& t : outcome.trials) most = std::max(most, t.end_mm);
+    return most;
+  }
+  std::string interval(const std::string& name) const {
+    return fmt::format("90 % from {:+.1f} to {:+.1f} %", off_percent(name, &fit::FittedParameter::lower_interval),
+                       off_percent(name, &fit::FittedParameter::upper_interval));
   }
 };
+
+// The world has four times the cells of the first grid that a fit may go on to, at most so many along the width.
+constexpr int kMostOfWorld = 64;
 
 FittedFabric fit_fabric(const cloth::Material& material, double grip_m, const FigureOptions& options, double from,
                         double to) {
@@ -42,7 +58,9 @@ FittedFabric fit_fabric(const cloth::Material& material, double grip_m, const Fi
   swatch.material = material;
   swatch.noise_m = 1e-5;
   const double cell_m = cloth::spline::bending_length_m(material);
-  swatch.cells = options.quick ? 12 : 2 * std::max(10, static_cast<int>(std::ceil(std::sqrt(2.0) * 0.3 / cell_m)));
+  swatch.cells = options.quick
+                     ? 12
+                     : std::clamp(2 * static_cast<int>(std::ceil(std::sqrt(2.0) * 0.3 / cell_m)), 20, kMostOfWorld);
   trial::Campaign campaign;
   campaign.folder = "simulated";
   const int samples = options.quick ? 40 : 110;
@@ -53,14 +71,14 @@ FittedFabric fit_fabric(const cloth::Material& material, double grip_m, const Fi
       simulated_trial(swatch, {.half_apart_m = 0.13, .amplitude_m = 0.06, .frequency_hz = 2, .samples = samples},
                       "waving-2", options.seed + 2)};
   fit::FitOptions how;
-  how.hold_out = fit::HoldOut::trials;
+  how.hold_out = fit::HoldOut::none;
   if (options.quick) {
     how.cells = 8;
     how.coarse_cells = 6;
     how.max_iterations = 3;
   }
   how.progress = [&](double done, const std::string& what) { options.progress(from + (to - from) * done, what); };
-  return {fit::fit_campaign(campaign, how), material};
+  return {fit::fit_campaign(campaign, how), material, swatch.cells};
 }
 
 const std::vector<std::pair<std::string, double>> kAsked = {{"bend", 1}, {"stretch", 3}, {"shear", 3}};  // %
@@ -78,19 +96,28 @@ void add_drawn_fabrics(const FigureOptions& options, double share, std::vector<F
     const DrawnFabric& drawn = (*fabrics)[static_cast<size_t>(k)];
     const FittedFabric f = fit_fabric(as_the_base_model(drawn.material), cloth::spline::Swatch().grip_m, options,
                                       share * k / count, share * (k + 1) / count);
-    const std::string what =
-        fmt::format("{}, bending length {:.1f} mm, fitted on {} cells: ", drawn.name,
-                    1e3 * cloth::spline::bending_length_m(f.truth), f.outcome.simulation->options().cells);
+    const std::string what = fmt::format(
+        "{}, bending length {:.1f} mm, simulated on {} cells, fitted on {}: ", drawn.name,
+        1e3 * cloth::spline::bending_length_m(f.truth), f.reference_cells, f.outcome.simulation->options().cells);
+    std::string told = what;
     for (const auto& [name, percent] : kAsked) {
-      off[name].push_back(f.off_percent(name));
-      out.push_back({what + name + " off", off[name].back(), percent, "%", Relation::shown, "asked"});
+      off[name].push_back(std::abs(f.off_percent(name)));
+      out.push_back({what + name + " off", f.off_percent(name), percent, "%", Relation::shown, f.interval(name)});
+      told += fmt::format("{} {:+.2f} % ({}), ", name, f.off_percent(name), f.interval(name));
     }
-    out.push_back({what + "held-out error", fit::held_out_mm(f.outcome), 0, "mm rms", Relation::shown, ""});
+    out.push_back({what + "error of the trial that is fitted worst", f.error_mm(), f.outcome.grid_mm, "mm rms",
+                   Relation::shown, "moved by the next finer grid"});
     out.push_back({what + "wall time", f.outcome.wall_s, 0, "s", Relation::shown, ""});
+    told += fmt::format("{:.2f} mm, {:.0f} s", f.error_mm(), f.outcome.wall_s);
+    for (const std::string& remark : f.outcome.remarks) told += "; " + remark;
+    options.tell(told);
   }
   for (const auto& [name, percent] : kAsked)
     out.push_back({fmt::format("{} fabrics: {} off, median", count, name), median(off[name]), percent, "%",
                    options.quick ? Relation::shown : Relation::at_most, "asked"});
+  for (const auto& [name, percent] : kAsked)
+    out.push_back({fmt::format("{} fabrics: {} off, worst", count, name),
+                   *std::max_element(off[name].begin(), off[name].end()), percent, "%", Relation::shown, "asked"});
 }
 
 // A fit takes a grip of 7.5 mm; the rig's may be another.
@@ -99,10 +126,14 @@ void add_grips(const FigureOptions& options, double from, std::vector<Figure>& o
   for (size_t k = 0; k < grips_mm.size(); ++k) {
     const double each = (1 - from) / static_cast<double>(grips_mm.size()), at = from + each * static_cast<double>(k);
     const FittedFabric f = fit_fabric(proof_fabric(), 1e-3 * grips_mm[k], options, at, at + each);
+    std::string told = fmt::format("grips of {} mm: ", grips_mm[k]);
     const std::string what = fmt::format("a knit held by grips of {} mm, fitted with 7.5: ", grips_mm[k]);
-    for (const auto& [name, percent] : kAsked)
-      out.push_back({what + name + " off", f.off_percent(name), 0, "%", Relation::shown, "what the grip's size does"});
-    out.push_back({what + "held-out error", fit::held_out_mm(f.outcome), 0, "mm rms", Relation::shown, ""});
+    for (const auto& [name, percent] : kAsked) {
+      out.push_back({what + name + " off", f.off_percent(name), 0, "%", Relation::shown, f.interval(name)});
+      told += fmt::format("{} {:+.2f} %, ", name, f.off_percent(name));
+    }
+    options.tell(told + fmt::format("{:.2f} mm, {:.0f} s", f.error_mm(), f.outcome.wall_s));
+    out.push_back({what + "error of the trial that is fitted worst", f.error_mm(), 0, "mm rms", Relation::shown, ""});
   }
 }
 
