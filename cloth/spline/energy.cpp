@@ -5,6 +5,7 @@
 
 #include <Eigen/Dense>
 
+#include "cloth/kernel/vertex_parts.h"
 #include "cloth/spline/lane_run.h"
 #include "cloth/spline/rule_points.h"
 
@@ -15,6 +16,7 @@ namespace {
 using Eigen::Index;
 using Eigen::Matrix3Xd;
 using Eigen::MatrixXd;
+using Eigen::Vector2d;
 using Eigen::Vector3d;
 using Triplets = std::vector<Eigen::Triplet<double>>;
 
@@ -70,16 +72,21 @@ Energy energy_of(const SplineSheet& sheet, const Material& m, const Vector3d& gr
   const MembraneStiffness k(m);
   Energy e;
   const double bend_uu = m.bend * std::exp(m.bend_anisotropy), bend_vv = m.bend * std::exp(-m.bend_anisotropy);
+  size_t point = 0;
   for_each_point(sheet, [&](const PointWeights& w) {
     const Vector3d x_u = sum_of(w, w.u, x), x_v = sum_of(w, w.v, x);
     const double eu = x_u.norm() - 1, ev = x_v.norm() - 1;
     e.stretch += w.weight * (stretch_energy(k.ku, m.stretch_stiffening, eu) +
                              stretch_energy(k.kv, m.stretch_stiffening, ev) + k.coupling * eu * ev);
     e.shear += w.weight * 0.5 * k.shear * x_u.dot(x_v) * x_u.dot(x_v);
-    if (m.bend_stiffening == 0) return;
-    const double squared =
-        sum_of(w, w.uu, x).squaredNorm() + 2 * sum_of(w, w.uv, x).squaredNorm() + sum_of(w, w.vv, x).squaredNorm();
-    e.bend += w.weight * 0.25 * m.bend * m.bend_stiffening * squared * squared;
+    const Vector2d uv(sheet.u.rule.at[point % sheet.u.rule.at.size()], sheet.v.rule.at[point / sheet.u.rule.at.size()]);
+    ++point;
+    if (m.bend_stiffening == 0 && m.hem_stiffness == 0) return;
+    const double hem = m.hem_stiffness * cloth::kernel::hem_share(rim_distance(sheet.swatch, uv), m.hem_width_m);
+    const double uu = sum_of(w, w.uu, x).squaredNorm(), twist = 2 * sum_of(w, w.uv, x).squaredNorm(),
+                 vv = sum_of(w, w.vv, x).squaredNorm(), squared = uu + twist + vv;
+    e.bend += w.weight * (0.5 * hem * (bend_uu * uu + m.bend * twist + bend_vv * vv) +
+                          0.25 * (1 + hem) * m.bend * m.bend_stiffening * squared * squared);
   });
   const BendMatrices bend = bend_matrices(sheet);
   e.bend +=

@@ -46,6 +46,7 @@ Material every_effect_with_an_energy() {
   m.stretch_stiffening = 3;
   m.bend = 1e-3;
   m.bend_stiffening = 1e-4;
+  m.hem_stiffness = 2;
   return m;
 }
 
