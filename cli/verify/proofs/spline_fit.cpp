@@ -58,9 +58,8 @@ FittedFabric fit_fabric(const cloth::Material& material, double grip_m, const Fi
   swatch.material = material;
   swatch.noise_m = 1e-5;
   const double cell_m = cloth::spline::bending_length_m(material);
-  swatch.cells = options.quick
-                     ? 12
-                     : std::clamp(2 * static_cast<int>(std::ceil(std::sqrt(2.0) * 0.3 / cell_m)), 20, kMostOfWorld);
+  swatch.cells =
+      options.quick ? 12 : std::clamp(2 * static_cast<int>(std::ceil(std::sqrt(2.0) * 0.3 / cell_m)), 20, kMostOfWorld);
   trial::Campaign campaign;
   campaign.folder = "simulated";
   const int samples = options.quick ? 40 : 110;
