@@ -15,6 +15,7 @@
 #include "cloth/held_path.h"
 #include "cloth/kernel/run.h"
 #include "cloth/sheet.h"
+#include "cloth/smooth_force.h"
 #include "cloth/state.h"
 
 namespace selvedge::cloth {
@@ -29,8 +30,9 @@ struct Experiment {
   double start_s = 0;            // in the path's time
   std::vector<double> sample_s;  // ascending; when positions are wanted, in the path's time
   std::function<kernel::StepFilter()>
-      make_step_filter;                // contact (contact/solver.h), afresh for each run, by any thread; null: none
-  std::shared_ptr<const Guide> guide;  // keeps it near where it was seen; null: it runs free
+      make_step_filter;                    // contact (contact/solver.h), afresh for each run, by any thread; null: none
+  std::shared_ptr<const Guide> guide;      // keeps it near where it was seen; null: it runs free
+  std::vector<SmoothForce> smooth_forces;  // that act all the time, at rest too; splines alone
 };
 
 // What changes each step of a run of it, made afresh; empty where nothing does.

@@ -110,11 +110,13 @@ model::SimulationOptions with_cells(model::SimulationOptions on, int cells) {
 }  // namespace
 
 std::vector<model::ObservedTrial> observe_campaign(const trial::Campaign& campaign, double rate_hz,
-                                                   double image_rate_hz, const report::ProgressCallback& progress) {
+                                                   double image_rate_hz, const report::ProgressCallback& progress,
+                                                   observe::Thinning thinning) {
   std::vector<model::ObservedTrial> trials;
   for (const trial::Trial& trial : campaign.trials) {
     observe::ObserveOptions observe;
     observe.rate_hz = trial.markers ? rate_hz : image_rate_hz;
+    observe.thinning = thinning;
     trials.push_back(model::observe_trial(trial, observe));
     const trial::Fabric &a = trial.fabric, &b = campaign.trials[0].fabric;
     if (a.width_m != b.width_m || a.height_m != b.height_m)

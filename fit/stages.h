@@ -12,7 +12,8 @@ namespace selvedge::fit {
 // All trials, thinned to rate_hz where markers were tracked and to image_rate_hz elsewhere. Throws BadInput where the
 // trials are of fabrics of different sizes, or one holds too little.
 std::vector<model::ObservedTrial> observe_campaign(const trial::Campaign& campaign, double rate_hz,
-                                                   double image_rate_hz, const report::ProgressCallback& progress);
+                                                   double image_rate_hz, const report::ProgressCallback& progress,
+                                                   observe::Thinning thinning = observe::Thinning::dropped);
 
 // The longest moving trial's last observed time, s; 0 where none moves.
 double last_observed_s(const std::vector<model::ObservedTrial>& trials);

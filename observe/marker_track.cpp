@@ -3,8 +3,13 @@
 #include <algorithm>
 #include <limits>
 #include <map>
+#include <optional>
+#include <utility>
+
+#include <Eigen/Dense>
 
 #include "files/bad_input.h"
+#include "geometry/order_statistics.h"
 
 namespace selvedge::observe {
 
@@ -22,6 +27,61 @@ std::vector<double> thinned_times(const std::vector<double>& all, const ObserveO
     if (next < t) next = t + 1 / options.rate_hz;
   }
   return times;
+}
+
+// What a parabola through a marker's samples about a time is there, and the share of a sample's deviation that this one
+// has.
+struct Smoothed {
+  Eigen::Vector3d position;
+  double noise_share = 1;
+};
+
+std::optional<Smoothed> smoothed(const std::vector<double>& since_s, const std::vector<Eigen::Vector3d>& position) {
+  const auto n = static_cast<Eigen::Index>(since_s.size());
+  if (n < 4 || since_s.front() > 0 || since_s.back() < 0) return std::nullopt;
+  const double unit = std::max(-since_s.front(), since_s.back());
+  Eigen::MatrixX3d powers(n, 3);
+  Eigen::MatrixX3d seen(n, 3);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const double t = since_s[static_cast<size_t>(i)] / unit;
+    powers.row(i) << 1, t, t * t;
+    seen.row(i) = position[static_cast<size_t>(i)].transpose();
+  }
+  const Eigen::Matrix3d inverse = (powers.transpose() * powers).inverse();
+  return Smoothed{(inverse * (powers.transpose() * seen)).row(0).transpose(), std::sqrt(inverse(0, 0))};
+}
+
+// Each kept sample by its neighbours; the track's noise becomes the usual one of them.
+void average(MarkerTrack& track, const trial::Markers& m, const std::map<int, Eigen::Index>& row_of,
+             const ObserveOptions& options) {
+  const double half_s = 0.5 / options.rate_hz + 1e-6;
+  const auto times = static_cast<Eigen::Index>(track.time_s.size());
+  std::vector<std::vector<std::pair<double, Eigen::Vector3d>>> seen(row_of.size());
+  for (size_t i = 0; i < m.marker.size(); ++i) {
+    const Eigen::Vector3d at = m.position.col(static_cast<Eigen::Index>(i));
+    if (at.allFinite()) seen[static_cast<size_t>(row_of.at(m.marker[i]))].emplace_back(m.time_s[i], at);
+  }
+  std::vector<double> shares;
+  for (size_t k = 0; k < seen.size(); ++k) {
+    std::stable_sort(seen[k].begin(), seen[k].end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+    for (Eigen::Index j = 0; j < times; ++j) {
+      const double t = track.time_s[static_cast<size_t>(j)];
+      std::vector<double> since;
+      std::vector<Eigen::Vector3d> position;
+      for (auto s = std::lower_bound(seen[k].begin(), seen[k].end(), t - half_s,
+                                     [](const auto&a, double at) { return a.first < at; });
+           s != seen[k].end() && s->first <= t + half_s; ++s) {
+        since.push_back(s->first - t);
+        position.push_back(s->second);
+      }
+      Eigen::Matrix3Xd::ColXpr column = track.position.col(static_cast<Eigen::Index>(k) * times + j);
+      if (!column.allFinite()) continue;
+      const std::optional<Smoothed> by = smoothed(since, position);
+      shares.push_back(by ? by->noise_share : 1);
+      if (by) column = by->position;
+    }
+  }
+  if (!shares.empty()) track.noise_m *= geometry::median(std::move(shares));
 }
 
 }  // namespace
@@ -59,6 +119,11 @@ MarkerTrack track_markers(const trial::Trial& trial, const ObserveOptions& optio
   for (Eigen::Index c = 0; c < seen.size(); ++c) {
     if (seen(c) == 0) track.position.col(c).setConstant(std::numeric_limits<double>::quiet_NaN());
     else track.position.col(c) /= seen(c);
+  }
+  if (options.thinning == Thinning::averaged) {
+    if (still)
+      track.noise_m /= std::sqrt(std::max(1.0, static_cast<double>(seen.sum()) / static_cast<double>(seen.size())));
+    else average(track, m, row_of, options);
   }
   return track;
 }

@@ -9,9 +9,14 @@
 
 namespace selvedge::observe {
 
+// What becomes of the samples between those that are kept: nothing, or a parabola through all samples of a marker
+// within half an interval gives the kept one, and its smaller noise.
+enum class Thinning { dropped, averaged };
+
 struct ObserveOptions {
-  double rate_hz = 30;            // observations are thinned to about this rate
-  double from_s = 0, to_s = 1e9;  // of the trial's own time
+  double rate_hz = 30;                    // observations are thinned to about this rate
+  double from_s = 0, to_s = 1e9;          // of the trial's own time
+  Thinning thinning = Thinning::dropped;  // of markers
 };
 
 // Position (marker, time) in column marker·times + time; NaN where the marker was not seen.

@@ -65,9 +65,27 @@ std::vector<double> numbers_of(const Experiment& e) {
 
 }  // namespace
 
+VectorXd areas(const SplineSheet& sheet) {
+  return (sheet.u.mass.rowwise().sum() * sheet.v.mass.rowwise().sum().transpose()).reshaped();
+}
+
+Eigen::Matrix3Xd smooth_forces_on(const SplineSheet& sheet, const Experiment& e) {
+  if (e.smooth_forces.empty()) return {};
+  const std::vector<Eigen::Vector2d> points = greville_points(sheet);
+  const VectorXd area = areas(sheet);
+  Eigen::Matrix3Xd out = Eigen::Matrix3Xd::Zero(3, sheet.count());
+  for (const SmoothForce& f : e.smooth_forces)
+    for (Index p = 0; p < area.size(); ++p) {
+      const Eigen::Vector2d& uv = points[static_cast<size_t>(p)];
+      out.col(p) += area(p) * std::cos(M_PI * f.along_u * uv.x() / sheet.swatch.width_m) *
+                    std::cos(M_PI * f.down_v * uv.y() / sheet.swatch.height_m) * f.peak_n_m2;
+    }
+  return out;
+}
+
 VectorXd densities(const SplineSheet& sheet, const Material& m) {
   const std::vector<Eigen::Vector2d> points = greville_points(sheet);
-  const VectorXd area = (sheet.u.mass.rowwise().sum() * sheet.v.mass.rowwise().sum().transpose()).reshaped();
+  const VectorXd area = areas(sheet);
   VectorXd density(sheet.count()), share(sheet.count());
   for (Index i = 0; i < density.size(); ++i) {
     const Eigen::Vector2d& uv = points[static_cast<size_t>(i)];

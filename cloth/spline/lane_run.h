@@ -10,6 +10,12 @@
 
 namespace selvedge::cloth::spline {
 
+// m² of the fabric that each control point stands for.
+Eigen::VectorXd areas(const SplineSheet& sheet);
+
+// N on the control points: the experiment's smooth forces; no columns where it has none.
+Eigen::Matrix3Xd smooth_forces_on(const SplineSheet& sheet, const Experiment& experiment);
+
 // kg/m² at the control points, of fabric, hem and local weight; no air.
 Eigen::VectorXd densities(const SplineSheet& sheet, const Material& material);
 

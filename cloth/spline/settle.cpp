@@ -27,21 +27,19 @@ constexpr double kLeast_per_s2 = 0.3;  // mass times this stiffens: lest what th
 constexpr double kFar_m = 0.02;        // a tangent serves so far from where it was taken
 
 // Masses of the control points, kg.
-VectorXd lumped(const SplineSheet& sheet, const Material& m) {
-  const VectorXd area = (sheet.u.mass.rowwise().sum() * sheet.v.mass.rowwise().sum().transpose()).reshaped();
-  return densities(sheet, m).cwiseProduct(area);
-}
+VectorXd lumped(const SplineSheet& sheet, const Material& m) { return densities(sheet, m).cwiseProduct(areas(sheet)); }
 
 // Forces at rest.
 class Forces {
  public:
   Forces(const SplineSheet& sheet, const Experiment& e)
-      : run_(sheet, {&e}), experiment_(e), mass_(lumped(sheet, e.material)) {}
+      : run_(sheet, {&e}), experiment_(e), mass_(lumped(sheet, e.material)), smooth_(smooth_forces_on(sheet, e)) {}
   VectorXd at(const VectorXd& x) {
     const Matrix3Xd control = x.reshaped(3, mass_.size());
     run_.set_position(0, control);
     run_.set_forces(cloth::kernel::kBroughtFromFlat);
     Matrix3Xd f = run_.force(0) + experiment_.gravity_m_s2 * mass_.transpose();
+    if (smooth_.cols() > 0) f += smooth_;
     if (experiment_.guide)
       add_nudging(*experiment_.guide, mass_.sum(), experiment_.start_s, control.data(), nullptr, f.data());
     return f.reshaped();
@@ -52,6 +50,7 @@ class Forces {
   LaneRun<double> run_;
   const Experiment& experiment_;
   VectorXd mass_;
+  Matrix3Xd smooth_;
 };
 
 // The inverse of the tangent at a shape between what is held.

@@ -29,6 +29,12 @@ void check_lanes(const std::vector<Experiment>& lanes) {
   }
 }
 
+// Smooth forces over the steps until they act again.
+template <class T>
+void push(LaneRun<T>& run, size_t lane, const Eigen::Matrix3Xd& force, double steps) {
+  for (Eigen::Index i = 0; i < force.cols(); ++i) run.push(lane, static_cast<int>(i), steps * force.col(i));
+}
+
 // The pull of a guide on one lane over the steps until it acts again.
 template <class T>
 void pull(LaneRun<T>& run, size_t lane, const SplineSheet& sheet, const Experiment& e, double t_s, double steps) {
@@ -73,6 +79,7 @@ void run_group(const SplineSheet& sheet, const std::vector<const Experiment*>& l
   std::vector<Sampler> samplers;
   std::vector<int> steps;
   std::vector<Eigen::Matrix<double, 3, 2>> corners, ahead;
+  std::vector<Eigen::Matrix3Xd> smooth;
   for (size_t i = 0; i < lanes.size(); ++i) {
     const Experiment& e = *lanes[i];
     run.set_position(i, out[i]->start);
@@ -80,6 +87,7 @@ void run_group(const SplineSheet& sheet, const std::vector<const Experiment*>& l
     samplers[i].keep(e.start_s, e.start_s, out[i]->start, out[i]->start);
     steps.push_back(steps_of(e, step_s));
     corners.push_back(e.path.at(e.start_s));
+    smooth.push_back(smooth_forces_on(sheet, e));
   }
   if (run.has_memory()) run.set_forces(cloth::kernel::kBroughtFromFlat);
   const int pull_every = std::max(1, static_cast<int>(kNudgeEvery_s / step_s));
@@ -93,6 +101,7 @@ void run_group(const SplineSheet& sheet, const std::vector<const Experiment*>& l
       ahead.push_back(e.path.at(to));
       run.hold(i, e.path, corners[i], ahead[i]);
       if (step >= steps[i]) continue;
+      if (step % pull_every == 0) push(run, i, smooth[i], pull_every);
       if (e.guide && step % pull_every == 0) pull(run, i, sheet, e, from, pull_every);
       if (samplers[i].wants(to)) before[i] = run.position(i);
     }

@@ -437,5 +437,35 @@ TEST(SplineEffects, AddedMassOfALaneLeavesTheOthersTheirBits) {
   }
 }
 
+// A force as large as the fabric's weight, the other way, is no weight at all.
+TEST(SplineSmoothForces, AnEvenOneIsAWeightPerArea) {
+  const SplineSheet sheet = sheet_of(8);
+  Experiment e = waved();
+  e.starts_at_rest = true;
+  e.start_shape = hung_shape(sheet, e, 1);
+  Experiment lighter = e, lifted = e;
+  lighter.gravity_m_s2 *= 0.9;
+  lifted.smooth_forces = {{-0.1 * e.material.density * e.gravity_m_s2, 0, 0}};
+  const std::vector<Trajectory> runs = simulate(sheet, {lighter, lifted, e});
+  const double moved = (runs[2].samples.back() - runs[0].samples.back()).norm();
+  EXPECT_LT((runs[1].start - runs[0].start).norm(), 0.02 * (runs[2].start - runs[0].start).norm());
+  EXPECT_LT((runs[1].samples.back() - runs[0].samples.back()).norm(), 0.05 * moved);
+}
+
+TEST(SplineSmoothForces, AWavePushesItsCrestsApart) {
+  const SplineSheet sheet = sheet_of(8);
+  Experiment e = waved();
+  e.start_shape = hung_shape(sheet, e, 1);
+  Experiment pushed = e;
+  pushed.smooth_forces = {{Eigen::Vector3d(0, 0.05, 0), 1, 0}};  // + at the left, − at the right
+  const std::vector<Trajectory> runs = simulate(sheet, {e, pushed});
+  const auto moved = [&](double u) {
+    const SurfacePoint at = surface_point(sheet, {u, 0.28});
+    return (position_of(at, runs[1].start) - position_of(at, runs[0].start)).y();
+  };
+  EXPECT_GT(moved(0.03), 1e-3);
+  EXPECT_LT(moved(0.27), -1e-3);
+}
+
 }  // namespace
 }  // namespace selvedge::cloth::spline
