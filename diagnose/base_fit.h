@@ -15,11 +15,11 @@
 
 namespace selvedge::diagnose {
 
-// Where a base fit ended. Without states: parameters alone, of which the recorded branches are still to be found.
+// Where a base fit ended: parameters alone, or with the branches that it found.
 struct BaseFit {
   Eigen::VectorXd coordinates;
-  long cells = 0;                  // of the usual grid, along the width; 0: to be chosen
-  model::State state, fine_state;  // on the usual and on the fine grid, uncorrected
+  long cells = 0;                        // of the usual grid, along the width; 0: to be chosen
+  std::vector<Eigen::Matrix3Xd> branch;  // of each trial on the usual grid; empty: to be found
 };
 
 // input: the hash of what the fit rests on (estimate/kept_input.h).
@@ -30,7 +30,7 @@ std::optional<BaseFit> read_base_fit(const std::filesystem::path& file, const st
 struct StudyOptions {
   model::Drag drag = model::Drag::nonlinear;
   Protocol protocol;
-  std::optional<Eigen::VectorXd> fitted;  // coordinates of the base that a fit found: the base fit begins there
+  std::optional<Eigen::VectorXd> fitted;  // coordinates of the base that a fit found
   std::optional<BaseFit> base_fit;        // found before: it is taken as it is
   report::ProgressCallback progress = [](double, const std::string&) {};
 };
@@ -40,7 +40,7 @@ struct FittedStudy {
   BaseFit base_fit;
 };
 
-// Fits the base model; effects that the campaign cannot show are left out.
+// Takes the base as it was fitted, or fits it; effects that the campaign cannot show are left out.
 FittedStudy make_study(const trial::Campaign& campaign, const std::vector<Effect>& effects,
                        const StudyOptions& options);
 

@@ -1,14 +1,14 @@
-// Diagnosing a campaign: where the gap between recording and base model lies, what it is fixed to, which effect
-// closes it, how far, and what to record next.
+// Diagnosing a campaign: where the gap between recording and base model lies, what it is fixed to, which effects close
+// it, how far, and what to record next.
 //
-//   1. base      fit the base model, with what a finer grid adds (study.h)
-//   2. screen    change every effect by a finite size; keep what a refit of the base does not absorb
-//   3. refit     every effect together with the base; the best few on the fine grid as well
-//   4. hold out  predict each group of trials from the others, with and without each effect
-//   5. judge     probabilities, confusable set, gap reduction, size (verdict.h); two effects where one does not suffice
-//   6. ahead     how far the gap shrinks, in predictions for a quarter of a second (ahead.h)
-//   7. free      the gap, without nudging towards the markers that steps 1 to 5 have (cloth/guide.h)
-//   7. where     the base's residual split by region, time, frequency, regime and image row (where.h)
+//   1. base      take the base model as it was fitted, or fit it (base_fit.h)
+//   2. windows   predictions a short time ahead (windows.h), and how they change with everything that a model may have
+//                (linearisation.h)
+//   3. weigh     none, every effect, pairs and threes, each with and without something unknown (effect_sets.h); again
+//                about the likeliest of them
+//   4. budget    what each effect of the likeliest set takes of the gap (budget.h), and the force that is still missing
+//                (missing_force.h)
+//   5. where     what the base leaves, split by region, time, frequency, regime and image row (where.h)
 #pragma once
 
 #include <filesystem>
@@ -19,11 +19,11 @@
 #include <vector>
 
 #include "capture/trial/trial.h"
-#include "diagnose/effects/effect.h"
-#include "diagnose/next_experiment.h"
 #include "diagnose/base_fit.h"
-#include "diagnose/study.h"
-#include "diagnose/verdict.h"
+#include "diagnose/budget.h"
+#include "diagnose/effect_sets.h"
+#include "diagnose/missing_force.h"
+#include "diagnose/next_experiment.h"
 #include "diagnose/where.h"
 
 namespace selvedge::diagnose {
@@ -35,14 +35,14 @@ struct DiagnosisOptions {
 
 struct SizedParameter {
   std::string name, unit;
-  double value = 0, low = 0,
-         high = 0;  // 90 %: jackknife over groups of trials, and Protocol::rig_size_share or fabric_size_share
+  double value = 0, low = 0, high = 0;  // 90 %: of the evidence, and Protocol::rig_size_share or fabric_size_share
 };
 
+// Of trials that nothing was fitted to: root mean square, mm, of predictions Protocol::free_s ahead where markers hold
+// the sheet, else of motions that run free.
 struct GapReduction {
-  double before_mm = 0, after_mm = 0, fraction = 0, low = 0,
-         high = 0;        // 90 % for as many trials again, jackknife over groups; NaN where there is one group
-  bool is_ahead = false;  // told of predictions Protocol::ahead_s ahead, else of motions that run free
+  double before_mm = 0, after_mm = 0;
+  double fraction = 0, low = 0, high = 0;  // 90 % for as many trials again, jackknife over groups; NaN for one group
 };
 
 // What is known of one effect.
@@ -51,45 +51,41 @@ struct EffectFinding {
   Side side = Side::elastic;
   double absorbed = 0;       // share of its trace in the data that a refit of the base takes up
   double screened_gain = 0;  // share of the base's squared residual that it explains beyond that, linearly
-  bool finalist = false;
+  bool weighed = false;      // sized, and its reduction found
   std::vector<SizedParameter> size;
-  GapReduction
-      reduction;  // of motions that run free where no markers were seen, or where the effect is that of the grid
-  GapReduction free_reduction;  // of motions that run free
-  double probability = 0;
+  GapReduction reduction;
+  double probability = 0, inclusion = 0;
 };
 
 struct BaseParameter {
   std::string name, unit;
-  double value = 0, corrected = 0;  // alone, and with the named cause added
+  double value = 0, corrected = 0;  // alone, and with the likeliest effects added
 };
 
-// What each hypothesis left of groups of trials that it was not fitted to, mm: what the probabilities were made of.
-struct Judged {
-  std::vector<std::string> groups;                  // the first trial of each
-  std::vector<double> noise;                        // what the sensor alone leaves
-  std::vector<double> right_model;                  // what a right model is expected to leave
-  std::map<std::string, std::vector<double>> left;  // by hypothesis; the base is "none"
+// A set of effects, as it was weighed.
+struct WeighedSet {
+  std::string name;  // "none", "a", "a+b"
+  bool and_unknown = false;
+  double probability = 0, model_error = 0;  // s: times the usual size
 };
 
 struct Diagnosis {
   Protocol protocol;
   std::string campaign, base;
-  double gap_mm = 0, low_mm = 0, high_mm = 0, noise_floor_mm = 0, right_floor_mm = 0, replicate_mm = 0, p_value = 1;
+  double gap_mm = 0, low_mm = 0, high_mm = 0, noise_floor_mm = 0, right_floor_mm = 0, p_value = 1;
   double before_mm = 0;
+  bool is_ahead = false;  // errors are of predictions Protocol::free_s ahead
   std::string side, cause;
-  std::map<std::string, double> probability;
+  std::map<std::string, double> probability, inclusion;
   std::vector<std::string> confusable;
-  std::vector<std::string> cannot_tell;  // effects whose trace a refit of the base absorbs
+  std::vector<std::string> cannot_tell;  // effects that the data could not show, however large
   std::vector<EffectFinding> effects;    // by probability
-  std::string pair;  // "a+b" where two effects at once are likelier than any one, none and unknown, else empty
-  double pair_probability = 0;  // the two share it in `probability`, half and half
-  GapReduction pair_reduction;
+  std::vector<WeighedSet> sets;          // the likeliest
+  Budget budget;
+  MissingForce missing_force;
+  std::string likeliest;  // the set whose budget it is: "none", "a", "a+b"
   std::vector<BaseParameter> parameters;
-  Judged judged;
-  std::map<std::string, std::map<std::string, double>> fit;  // by hypothesis ("none": the base), parameters
-  std::map<std::string, std::map<std::string, double>>
-      free_fit;  // by hypothesis ("none": the base), parameters refitted to free motions
+  std::map<std::string, std::map<std::string, double>> fit;  // by set ("none": the base), all that is not neutral
   std::vector<Cell> where;
   ResidualMap map;
   Forecast forecast;                          // where a cause is named

@@ -6,7 +6,6 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "diagnose/ahead.h"
 #include "diagnose/fabric_map.h"
 #include "files/whole_file.h"
 #include "report/html.h"
@@ -19,48 +18,104 @@ using nlohmann::json;
 
 json number(double value) { return std::isfinite(value) ? json(value) : json(nullptr); }
 
-json reduction_json(const GapReduction& s, const Protocol& protocol) {
+json reduction_json(const Diagnosis& d, const GapReduction& s) {
   json out = {{"held_out_before_mm", number(s.before_mm)},
               {"held_out_after_mm", number(s.after_mm)},
               {"fraction", number(s.fraction)},
               {"interval", {number(s.low), number(s.high)}}};
-  if (s.is_ahead) out["ahead_s"] = protocol.ahead_s;
+  if (d.is_ahead) out["ahead_s"] = d.protocol.free_s;
   return out;
 }
 
+json share_json(const Share& s) { return {{"share", number(s.value)}, {"interval", {number(s.low), number(s.high)}}}; }
+
 std::string percent(double share) { return fmt::format("{:.0f} %", 100 * share); }
 
+std::string percent(const Share& s) {
+  return std::isfinite(s.low) ? fmt::format("{} ({} … {})", percent(s.value), percent(s.low), percent(s.high))
+                              : percent(s.value);
+}
+
+std::string ahead(const Diagnosis& d) {
+  return d.is_ahead ? fmt::format(", predicted {:g} s ahead,", d.protocol.free_s) : "";
+}
+
 std::string answer_in_words(const Diagnosis& d) {
-  const std::string sizes = fmt::format(
-      "The base model ({}) predicts held-out trials to {:.2f} mm; the sensor alone leaves {:.2f} mm, a right model "
-      "about {:.2f} mm.",
-      d.base, d.before_mm, d.noise_floor_mm, d.right_floor_mm);
+  const std::string sizes =
+      fmt::format("The base model ({}) leaves {:.2f} mm of held-out trials{} where the sensor alone leaves {:.2f} mm.",
+                  d.base, d.before_mm, ahead(d), d.noise_floor_mm);
   const double p = d.probability.at(d.cause);
   if (d.cause == "none") return fmt::format("No effect is needed (probability {}). {}", percent(p), sizes);
-  if (!d.pair.empty())
-    return fmt::format(
-        "There is a gap, and no single effect of the library closes it; consistent with two at once: {} (probability "
-        "{}). Added to the model they take the error of held-out trials{} from {:.2f} to {:.2f} mm, {} of the gap. {}",
-        d.pair, percent(d.pair_probability),
-        d.pair_reduction.is_ahead ? fmt::format(", predicted {:g} s ahead,", d.protocol.ahead_s) : "",
-        d.pair_reduction.before_mm, d.pair_reduction.after_mm, percent(d.pair_reduction.fraction), sizes);
   if (d.cause == "unknown")
     return fmt::format("There is a gap, and no effect of the library closes it: unknown (probability {}). {}",
                        percent(p), sizes);
-  for (const EffectFinding& f : d.effects)
-    if (f.name == d.cause)
-      return fmt::format(
-          "Consistent with {}: {} (probability {}, {} side). Added to the model it takes the error of held-out "
-          "trials{} from {:.2f} to {:.2f} mm, {} of the gap{}. {}",
-          f.name, f.summary, percent(p), d.side,
-          f.reduction.is_ahead ? fmt::format(", predicted {:g} s ahead,", d.protocol.ahead_s) : "",
-          f.reduction.before_mm, f.reduction.after_mm, percent(f.reduction.fraction),
-          f.reduction.is_ahead
-              ? fmt::format("; that of whole motions from {:.2f} to {:.2f} mm, {}", f.free_reduction.before_mm,
-                            f.free_reduction.after_mm, percent(f.free_reduction.fraction))
-              : "",
-          sizes);
+  for (const EffectFinding& f : d.effects) {
+    if (f.name != d.cause) continue;
+    std::string beside;
+    for (const BudgetPart& part : d.budget.parts)
+      if (part.effect != d.cause && part.probability > 0.5) beside += (beside.empty() ? "" : ", ") + part.effect;
+    return fmt::format(
+        "Consistent with {}: {} (probability that it is there {}, {} side){}. Added to the model, {} "
+        "takes the error of held-out trials{} from {:.2f} to {:.2f} mm, {} of the gap. {}",
+        f.name, f.summary, percent(f.inclusion), d.side, beside.empty() ? "" : ", beside " + beside,
+        beside.empty() ? "it" : d.likeliest, ahead(d), f.reduction.before_mm, f.reduction.after_mm,
+        percent(f.reduction.fraction), sizes);
+  }
   return sizes;
+}
+
+// What the base leaves, falling effect by effect to what nothing explains and the sensor: shares of the squared error.
+std::string waterfall(const Diagnosis& d) {
+  constexpr double kWidth = 640, kBar = 26, kLeft = 170, kRight = 90;
+  const double whole = d.budget.total_mm * d.budget.total_mm, noise = d.budget.noise_mm * d.budget.noise_mm,
+               gap = std::max(0.0, whole - noise), scale = whole > 0 ? (kWidth - kLeft - kRight) / whole : 0;
+  struct Bar {
+    std::string name, text, colour;
+    double from, to;
+  };
+  std::vector<Bar> bars = {{"the base leaves", fmt::format("{:.2f} mm", d.budget.total_mm), "#607080", 0, whole}};
+  double at = whole;
+  for (const BudgetPart& p : d.budget.parts) {
+    const double to = at - p.share.value * gap;
+    bars.push_back({p.effect, percent(p.share.value), "#2a7ab0", std::min(at, to), std::max(at, to)});
+    at = to;
+  }
+  bars.push_back(
+      {"nothing explains", percent(d.budget.unexplained.value), "#b05a2a", std::min(noise, at), std::max(noise, at)});
+  bars.push_back({"the sensor", fmt::format("{:.2f} mm", d.budget.noise_mm), "#a0a8b0", 0, noise});
+  std::string svg = fmt::format(
+      "<svg xmlns='http://www.w3.org/2000/svg' viewBox='0 0 {:.0f} {:.0f}' width='{:.0f}' role='img' aria-label='What "
+      "each effect takes of the gap'>",
+      kWidth, kBar * static_cast<double>(bars.size()), kWidth);
+  for (size_t i = 0; i < bars.size(); ++i) {
+    const double y = kBar * static_cast<double>(i), x = kLeft + scale * std::max(0.0, bars[i].from),
+                 width = std::max(1.5, scale * (bars[i].to - std::max(0.0, bars[i].from)));
+    svg += fmt::format(
+        "<text x='{:.0f}' y='{:.0f}' text-anchor='end' font-size='13' fill='currentColor'>{}</text><rect x='{:.1f}' "
+        "y='{:.0f}' width='{:.1f}' height='{:.0f}' fill='{}'/><text x='{:.1f}' y='{:.0f}' font-size='13' "
+        "fill='currentColor'>{}</text>",
+        kLeft - 8, y + 0.68 * kBar, bars[i].name, x, y + 4, width, kBar - 8, bars[i].colour, x + width + 6,
+        y + 0.68 * kBar, bars[i].text);
+  }
+  return svg + "</svg>";
+}
+
+void add_budget(report::HtmlReport& html, const Diagnosis& d) {
+  html.heading("The budget");
+  html.svg(
+      waterfall(d),
+      "Shares of the squared error of held-out trials: what the base leaves, what each effect of the likeliest set "
+      "takes, what nothing explains, and what the sensor alone leaves");
+  std::vector<std::vector<std::string>> rows;
+  for (const BudgetPart& p : d.budget.parts)
+    rows.push_back({p.effect, fmt::format("{:.3f}", p.probability), percent(p.share)});
+  rows.push_back({"nothing explains", "", percent(d.budget.unexplained)});
+  html.table({"part", "probability that it is there", "share of the gap (90 %)"}, rows);
+  rows.clear();
+  for (const WeighedSet& s : d.sets)
+    rows.push_back({s.name + (s.and_unknown ? " and something unknown" : ""), fmt::format("{:.3f}", s.probability),
+                    fmt::format("{:.2f}", s.model_error)});
+  html.table({"set of effects", "probability", "model error, times its usual size"}, rows);
 }
 
 void add_effects(report::HtmlReport& html, const Diagnosis& d) {
@@ -71,31 +126,24 @@ void add_effects(report::HtmlReport& html, const Diagnosis& d) {
     for (const SizedParameter& p : f.size)
       size += fmt::format("{}{} {:.3g} {} ({:.3g} … {:.3g})", size.empty() ? "" : "; ", p.name, p.value, p.unit, p.low,
                           p.high);
-    rows.push_back({f.name, to_text(f.side), fmt::format("{:.3f}", f.probability), percent(f.absorbed),
-                    percent(f.screened_gain), f.reduction.is_ahead ? before_and_after(f.reduction) : "–",
-                    f.finalist ? share_closed(f.reduction) : "–", f.finalist ? before_and_after(f.free_reduction) : "–",
-                    size.empty() ? "–" : size});
+    rows.push_back({f.name, to_text(f.side), fmt::format("{:.3f}", f.inclusion), fmt::format("{:.3f}", f.probability),
+                    percent(f.absorbed), f.weighed ? before_and_after(f.reduction) : "–",
+                    f.weighed ? share_closed(f.reduction) : "–", size.empty() ? "–" : size});
   }
-  html.table({"effect", "side", "probability", "absorbed by refitting the base", "explains of the rest, linearly",
-              fmt::format("error of predictions {:g} s ahead, mm", d.protocol.ahead_s),
-              "share of the gap it closes (90 %)", "error of whole motions, mm", "size (90 %)"},
+  html.table({"effect", "side", "probability that it is there", "probability as the cause",
+              "absorbed by refitting the base", "error with it, mm", "of the gap (90 %)", "size (90 %)"},
              rows);
-  html.paragraph(fmt::format("none {:.3f}, unknown {:.3f}. Held-out error without any: {:.2f} mm.",
-                             d.probability.at("none"), d.probability.at("unknown"), d.before_mm));
+  html.paragraph(fmt::format("none {:.3f}, unknown {:.3f}.", d.probability.at("none"), d.probability.at("unknown")));
   if (!d.forecast.motion.empty())
     html.paragraph(fmt::format(
         "Forecast, not recorded yet: in {} the base model will be {:.1f} mm off (90 % {:.1f} … {:.1f}), with {} {:.1f} "
         "mm.",
-        d.forecast.motion, d.forecast.before_mm, d.forecast.low_mm, d.forecast.high_mm, d.cause, d.forecast.after_mm));
-  if (!d.pair.empty())
-    html.paragraph(fmt::format(
-        "Two effects predict better than one: {} (probability {}, which the two share above) takes the "
-        "held-out error to {:.2f} mm, {} of the gap.",
-        d.pair, percent(d.pair_probability), d.pair_reduction.after_mm, percent(d.pair_reduction.fraction)));
+        d.forecast.motion, d.forecast.before_mm, d.forecast.low_mm, d.forecast.high_mm, d.likeliest,
+        d.forecast.after_mm));
   if (!d.cannot_tell.empty()) {
     std::string names;
     for (const std::string& name : d.cannot_tell) names += (names.empty() ? "" : ", ") + name;
-    html.paragraph("These data cannot tell, because refitting the base model absorbs it: " + names + ".");
+    html.paragraph("These data cannot show, however large it usually is: " + names + ".");
   }
 }
 
@@ -136,9 +184,9 @@ void add_parameters(report::HtmlReport& html, const Diagnosis& d) {
   for (const BaseParameter& p : d.parameters)
     rows.push_back({p.name, p.unit, fmt::format("{:.4g}", p.value), named ? fmt::format("{:.4g}", p.corrected) : "–",
                     named ? fmt::format("{:+.0f} %", 100 * (p.value / p.corrected - 1)) : "–"});
-  html.table({"parameter", "unit", "base fit", named ? "with " + (d.pair.empty() ? d.cause : d.pair) : "with the cause",
-              "bias of the base fit"},
-             rows);
+  html.table(
+      {"parameter", "unit", "base fit", named ? "with " + d.likeliest : "with the cause", "bias of the base fit"},
+      rows);
 }
 
 }  // namespace
@@ -151,22 +199,31 @@ std::string share_closed(const GapReduction& s) {
 }
 
 json to_json(const Diagnosis& d) {
-  json sides = json::object();
+  json sides = json::object(), where = json::array(), sizes = json::object(), shrink = json::object(),
+       parameters = json::object(), screened = json::object(), parts = json::array(), sets = json::array();
   for (const EffectFinding& f : d.effects) sides[f.name] = to_text(f.side);
-  json where = json::array(), sizes = json::object(), shrink = json::object(), parameters = json::object(),
-       screened = json::object();
   for (const Cell& c : d.where)
     where.push_back({{"axis", c.axis}, {"cell", c.cell}, {"share", c.share}, {"mm", c.mm}, {"p_value", c.p_value}});
   for (const EffectFinding& f : d.effects) {
     screened[f.name] = {{"absorbed", f.absorbed}, {"gain", f.screened_gain}};
-    if (!f.finalist) continue;
+    if (!f.weighed) continue;
     for (const SizedParameter& p : f.size)
       sizes[f.name][p.name] = {{"value", p.value}, {"unit", p.unit}, {"interval", {p.low, p.high}}};
-    shrink[f.name] = reduction_json(f.reduction, d.protocol);
-    shrink[f.name]["free"] = reduction_json(f.free_reduction, d.protocol);
+    shrink[f.name] = reduction_json(d, f.reduction);
   }
   for (const BaseParameter& p : d.parameters)
     parameters[p.name] = {{"base", p.value}, {"corrected", p.corrected}, {"unit", p.unit}};
+  for (const BudgetPart& p : d.budget.parts) {
+    json part = share_json(p.share);
+    part["effects"] = {p.effect};
+    part["probability"] = p.probability;
+    parts.push_back(part);
+  }
+  for (const WeighedSet& s : d.sets)
+    sets.push_back({{"effects", s.name},
+                    {"and_unknown", s.and_unknown},
+                    {"probability", s.probability},
+                    {"model_error", s.model_error}});
   json out = {{"format", "diagnosis/1"},
               {"campaign", d.campaign},
               {"gap",
@@ -180,38 +237,36 @@ json to_json(const Diagnosis& d) {
               {"side", d.side},
               {"cause", d.cause},
               {"probabilities", d.probability},
+              {"inclusion", d.inclusion},
+              {"budget",
+               {{"total_mm", d.budget.total_mm},
+                {"measurement", {{"noise_mm", d.budget.noise_mm}}},
+                {"parts", parts},
+                {"unexplained", share_json(d.budget.unexplained)}}},
+              {"sets", sets},
+              {"missing_force", "missing_force.json"},
               {"confusable", d.confusable},
               {"effect_size", sizes},
               {"shrink", shrink},
               {"next_experiment", {{"separates", d.separates}, {"do", d.next_experiment}}},
               {"base", d.base},
+              {"likeliest", d.likeliest},
               {"parameters", parameters},
               {"cannot_tell", d.cannot_tell},
               {"screened", screened},
-              {"judged",
-               {{"groups", d.judged.groups},
-                {"noise_mm", d.judged.noise},
-                {"right_model_mm", d.judged.right_model},
-                {"left_mm", d.judged.left}}},
               {"fit", d.fit},
-              {"free_fit", d.free_fit},
               {"sides", sides},
               {"remarks", d.remarks},
               {"grid_cells", {d.cells, d.fine_cells}},
               {"evaluations", d.evaluations},
               {"cpu_s", d.cpu_s},
               {"wall_s", d.wall_s}};
-  if (std::isfinite(d.replicate_mm)) out["gap"]["replicates_mm"] = d.replicate_mm;
+  if (d.is_ahead) out["gap"]["ahead_s"] = d.protocol.free_s;
   if (!d.forecast.motion.empty())
     out["forecast"] = {{"motion", d.forecast.motion},
                        {"before_mm", d.forecast.before_mm},
                        {"interval_mm", {d.forecast.low_mm, d.forecast.high_mm}},
                        {"after_mm", d.forecast.after_mm}};
-  if (!d.pair.empty()) {
-    out["pair"] = reduction_json(d.pair_reduction, d.protocol);
-    out["pair"]["effects"] = d.pair;
-    out["pair"]["probability"] = d.pair_probability;
-  }
   return out;
 }
 
@@ -219,9 +274,10 @@ void write_diagnosis(const Diagnosis& d, const std::filesystem::path& folder) {
   report::HtmlReport html("Diagnosis of " + d.campaign);
   html.paragraph(answer_in_words(d));
   html.paragraph(
-      fmt::format("Gap {:.2f} mm above the noise floor (90 % {:.2f} … {:.2f}), p {:.3g} against campaigns that lack "
-                  "nothing. Next: {}.",
+      fmt::format("Gap {:.2f} mm above the noise floor (90 % {:.2f} … {:.2f}), p {:.3g} that a right model leaves "
+                  "as much. Next: {}.",
                   d.gap_mm, d.low_mm, d.high_mm, d.p_value, d.next_experiment));
+  add_budget(html, d);
   add_effects(html, d);
   add_where(html, d);
   add_parameters(html, d);
@@ -235,6 +291,7 @@ void write_diagnosis(const Diagnosis& d, const std::filesystem::path& folder) {
   html.write(folder / "report.html");
   if (!d.next_session.empty()) files::write_whole(folder / "next_session.toml", d.next_session);
   else std::filesystem::remove(folder / "next_session.toml");  // of an earlier run
+  files::write_json(folder / "missing_force.json", to_json(d.missing_force));
   files::write_json(folder / "diagnosis.json", to_json(d));
 }
 

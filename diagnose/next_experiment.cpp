@@ -8,7 +8,7 @@
 #include <fmt/format.h>
 
 #include "cloth/simulate.h"
-#include "diagnose/held_out.h"
+#include "diagnose/budget.h"
 
 namespace selvedge::diagnose {
 
@@ -140,24 +140,23 @@ std::string session_of(const Candidate& c, const model::ObservedTrial& t, const 
 // The number of trials where none moves.
 size_t first_moving(const Study& study) {
   size_t i = 0;
-  while (i < study.rows->trials() && study.simulation->trials()[i].still) ++i;
+  while (i < study.simulation->trials().size() && study.simulation->trials()[i].still) ++i;
   return i;
 }
 
 }  // namespace
 
-NextExperiment propose_experiment(const Study& study, const std::vector<Hypothesis>& hypotheses,
+NextExperiment propose_experiment(const Study& study, const std::vector<PredictedSet>& sets,
                                   const std::map<std::string, double>& probability) {
   NextExperiment out;
-  // The likeliest two of those that were refitted.
-  std::vector<const Hypothesis*> order;
-  for (const Hypothesis& h : hypotheses)
-    if (h.effects.size() <= 1) order.push_back(&h);
-  const auto chance = [&](const Hypothesis* h) { return probability.at(name_of(study, *h)); };
+  std::vector<const PredictedSet*> order;
+  for (const PredictedSet& s : sets)
+    if (probability.contains(s.name)) order.push_back(&s);
+  const auto chance = [&](const PredictedSet* s) { return probability.at(s->name); };
   std::stable_sort(order.begin(), order.end(),
-                   [&](const Hypothesis* a, const Hypothesis* b) { return chance(a) > chance(b); });
+                   [&](const PredictedSet* a, const PredictedSet* b) { return chance(a) > chance(b); });
   const size_t moving = first_moving(study);
-  if (order.size() < 2 || moving == study.rows->trials()) {
+  if (order.size() < 2 || moving == study.simulation->trials().size()) {
     out.what = "record a trial in which the fabric moves";
     return out;
   }
@@ -169,7 +168,7 @@ NextExperiment propose_experiment(const Study& study, const std::vector<Hypothes
   // The second likeliest, or the next one where no experiment shows what differs.
   for (size_t k = 1; k < order.size(); ++k) {
     const model::Prediction b = predicted(study, order[k]->x, moving);
-    const std::vector<std::string> pair = {name_of(study, *order[0]), name_of(study, *order[k])};
+    const std::vector<std::string> pair = {order[0]->name, order[k]->name};
     const double present_mm = apart_mm(study, a, b);
     for (const Candidate& c : candidates(t.width_m, t.height_m, mass_kg)) {
       model::Prediction with_a = a, with_b = b;
@@ -190,16 +189,15 @@ NextExperiment propose_experiment(const Study& study, const std::vector<Hypothes
   out.what = fmt::format(
       "none of the experiments that the rig can run takes {} and the effects that come nearest further apart than "
       "{:.1f} mm",
-      name_of(study, *order[0]), least_mm);
+      order[0]->name, least_mm);
   return out;
 }
 
-Forecast forecast(const Study& study, const Hypothesis& base, const Eigen::MatrixXd& base_folds,
-                  const Hypothesis& named, const Eigen::MatrixXd& named_folds, double named_left_mm) {
+Forecast forecast(const Study& study, const PredictedSet& base, const PredictedSet& named, double named_left_mm) {
   constexpr double kFaster = 1.2;
   Forecast out;
   const size_t moving = first_moving(study);
-  if (moving == study.rows->trials()) return out;
+  if (moving == study.simulation->trials().size()) return out;
   const auto before = [&](const VectorXd& x, const VectorXd& corrected) {
     model::Prediction a = predicted(study, x, moving), b = predicted(study, corrected, moving);
     speed_up(a, kFaster);
@@ -209,8 +207,9 @@ Forecast forecast(const Study& study, const Hypothesis& base, const Eigen::Matri
   out.motion = fmt::format("{} at {:.1f} times its speed", study.simulation->trials()[moving].name, kFaster);
   out.before_mm = before(base.x, named.x);
   out.after_mm = named_left_mm;
-  VectorXd folds(base_folds.cols());
-  for (Index g = 0; g < folds.size(); ++g) folds(g) = before(base_folds.col(g), named_folds.col(g));
+  VectorXd folds(static_cast<Index>(base.without.size()));
+  for (Index g = 0; g < folds.size(); ++g)
+    folds(g) = before(base.without[static_cast<size_t>(g)], named.without[static_cast<size_t>(g)]);
   const double sd = jackknife_sd(folds);
   out.low_mm = std::max(out.after_mm, out.before_mm - 1.645 * sd);
   out.high_mm = out.before_mm + 1.645 * sd;

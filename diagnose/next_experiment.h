@@ -10,9 +10,16 @@
 #include <string>
 #include <vector>
 
-#include "diagnose/hypothesis.h"
+#include "diagnose/study.h"
 
 namespace selvedge::diagnose {
+
+// A set of effects at its estimate.
+struct PredictedSet {
+  std::string name;                      // "none", "a", "a+b"
+  Eigen::VectorXd x;                     // all coordinates
+  std::vector<Eigen::VectorXd> without;  // a group of trials: found without it
+};
 
 struct NextExperiment {
   std::vector<std::string> separates;  // two names, or none
@@ -24,7 +31,8 @@ struct NextExperiment {
   double present_mm = 0;               // in the trials at hand
 };
 
-NextExperiment propose_experiment(const Study& study, const std::vector<Hypothesis>& hypotheses,
+// Of those whose name has a probability.
+NextExperiment propose_experiment(const Study& study, const std::vector<PredictedSet>& sets,
                                   const std::map<std::string, double>& probability);
 
 // A motion that was not recorded, as the base model and the corrected one tell it.
@@ -35,8 +43,7 @@ struct Forecast {
   double after_mm = 0;  // error that the corrected one will have: what it leaves of held-out trials
 };
 
-// base_folds, named_folds: parameters × group, each fitted without a group. named_left_mm: of held-out trials.
-Forecast forecast(const Study& study, const Hypothesis& base, const Eigen::MatrixXd& base_folds,
-                  const Hypothesis& named, const Eigen::MatrixXd& named_folds, double named_left_mm);
+// named_left_mm: of held-out trials.
+Forecast forecast(const Study& study, const PredictedSet& base, const PredictedSet& named, double named_left_mm);
 
 }  // namespace selvedge::diagnose

@@ -1,8 +1,7 @@
 // The constants of a diagnosis that were measured or chosen, with where each was set. A blind check seals them whole;
-// how often and how damped its fits step is part of the code, whose hash is sealed too (protocol_hash).
+// the code, whose hash is sealed too (protocol_hash), holds no others.
 //
-// "The bank" are 19 campaigns of the simulated world and four whose key is known (docs/diagnosis-measured.md); what is
-// said of motions that run free rests on few. ln: of a base coordinate, or of an error, as it says.
+// ln: of a base coordinate.
 #pragma once
 
 #include <string>
@@ -15,63 +14,60 @@ namespace selvedge::diagnose {
 struct Effect;
 
 struct Protocol {
-  // Grids, rates, and how simulations are held.
-  long coarse_cells = 10, cells = 0;        // of the start and of derivatives, along the width; 0: one a bending length
+  // Grids and rates.
+  long coarse_cells = 10, cells = 0;        // of a fit's start, along the width; 0: one a bending length
   long most_cells = 32;                     // that are chosen so
-  double finer = 1.5;                       // times as many: what derivatives are derivatives of
-  double rate_hz = 30, image_rate_hz = 10;  // observations are thinned to these
-  double nudging_per_s = 10;                // nudging gain of fits and judging (cloth/guide.h); 0: simulations run free
-  double still_samples = 6;                 // samples of a moving trial that one of a still trial weighs as much as
-  double sample_cut = 6;       // robust standard deviations of a trial's residual, at which single samples are cut
-  double harder = 2;           // times the gain, for trials that leave the recorded folds all the same
-  double lost_mm = 6;          // models that keep the folds were never found so far off under nudging
-  double parted_mm = 1.5;      // between two grids: one went another way
-  double largest_grid_mm = 3;  // change by a finer grid up to which it is a correction, where the fit leaves less
+  double finer = 1.5;                       // times as many, to see what the grid does
+  double rate_hz = 30, image_rate_hz = 10;  // observations are averaged, or thinned, to these
 
-  // The base fit.
-  double enough = 1e-3, near_enough = 1e-2;  // of the cost: smaller decreases end it; one that is refitted after
-  double base_difference = 0.06;             // ln, of its derivatives
-  double updated_within = 0.2;               // ln: derivatives updated by Broyden's rule serve within it
-  double isotropic_shear = 0.4;              // of the stretch stiffness: an isotropic sheet of Poisson's ratio 1/4
-  double isotropic_within = 0.2;             // ln
-  double other_start_gain = 0.99;            // of the cost, below which a fit from another start is kept
+  // The base fit, where no fit was made before: nudging gains towards markers, and what ends it.
+  double nudging_per_s = 10, harder = 2;
+  double enough = 1e-3, near_enough = 1e-2;  // of the cost: smaller decreases end it; that of its start
 
-  // Hypotheses.
-  double base_step = 0.08, effect_step = 0.3;  // of derivatives afresh: ln, and scales of an effect
-  long finalists = 4;                          // effects that are refitted on the fine grid and held out
-  double far = 0.3;                            // ln, from the base fit: derivatives are taken afresh
-  double far_cost = 0.15;                      // of the cost: a full refit that gained so much goes on once more
-  double full_refit_enough = 2e-4;             // of the cost
-  double plainly_none = 0.65;                  // probability of none from which no effect is fitted further
-  double pair_gain = 0.2;   // ln of the error's square that a second effect could win, for one to be sought
-  long pairs = 3;           // that are refitted
-  double absorbed = 0.995;  // share of an effect's trace beyond which a refit of the base hides it
+  // Where the windows begin: damping and drag so near to what is usual (ln), shear in shares of the stretch stiffness.
+  double usual_within = 1.4, least_shear = 0.1, most_shear = 1;
 
-  // The verdict (verdict.h): set on the bank.
-  double kappa = 12, free_kappa = 6;  // of trials that run free, which swing by chance
-  double cost_per_parameter = 0.85, cost_unknown = 6.0;
-  double prior_none = 0.38, prior_unknown = 0.15;   // the rest is shared by the effects alike
-  double two_share = 0.1;                           // two effects at once, before one: shared by all pairs alike
-  double grid_share = 0.3, still_grid_share = 0.7;  // of still trials: a fold that a finer grid moves, any form moves
-  double form_mm = 0.15;
-  double free_form_mm = 0.8;  // right models were 0.5 and 1.1 mm off in null campaigns of markers
-  double form_share = 0.3;    // of the base's held-out error: a right effect of another form leaves so much
-  // Of ln(held-out base error / what a right model leaves) in null campaigns: mean and spread. Nudged: five of the bank
-  // (-0.21 … 0.02); free: supposed from two of images.
-  double null_mean = -0.12, null_sd = 0.1, free_null_mean = 0.1, free_null_sd = 0.2;
-  double null_freedom = 4;  // of Student's distribution about it
-  double plain_gap = 0.05;  // p-value from which `none` loses by as much as it is smaller
-  double credible = 0.9;    // of the confusable set
+  // Windows (windows.h).
+  double free_s = 0.25, hold_per_s = 20;
+  double image_window_s = 0.5;
+
+  // Derivatives.
+  double base_difference = 0.06;  // ln
+
+  // Model error (evidence.h). A smooth force of usual size is so large a share of the fabric's weight.
+  long force_waves = 3;
+  double force_share = 0.01, force_smoothness = 0.3;
+  double white_share = 0.3;  // of what the forces do to a row, that no smooth force makes
+  double grid_share = 0.5;   // of what a finer grid changes
+  double lasting_share = 1;  // of their usual size: smooth forces that are the same in all windows
+  double least_scale = 0.125, scale_ratio = 1.4142135623730951;
+  long scales = 18;
+  double right_scale = 1, right_sd = 0.3;  // median and ln deviation of s in a right model
+  double unknown_over = 2;                 // times right_scale: where something unknown begins
+
+  // Priors.
+  double base_sd = 1;    // ln
+  double effect_sd = 2;  // scales
+  // Of an effect that is said not to be there: of its scale, and rms in the windows beyond a refit of the base.
+  double negligible_share = 0.3, negligible_mm = 0.03;
+  double tells = 0.6;  // of effect_sd: an effect of which more is negligible cannot be told
+  double prior_none = 0.38, prior_unknown = 0.12, prior_two = 0.1, prior_three = 0.02;  // the rest: one effect
+  double prior_beside = 0.15;  // of a set of effects: something unknown beside
+  double tempering = 1;        // power of the evidence
+
+  // Where the leaders stand.
+  long rounds = 2;
+  double longest_step = 0.7;  // ln
+  long pairs_tried = 5;       // that a third effect is tried beside
 
   // What is told.
-  double ahead_s = 0.25, ahead_nudging_per_s = 20;  // predictions a short time ahead (ahead.h)
-  long bootstraps = 2000;
-  long run_free = 2;        // effects whose gap reduction is looked at; where the answer is none, one
-  double fast_share = 0.5;  // of the held corners' top speed: faster is fast
-  // Standard deviation of a named effect's size about the true one, over that, beside what trials show: of the rig, its
-  // clock and the air, and of what the fabric is. Of 17 causes named right the first were off by 0.01 to 0.29, the
-  // others by 0.1 to 0.6.
+  long leaders = 6;      // sets of effects that are sized, and whose reduction is found
+  double form_mm = 0.4;  // that a right model leaves beside the sensor's noise, of predictions free_s ahead
+  // Standard deviation of a named effect's size about the true one, over that, beside what the evidence shows: of the
+  // rig, its clock and the air, and of what the fabric is.
   double rig_size_share = 0.15, fabric_size_share = 0.3;
+  double credible = 0.9;    // of the confusable set
+  double fast_share = 0.5;  // of the held corners' top speed: faster is fast
 };
 
 // Each member by its name.

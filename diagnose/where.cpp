@@ -7,7 +7,6 @@
 #include <boost/math/distributions/students_t.hpp>
 #include <fmt/format.h>
 
-#include "diagnose/held_out.h"
 #include "observe/stripe_residual.h"
 #include "geometry/projection.h"
 
@@ -32,7 +31,7 @@ using Table = std::map<std::string, std::map<std::string, std::vector<Sum>>>;
 
 struct Look {
   const Study& study;
-  const VectorXd& noise_mm;
+  double noise_mm;
   size_t groups;
   Table table;
 
@@ -42,11 +41,6 @@ struct Look {
     sums[group].add(mm2, noise2);
   }
 };
-
-double value_mm(const Study& study, const VectorXd& residual, size_t trial, Index row) {
-  const double still = study.simulation->trials()[trial].still ? std::sqrt(study.protocol.still_samples) : 1;
-  return residual(row) * study.rows->sd_mm()(row) / still;
-}
 
 std::string region(const Eigen::Vector2d& uv, double width_m, double height_m) {
   static const char* rows[] = {"top", "middle", "bottom"};
@@ -96,24 +90,23 @@ struct Bands {
 
 const char* band(double hz) { return hz < 2 ? "below 2 Hz" : hz < 5 ? "2 to 5 Hz" : "above 5 Hz"; }
 
-void look_at_markers(Look& look, ResidualMap& map, const VectorXd& residual, size_t group, size_t trial, Bands& bands,
-                     std::map<int, Sum>& rows, std::map<std::pair<double, double>, Sum>& spots) {
+void look_at_markers(Look& look, ResidualMap& map, const VectorXd& residual_mm, size_t group, size_t trial,
+                     Bands& bands, std::map<int, Sum>& rows, std::map<std::pair<double, double>, Sum>& spots) {
   const model::ObservedTrial& t = look.study.simulation->trials()[trial];
   const observe::MarkerTrack& m = *t.markers;
-  const Index first = look.study.rows->first(trial);
   const auto times = static_cast<Index>(m.time_s.size());
-  const double noise2 = look.noise_mm(static_cast<Index>(trial)) * look.noise_mm(static_cast<Index>(trial));
+  const double noise2 = look.noise_mm * look.noise_mm;
   std::vector<Sum> at_time(m.time_s.size());
   const auto& camera = look.study.cameras[trial];
   for (size_t k = 0; k < m.uv.size(); ++k) {
     std::vector<double> trace[3];
     for (Index j = 0; j < times; ++j) {
-      const Index column = static_cast<Index>(k) * times + j, row = first + 3 * column;
+      const Index column = static_cast<Index>(k) * times + j, row = 3 * column;
       Vector3d d = Vector3d::Zero();
-      if (look.study.rows->seen()(row) != 0)
-        for (int a = 0; a < 3; ++a) d(a) = value_mm(look.study, residual, trial, row + a);
+      const bool is_seen = residual_mm.segment<3>(row).allFinite();
+      if (is_seen) d = residual_mm.segment<3>(row);
       for (int a = 0; a < 3; ++a) trace[a].push_back(d(a));
-      if (look.study.rows->seen()(row) == 0) continue;
+      if (!is_seen) continue;
       const double time = m.time_s[static_cast<size_t>(j)], mm2 = d.squaredNorm();
       look.add("region", region(m.uv[k], t.width_m, t.height_m), group, mm2, noise2);
       look.add("regime", regime(t, time, look.study.protocol.fast_share), group, mm2, noise2);
@@ -185,20 +178,21 @@ class SpotsSeen {
   Eigen::Matrix3Xd position_;
 };
 
-void look_at_stripes(Look& look, ResidualMap& map, const VectorXd& residual, size_t group, size_t trial,
+void look_at_stripes(Look& look, ResidualMap& map, const VectorXd& residual_mm, size_t group, size_t trial,
                      std::map<int, Sum>& rows, std::map<std::pair<double, double>, Sum>& spots) {
   constexpr double kSpotsAcross = 6;  // of the map
   const model::ObservedTrial& t = look.study.simulation->trials()[trial];
   SpotsSeen seen(look.study, trial);
-  Index row = look.study.rows->first(trial);
-  const double noise2 = look.noise_mm(static_cast<Index>(trial)) * look.noise_mm(static_cast<Index>(trial));
+  Index row = 0;
+  const double noise2 = look.noise_mm * look.noise_mm;
   ResidualMap::OverTime over{t.name, {}, {}};
   for (const observe::StripeFrame& f : t.stripes->frames) {
     Sum here;
     if (seen.finite()) seen.at_time(f.time_s);
     const auto point = [&](const auto& p) {
       const Eigen::Vector2d& pixel = p.pixel;
-      const double mm = value_mm(look.study, residual, trial, row++), mm2 = mm * mm;
+      const double mm = residual_mm(row++), mm2 = mm * mm;
+      if (!std::isfinite(mm)) return;
       look.add("regime", regime(t, f.time_s, look.study.protocol.fast_share), group, mm2, noise2);
       if (!t.still)
         look.add("time", quarter(f.time_s, t.stripes->frames.front().time_s, t.stripes->frames.back().time_s), group,
@@ -287,7 +281,7 @@ std::vector<Cell> cells_of(const Table& table) {
 
 }  // namespace
 
-Where split_residual(const Study& study, const VectorXd& residual, const VectorXd& noise_mm) {
+Where split_residual(const Study& study, const std::vector<VectorXd>& residual_mm, double noise_mm) {
   Where out;
   Look look{study, noise_mm, study.groups.size(), {}};
   Bands bands;
@@ -298,8 +292,8 @@ Where split_residual(const Study& study, const VectorXd& residual, const VectorX
   for (size_t g = 0; g < study.groups.size(); ++g)
     for (const size_t trial : study.groups[g]) {
       if (study.simulation->trials()[trial].markers)
-        look_at_markers(look, out.map, residual, g, trial, bands, rows, spots);
-      else look_at_stripes(look, out.map, residual, g, trial, rows, spots);
+        look_at_markers(look, out.map, residual_mm[trial], g, trial, bands, rows, spots);
+      else look_at_stripes(look, out.map, residual_mm[trial], g, trial, rows, spots);
     }
   out.cells = cells_of(look.table);
   for (const auto& [uv, sum] : spots) {

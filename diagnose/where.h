@@ -39,7 +39,8 @@ struct Where {
   ResidualMap map;
 };
 
-// residual: whitened, each trial as predicted without its group; noise_mm: a trial.
-Where split_residual(const Study& study, const Eigen::VectorXd& residual, const Eigen::VectorXd& noise_mm);
+// residual_mm: a trial, as model::Residuals::mm, as predicted without its group; NaN: not looked at. noise_mm: what the
+// sensor alone leaves of a marker or a point of pictures.
+Where split_residual(const Study& study, const std::vector<Eigen::VectorXd>& residual_mm, double noise_mm);
 
 }  // namespace selvedge::diagnose

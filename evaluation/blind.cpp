@@ -74,14 +74,10 @@ struct Answered {
 
 // Whether the named effect leaves more of the held-out trials than a right model is expected to.
 bool leaves_gap(const Answered& a) {
-  constexpr double kPlain = 0.1;  // ln, mean of the groups: one in twenty null campaigns shows as much
-  if (!a.diagnosis.contains("judged") || !a.diagnosis.at("judged").at("left_mm").contains(a.named)) return true;
-  const json& judged = a.diagnosis.at("judged");
-  const auto right = judged.at("right_model_mm").get<std::vector<double>>(),
-             left = judged.at("left_mm").at(a.named).get<std::vector<double>>();
-  double above = 0;
-  for (size_t g = 0; g < right.size(); ++g) above += std::log(left[g] / right[g]) / static_cast<double>(right.size());
-  return above > kPlain;
+  constexpr double kPlain = 1.1;  // times as much
+  if (!a.diagnosis.contains("shrink") || !a.diagnosis.at("shrink").contains(a.named)) return true;
+  return a.diagnosis.at("shrink").at(a.named).at("held_out_after_mm").get<double>() >
+         kPlain * a.diagnosis.at("gap").at("right_model_mm").get<double>();
 }
 
 // What the named cause should be, for the side.
@@ -310,9 +306,14 @@ std::vector<Answered> opened(const fs::path& folder, const std::string& seal, bo
     a.named = a.diagnosis.at("cause").get<std::string>();
     a.side = a.diagnosis.at("side").get<std::string>();
     a.probability = a.diagnosis.at("probabilities").value(a.named, 0.0);
-    if (a.diagnosis.contains("pair")) {
-      a.pair = a.diagnosis.at("pair").at("effects").get<std::string>();
-      a.probability = a.diagnosis.at("pair").value("probability", a.probability);
+    std::vector<std::pair<double, std::string>> there;  // likelier there than not
+    const json inclusion = a.diagnosis.value("inclusion", json::object());
+    for (const auto& [effect, p] : inclusion.items())
+      if (p.get<double>() > 0.5) there.emplace_back(p.get<double>(), effect);
+    std::sort(there.rbegin(), there.rend());
+    if (there.size() > 1) {
+      a.pair = there[0].second + "+" + there[1].second;
+      a.probability = there[1].first;
     }
     const double floor = a.diagnosis.at("gap").at("right_model_mm").get<double>();
     a.ratio = (a.diagnosis.at("gap").at("held_out_mm").get<double>() - floor) / floor;

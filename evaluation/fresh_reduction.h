@@ -16,9 +16,8 @@ struct FreshReduction {
   double fraction() const { return (before_mm - after_mm) / (before_mm - noise_mm); }
 };
 
-// Predicts trials of markers with both arms, "none" and `hypothesis`, on a grid of `cells`: a quarter of a second
-// ahead (ahead.h) with diagnosis.json's `fit` where it tells its gap reduction so, else running free with its
-// `free_fit`. Throws nlohmann::json::out_of_range where diagnosis.json has no such arm.
+// Predicts trials of markers with both sets of diagnosis.json's `fit`, "none" and `hypothesis`, on a grid of `cells`, a
+// quarter of a second ahead (windows.h). Throws nlohmann::json::out_of_range where it has no such set.
 FreshReduction reduction_on(const trial::Campaign& fresh, const std::vector<diagnose::Effect>& effects,
                             const nlohmann::json& diagnosis, const std::string& hypothesis, int cells = 24);
 

@@ -49,29 +49,28 @@ std::vector<diagnose::Effect> chosen_effects(const DiagnoseArguments& a) {
 
 void print_diagnosis(const diagnose::Diagnosis& d) {
   fmt::print("{}: cause {} (probability {:.2f}), side {}\n", d.campaign, d.cause, d.probability.at(d.cause), d.side);
-  fmt::print(
-      "held-out error {:.2f} mm, noise {:.2f} mm, a right model about {:.2f} mm; gap {:.2f} mm ({:.2f} … {:.2f}), p "
-      "{:.3g}\n",
-      d.before_mm, d.noise_floor_mm, d.right_floor_mm, d.gap_mm, d.low_mm, d.high_mm, d.p_value);
+  fmt::print("held-out error{} {:.2f} mm, noise {:.2f} mm; gap {:.2f} mm ({:.2f} … {:.2f}), p {:.3g}\n",
+             d.is_ahead ? fmt::format(" {:g} s ahead", d.protocol.free_s) : "", d.before_mm, d.noise_floor_mm, d.gap_mm,
+             d.low_mm, d.high_mm, d.p_value);
   fmt::print("none {:.3f}, unknown {:.3f}\n", d.probability.at("none"), d.probability.at("unknown"));
-  fmt::print("{:<20} {:>11} {:>11} {:>20} {:>12} {:>8}  {}\n", "effect", "probability",
-             fmt::format("{:g} s ahead", d.protocol.ahead_s), "of the gap (90 %)", "running free", "absorbed",
+  for (const diagnose::BudgetPart& p : d.budget.parts)
+    fmt::print("of the gap: {} {:.0f} % ({:.0f} … {:.0f}), there with probability {:.2f}\n", p.effect,
+               100 * p.share.value, 100 * p.share.low, 100 * p.share.high, p.probability);
+  fmt::print("of the gap: nothing explains {:.0f} % ({:.0f} … {:.0f})\n", 100 * d.budget.unexplained.value,
+             100 * d.budget.unexplained.low, 100 * d.budget.unexplained.high);
+  fmt::print("{:<20} {:>9} {:>12} {:>20} {:>9}  {}\n", "effect", "there", "error, mm", "of the gap (90 %)", "absorbed",
              "size (90 %)");
   for (const diagnose::EffectFinding& f : d.effects) {
-    if (!f.finalist) continue;
+    if (!f.weighed) continue;
     std::string size;
     for (const diagnose::SizedParameter& p : f.size)
       size += fmt::format(" {} {:.3g} {} ({:.2g} … {:.2g})", p.name, p.value, p.unit, p.low, p.high);
-    fmt::print("{:<20} {:>11.3f} {:>11} {:>20} {:>12} {:>8.2f} {}\n", f.name, f.probability,
-               f.reduction.is_ahead ? diagnose::before_and_after(f.reduction) : "–",
-               diagnose::share_closed(f.reduction), diagnose::before_and_after(f.free_reduction), f.absorbed, size);
+    fmt::print("{:<20} {:>9.3f} {:>12} {:>20} {:>9.2f} {}\n", f.name, f.inclusion,
+               diagnose::before_and_after(f.reduction), diagnose::share_closed(f.reduction), f.absorbed, size);
   }
-  if (!d.pair.empty())
-    fmt::print("two effects at once: {} (probability {:.2f}, shared by the two) leave {:.2f} of {:.2f} mm\n", d.pair,
-               d.pair_probability, d.pair_reduction.after_mm, d.pair_reduction.before_mm);
   if (!d.forecast.motion.empty())
     fmt::print("forecast: in {} the base model will be {:.1f} mm off ({:.1f} … {:.1f}), with {} {:.1f} mm\n",
-               d.forecast.motion, d.forecast.before_mm, d.forecast.low_mm, d.forecast.high_mm, d.cause,
+               d.forecast.motion, d.forecast.before_mm, d.forecast.low_mm, d.forecast.high_mm, d.likeliest,
                d.forecast.after_mm);
   if (d.cause != "none") {
     std::string set;

@@ -108,11 +108,12 @@ TEST(BlindPairs, AreNamedBothOrNot) {
       [](const fs::path& campaign) {
     diagnose::Diagnosis d = says("draught");
     d.probability = {{"none", 0.01}, {"unknown", 0.03}, {"hem", 0.01}, {"draught", 0.95}};
-    d.judged = {{"waving-1", "waving-2"}, {0.4, 0.4}, {0.5, 0.6}, {{"draught", {0.7, 0.7}}}};
-    if (campaign.filename() == "hidden") d.judged.left["draught"] = {0.5, 0.6};  // nothing is left for hem to close
+    d.right_floor_mm = 0.5;
+    d.effects[0].weighed = true;
+    d.effects[0].reduction = {4, 0.7, 0.9, 0.8, 1};
+    if (campaign.filename() == "hidden") d.effects[0].reduction.after_mm = 0.5;  // nothing is left for hem to close
     if (campaign.filename() == "both") {
-      d.pair = "draught+hem";
-      d.pair_probability = 0.9;
+      d.inclusion = {{"hem", 0.9}, {"draught", 0.9}, {"coupling", 0.1}};
       d.probability = {{"none", 0}, {"unknown", 0.1}, {"hem", 0.45}, {"draught", 0.45}};
     }
     return d;
@@ -157,7 +158,7 @@ TEST_F(Blind, TellsHowFarToldShrinkIsFromThatOfFreshTrials) {
       folder_, kSeal,
       [](const fs::path&) {
     diagnose::Diagnosis d = says("draught");
-    d.effects[0].finalist = true;
+    d.effects[0].weighed = true;
     d.effects[0].reduction = {4, 1.6, 0.6, 0.5, 0.7};
     return d;
       },
@@ -178,7 +179,7 @@ TEST_F(Blind, CountsIntervalsThatHoldTheTrueSize) {
       folder_, kSeal,
       [](const fs::path&) {
     diagnose::Diagnosis d = says("draught");
-    d.effects[0].finalist = true;
+    d.effects[0].weighed = true;
     d.effects[0].size = {{"air_y", "m/s", 0.2, 0.15, 0.25}};
     return d;
       },

@@ -125,7 +125,8 @@ void print_rows(const std::vector<evaluation::ScoreRow>& rows) {
 // Fresh trials of each campaign whose cause was named right, simulated when the keys are open.
 std::optional<double> reduction_in_fresh_trials(const fs::path& folder, const evaluation::SealedKey& key,
                                                 const nlohmann::json& diagnosis, const std::string& effect) {
-  if (!key.key.contains("fabric") || !diagnosis.contains("free_fit")) return {};  // made or answered elsewhere
+  if (!key.key.contains("fabric") || !diagnosis.contains("fit") || !diagnosis.at("fit").contains(effect))
+    return {};  // made or answered elsewhere
   const fs::path fresh = folder / "fresh" / key.id;
   try {
     if (!fs::exists(fresh / "campaign.json"))

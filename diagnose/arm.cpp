@@ -1,0 +1,140 @@
+#include "diagnose/arm.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace selvedge::diagnose {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+namespace {
+
+VectorXd clamped(const Study& study, const VectorXd& x) {
+  const auto [lower, upper] = model::bounds_of(study.parameters);
+  return x.cwiseMax(lower).cwiseMin(upper);
+}
+
+std::vector<Index> in_order(Index count) {
+  std::vector<Index> all;
+  for (Index i = 0; i < count; ++i) all.push_back(i);
+  return all;
+}
+
+std::vector<Prior> priors_of(const Study& study, const Arm& arm, double s) {
+  std::vector<Prior> out;
+  for (size_t k = 0; k < arm.columns.size(); ++k)
+    out.push_back(prior_of(study, arm.columns[k], arm.x, arm.sizes[k], s));
+  return out;
+}
+
+// −2 ln of likelihood and prior where an arm stands, but for constants. What moves no coordinate is free.
+double misfit(const Study& study, const Evidence& evidence, const Arm& arm, size_t scale) {
+  if (!arm.residual.allFinite()) return std::numeric_limits<double>::infinity();
+  const std::vector<Prior> all = priors_of(study, arm, evidence.error().scales[scale]);
+  std::vector<Index> unmoved;
+  std::vector<Prior> priors;
+  double sum = 0;
+  for (size_t k = 0; k < all.size(); ++k) {
+    if (arm.columns[k].coordinate >= 0) {
+      sum += all[k].mean * all[k].mean / (all[k].sd * all[k].sd);
+    } else {
+      unmoved.push_back(static_cast<Index>(k));
+      priors.push_back(all[k]);
+    }
+  }
+  const Gram gram = evidence.gram(arm.changes(Eigen::all, unmoved), arm.residual, scale);
+  return sum - 2 * posterior(gram, in_order(static_cast<Index>(unmoved.size())), priors).log_evidence;
+}
+
+VectorXd between(const Arm& from, const VectorXd& to) {
+  VectorXd d = VectorXd::Zero(static_cast<Index>(from.columns.size()));
+  for (size_t k = 0; k < from.columns.size(); ++k)
+    if (const Index c = from.columns[k].coordinate; c >= 0) d(static_cast<Index>(k)) = to(c) - from.x(c);
+  return d;
+}
+
+}  // namespace
+
+std::string name_of(const Study& study, const std::vector<size_t>& effects) {
+  std::string name;
+  for (const size_t e : effects) name += (name.empty() ? "" : "+") + study.effects[e].name;
+  return name.empty() ? "none" : name;
+}
+
+std::vector<Size> sizes_of(const Linearisation& about, const std::vector<const Way*>& chosen) {
+  std::vector<Size> out(about.columns.size(), Size::negligible);
+  for (const Way* way : chosen)
+    for (const Index k : way->columns) out[static_cast<size_t>(k)] = Size::free;
+  return out;
+}
+
+Arm arm_at(const Study& study, const Linearisation& about, const std::vector<const Way*>& chosen, const VectorXd& d) {
+  Arm arm;
+  for (const Way* way : chosen) arm.effects.push_back(way->effect);
+  arm.sizes = sizes_of(about, chosen);
+  arm.columns = about.columns;
+  arm.changes = about.changes;
+  arm.x = about.x;
+  arm.residual = about.residual;
+  if (d.size() > 0) arm.x = moved(study, arm, d);
+  return arm;
+}
+
+VectorXd moved(const Study& study, const Arm& arm, const VectorXd& d) {
+  VectorXd x = arm.x;
+  for (size_t k = 0; k < arm.columns.size(); ++k) {
+    const Column& c = arm.columns[k];
+    const double by = d(static_cast<Index>(k)), most = study.protocol.base_sd;
+    if (c.coordinate >= 0) x(c.coordinate) += c.is_base ? std::clamp(by, -most, most) : by;
+  }
+  return clamped(study, x);
+}
+
+Posterior posterior_of(const Study& study, const Evidence& evidence, const Arm& arm, size_t scale,
+                       const std::vector<size_t>& trials) {
+  return posterior(evidence.gram(arm.changes, arm.residual, scale, trials), in_order(arm.changes.cols()),
+                   priors_of(study, arm, evidence.error().scales[scale]));
+}
+
+void fit_arm(Study& study, const Windows& windows, const Evidence& evidence, const Linearisation& about, Arm& arm,
+             size_t scale) {
+  const std::vector<double> shares = {1, 0.5, 0.25};
+  const auto simulate_at = [&](const MatrixXd& sets) {
+    MatrixXd r = simulated(study, windows, sets);
+    for (Index k = 0; k < sets.cols(); ++k) r.col(k) += grid_share(study, sets.col(k)) * about.grid;
+    return r;
+  };
+  if (arm.x != about.x) arm.residual = simulate_at(arm.x).col(0);
+  for (long round = 0; round < study.protocol.rounds; ++round) {
+    if (!arm.residual.allFinite()) return;
+    VectorXd d = posterior_of(study, evidence, arm, scale).mean;
+    const double longest = d.head(static_cast<Index>(study.base_count)).cwiseAbs().maxCoeff();
+    if (longest > study.protocol.longest_step) d *= study.protocol.longest_step / longest;
+    MatrixXd sets(arm.x.size(), static_cast<Index>(shares.size()));
+    for (size_t s = 0; s < shares.size(); ++s) sets.col(static_cast<Index>(s)) = moved(study, arm, shares[s] * d);
+    const MatrixXd r = simulate_at(sets);
+    double least = misfit(study, evidence, arm, scale);
+    Arm best = arm;
+    for (Index s = 0; s < sets.cols(); ++s) {
+      Arm there = arm;
+      there.x = sets.col(s);
+      there.residual = r.col(s);
+      if (!there.residual.allFinite()) continue;
+      // What the step really did corrects the derivatives along it (Broyden 1965).
+      const VectorXd step = between(arm, there.x);
+      if (step.squaredNorm() > 0)
+        there.changes += (there.residual - arm.residual - arm.changes * step) * step.transpose() / step.squaredNorm();
+      const double misses = misfit(study, evidence, there, scale);
+      if (misses < least) {
+        least = misses;
+        best = std::move(there);
+      }
+    }
+    arm = std::move(best);
+  }
+}
+
+}  // namespace selvedge::diagnose

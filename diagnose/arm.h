@@ -1,0 +1,47 @@
+// A set of effects beside the base, where it is likeliest.
+//
+// Sets are weighed in closed form about one point (effect_sets.h). An arm is the likeliest of them, simulated at its
+// own estimate and moved by damped steps until what was predicted and what is simulated agree. All coordinates move,
+// what is negligible of the other effects too.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "diagnose/linearisation.h"
+
+namespace selvedge::diagnose {
+
+struct Arm {
+  std::vector<size_t> effects;
+  std::vector<Size> sizes;   // of each column of the linearisation
+  Eigen::VectorXd x;         // all coordinates
+  Eigen::VectorXd residual;  // simulated there
+  std::vector<Column> columns;
+  Eigen::MatrixXd changes;  // by columns, about x
+};
+
+std::string name_of(const Study& study, const std::vector<size_t>& effects);
+
+// Sizes of all columns where effects are there in these ways: free, the others negligible.
+std::vector<Size> sizes_of(const Linearisation& about, const std::vector<const Way*>& chosen);
+
+// An arm where the linearisation stands, or moved from there by d of its columns.
+Arm arm_at(const Study& study, const Linearisation& about, const std::vector<const Way*>& chosen,
+           const Eigen::VectorXd& d = {});
+
+// All coordinates of an arm moved by d of its columns, within their bounds; the base no further than derivatives serve
+// (Protocol::base_sd).
+Eigen::VectorXd moved(const Study& study, const Arm& arm, const Eigen::VectorXd& d);
+
+// Its columns given the data, where it stands. trials: that take part, empty: all.
+Posterior posterior_of(const Study& study, const Evidence& evidence, const Arm& arm, size_t scale,
+                       const std::vector<size_t>& trials = {});
+
+// Simulates an arm and moves it to where it is likeliest at this s.
+void fit_arm(Study& study, const Windows& windows, const Evidence& evidence, const Linearisation& about, Arm& arm,
+             size_t scale);
+
+}  // namespace selvedge::diagnose

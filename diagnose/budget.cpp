@@ -1,0 +1,186 @@
+#include "diagnose/budget.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <numeric>
+
+#include <boost/math/distributions/students_t.hpp>
+#include <tbb/parallel_for.h>
+
+namespace selvedge::diagnose {
+
+using Eigen::Index;
+using Eigen::VectorXd;
+
+namespace {
+
+bool holds(const std::vector<size_t>& list, size_t x) { return std::find(list.begin(), list.end(), x) != list.end(); }
+
+double dimensions_of(const Study& study) {
+  const auto& trials = study.simulation->trials();
+  const bool has_markers =
+      std::any_of(trials.begin(), trials.end(), [](const model::ObservedTrial& t) { return t.markers.has_value(); });
+  return has_markers ? 3 : 1;
+}
+
+void add_squares(const Study& study, const Windows& windows, HeldOut& out) {
+  const auto groups = static_cast<Index>(study.groups.size());
+  out.square_mm2 = out.rows = VectorXd::Zero(groups);
+  out.dimensions = dimensions_of(study);
+  for (const Window& w : windows.windows())
+    for (Index g = 0; g < groups; ++g)
+      if (holds(study.groups[static_cast<size_t>(g)], w.trial)) {
+        out.square_mm2(g) += out.residual.segment(w.first, w.count).squaredNorm();
+        out.rows(g) += static_cast<double>(w.count);
+      }
+}
+
+// Of the squared gap: what a set of so many effects takes, a bit an effect.
+using Taken = std::vector<HeldOut>;
+
+double share_of(const Taken& taken, size_t effects, size_t which, const HeldOut& noise,
+                const std::vector<size_t>& groups) {
+  const auto square = [&](size_t set) {
+    double sum = 0, rows = 0;
+    for (const size_t g : groups) {
+      sum += taken[set].square_mm2(static_cast<Index>(g)) - noise.square_mm2(static_cast<Index>(g));
+      rows += taken[set].rows(static_cast<Index>(g));
+    }
+    return sum / std::max(rows, 1.0);
+  };
+  const double gap = square(0);
+  if (!(gap > 0)) return 0;
+  std::vector<size_t> order(effects);
+  std::iota(order.begin(), order.end(), 0);
+  double sum = 0, count = 0;
+  do {
+    size_t set = 0;
+    for (const size_t e : order) {
+      if (e == which) sum += square(set) - square(set | (size_t{1} << e));
+      set |= size_t{1} << e;
+    }
+    ++count;
+  } while (std::next_permutation(order.begin(), order.end()));
+  return sum / count / gap;
+}
+
+template <class Figure>
+Share with_interval(const Study& study, const Figure& figure) {
+  Share out;
+  out.value = figure(all_groups(study));
+  const size_t groups = study.groups.size();
+  if (groups < 2) {
+    out.low = out.high = std::numeric_limits<double>::quiet_NaN();
+    return out;
+  }
+  VectorXd without(static_cast<Index>(groups));
+  for (size_t g = 0; g < groups; ++g) without(static_cast<Index>(g)) = figure(without_group(study, g));
+  const double half = half_width(groups) * jackknife_sd(without);
+  out.low = out.value - half;
+  out.high = out.value + half;
+  return out;
+}
+
+}  // namespace
+
+double HeldOut::mm(const std::vector<size_t>& groups) const {
+  double sum = 0, count = 0;
+  for (const size_t g : groups) {
+    sum += square_mm2(static_cast<Index>(g));
+    count += rows(static_cast<Index>(g));
+  }
+  return std::sqrt(dimensions * sum / std::max(count, 1.0));
+}
+
+double HeldOut::mm() const { return std::sqrt(dimensions * square_mm2.sum() / std::max(rows.sum(), 1.0)); }
+
+double jackknife_sd(const VectorXd& without) {
+  const auto n = static_cast<double>(without.size());
+  return n < 2 ? 0 : std::sqrt((n - 1) / n * (without.array() - without.mean()).square().sum());
+}
+
+double half_width(size_t groups) {
+  return boost::math::quantile(boost::math::students_t(static_cast<double>(groups - 1)), 0.95);
+}
+
+std::vector<size_t> all_groups(const Study& study) {
+  std::vector<size_t> all(study.groups.size());
+  std::iota(all.begin(), all.end(), 0);
+  return all;
+}
+
+std::vector<size_t> without_group(const Study& study, size_t group) {
+  std::vector<size_t> rest = all_groups(study);
+  rest.erase(rest.begin() + static_cast<std::ptrdiff_t>(group));
+  return rest;
+}
+
+HeldOut hold_out(const Study& study, const Windows& windows, const Evidence& evidence, const Arm& arm, size_t scale,
+                 const std::vector<size_t>& effects) {
+  HeldOut out;
+  out.residual = arm.residual;
+  out.coordinates.assign(study.groups.size(), arm.x);
+  Arm less = arm;
+  for (size_t k = 0; k < arm.columns.size(); ++k) {
+    const Column& c = arm.columns[k];
+    if (!c.is_base && !c.is_force && holds(arm.effects, c.effect) && !holds(effects, c.effect))
+      less.sizes[k] = Size::neutral;
+  }
+  tbb::parallel_for(size_t{0}, study.groups.size(), [&](size_t g) {
+    std::vector<size_t> others;
+    for (size_t t = 0; t < study.simulation->trials().size(); ++t)
+      if (!holds(study.groups[g], t) || study.groups.size() == 1) others.push_back(t);
+    const VectorXd d = posterior_of(study, evidence, less, scale, others).mean;
+    out.coordinates[g] = moved(study, arm, d);
+    for (const Window& w : windows.windows())
+      if (holds(study.groups[g], w.trial))
+        out.residual.segment(w.first, w.count) += arm.changes.middleRows(w.first, w.count) * d;
+  });
+  add_squares(study, windows, out);
+  return out;
+}
+
+HeldOut noise_of(const Study& study, const Windows& windows) {
+  HeldOut out;
+  out.residual = windows.noise_mm();
+  add_squares(study, windows, out);
+  return out;
+}
+
+std::string cause_of(const std::map<std::string, double>& probability, const std::map<std::string, double>& inclusion,
+                     const Budget& budget) {
+  const BudgetPart* most = nullptr;
+  for (const BudgetPart& part : budget.parts)
+    if (inclusion.at(part.effect) > 0.5 && (!most || part.share.value > most->share.value)) most = &part;
+  if (most) return most->effect;
+  return std::max_element(probability.begin(), probability.end(),
+                          [](const auto& a, const auto& b) { return a.second < b.second; })
+      ->first;
+}
+
+std::vector<Share> shares_of(const Study& study, const Windows& windows, const Evidence& evidence, const Arm& arm,
+                             size_t scale, Share& unexplained) {
+  const size_t count = arm.effects.size(), sets = size_t{1} << count;
+  Taken taken;
+  for (size_t set = 0; set < sets; ++set) {
+    std::vector<size_t> effects;
+    for (size_t e = 0; e < count; ++e)
+      if (set >> e & 1) effects.push_back(arm.effects[e]);
+    taken.push_back(hold_out(study, windows, evidence, arm, scale, effects));
+  }
+  const HeldOut noise = noise_of(study, windows);
+  std::vector<Share> out;
+  for (size_t e = 0; e < count; ++e)
+    out.push_back(with_interval(
+        study, [&](const std::vector<size_t>& groups) { return share_of(taken, count, e, noise, groups); }));
+  unexplained = with_interval(study, [&](const std::vector<size_t>& groups) {
+    double explained = 0;
+    for (size_t e = 0; e < count; ++e) explained += share_of(taken, count, e, noise, groups);
+    return 1 - explained;
+  });
+  return out;
+}
+
+}  // namespace selvedge::diagnose

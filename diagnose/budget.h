@@ -1,0 +1,70 @@
+// The budget of a gap: of what the base leaves in trials that it was not fitted to, above the sensor's noise, how much
+// each effect takes, and how much nothing explains.
+//
+// A set's effects are taken away in every order; an effect's part is the mean over orders of how much more is left
+// without it (Shapley 1953), so that parts add up whatever effects overlap. Every figure is of trials that were held
+// out: an arm's coordinates are found again without each group of trials, in closed form where the arm stands.
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "diagnose/arm.h"
+
+namespace selvedge::diagnose {
+
+// What an arm leaves of each group of trials that its coordinates were found without.
+struct HeldOut {
+  Eigen::VectorXd square_mm2, rows;          // a group: sum of squares, and how many rows
+  std::vector<Eigen::VectorXd> coordinates;  // a group: all coordinates, found without it
+  Eigen::VectorXd residual;                  // mm, all rows, each predicted without its group
+  // Root mean square over some groups: distance of a marker in space, or of a point of pictures.
+  double mm(const std::vector<size_t>& groups) const;
+  double mm() const;
+  double dimensions = 3;
+};
+
+// effects: of those that the arm has, which are to be in the set; the others of them are neutral.
+HeldOut hold_out(const Study& study, const Windows& windows, const Evidence& evidence, const Arm& arm, size_t scale,
+                 const std::vector<size_t>& effects);
+
+// What the sensor alone leaves of each group.
+HeldOut noise_of(const Study& study, const Windows& windows);
+
+struct Share {
+  double value = 0, low = 0, high = 0;  // of the squared gap; 90 %, jackknife over groups of trials
+};
+
+struct BudgetPart {
+  std::string effect;
+  double probability = 0;  // that it is there
+  Share share;
+};
+
+struct Budget {
+  double total_mm = 0, noise_mm = 0;  // what the base leaves, and the sensor
+  std::vector<BudgetPart> parts;      // of the likeliest set
+  Share unexplained;
+};
+
+// The effect that takes most of the budget among those that are likelier there than not; where there is none, the
+// likeliest of none, unknown and every effect.
+std::string cause_of(const std::map<std::string, double>& probability, const std::map<std::string, double>& inclusion,
+                     const Budget& budget);
+
+// Of an arm's effects, in their order.
+std::vector<Share> shares_of(const Study& study, const Windows& windows, const Evidence& evidence, const Arm& arm,
+                             size_t scale, Share& unexplained);
+
+// Standard deviation of a figure by the jackknife. without: the figure with each group left out.
+double jackknife_sd(const Eigen::VectorXd& without);
+
+// Half of a 90 % interval over its standard deviation, where that was found from so many groups.
+double half_width(size_t groups);
+
+std::vector<size_t> all_groups(const Study& study);
+// All groups but one.
+std::vector<size_t> without_group(const Study& study, size_t group);
+
+}  // namespace selvedge::diagnose

@@ -1,0 +1,54 @@
+// Which effects are there: the evidence for none, each effect, each pair, threes beside the best pairs, each with and
+// without something unknown beside, as probabilities.
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "diagnose/arm.h"
+
+namespace selvedge::diagnose {
+
+// A set of effects as closed forms have it, about the base fit.
+struct EffectSet {
+  std::vector<size_t> effects;       // ascending
+  std::vector<const Way*> chosen;    // the likeliest of each effect
+  std::vector<double> log_evidence;  // one each s, over all ways
+  Eigen::VectorXd d;                 // of all columns, at the likeliest s
+  size_t scale = 0;                  // that one
+};
+
+// One of them.
+EffectSet weigh_set(const Study& study, const Evidence& evidence, const Linearisation& about,
+                    const std::vector<const Way*>& chosen);
+
+// None, singles, pairs and some threes.
+std::vector<EffectSet> weigh_sets(const Study& study, const Evidence& evidence, const Linearisation& about);
+
+// Logarithms of the priors of s, one each scale: of a right model, and of one that lacks something unknown.
+struct ScalePriors {
+  std::vector<double> right, unknown;
+};
+ScalePriors scale_priors(const Protocol& protocol, const std::vector<double>& scales);
+
+// One hypothesis: a set of effects, and whether there is something unknown beside.
+struct Weight {
+  std::vector<size_t> effects;
+  bool and_unknown = false;
+  double probability = 0;
+  size_t scale = 0;  // the likeliest s
+};
+
+struct Verdict {
+  std::vector<Weight> weights;                // by probability
+  std::map<std::string, double> inclusion;    // of every effect
+  std::map<std::string, double> probability;  // none, unknown, every effect; a set's mass by its effects' shares; adds
+                                              // up to 1
+};
+
+// Probabilities of the sets. shares: of what a set takes, each effect's, by the set's effects; missing: alike.
+Verdict judge(const Study& study, const std::vector<EffectSet>& sets, const std::vector<double>& scales,
+              const std::map<std::vector<size_t>, std::vector<double>>& shares);
+
+}  // namespace selvedge::diagnose

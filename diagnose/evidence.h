@@ -1,0 +1,95 @@
+// The evidence for sets of effects: one linear model, everything Gaussian, in closed form.
+//
+// About where a model was simulated, with r its residual, the rows of one window are
+//   r = −X d + s D w + ε,   d ~ N(m, Λ),   w ~ N(0, 1),   ε ~ N(0, R + s² white),
+// X: how the residual changes with the coordinates d of a model (Windows' rows: simulated less seen). D: what smooth
+// forces that no law gives do to a window, each of the size that a right model's errors have; windows do not share
+// their w. s: how much larger than that size the model error is. R: the sensor. So
+//   Σ = s² (D Dᵀ + white) + R,   A = Λ⁻¹ + Xᵀ Σ⁻¹ X,   b = Λ⁻¹ m − Xᵀ Σ⁻¹ r,
+//   ln p(r | s) = −½ (rᵀ Σ⁻¹ r + mᵀ Λ⁻¹ m − bᵀ A⁻¹ b) − ½ ln|Σ| − ½ ln|ΛA| + const,
+// and d given r is N(A⁻¹ b, A⁻¹) (Kaipio and Somersalo 2007 on approximation errors; Kennedy and O'Hagan 2001).
+// What data say of all columns at once is in Gram matrices [X r]ᵀ Σ⁻¹ [X r], one for each s; sets of effects then cost
+// a small Cholesky factor each.
+#pragma once
+
+#include <vector>
+
+#include <Eigen/Cholesky>
+#include <Eigen/Core>
+
+#include "diagnose/windows.h"
+
+namespace selvedge::diagnose {
+
+// What is unsure of a window's rows beside the model's coordinates.
+struct ModelError {
+  Eigen::MatrixXd forces;      // rows × forces, mm, at s = 1: D
+  Eigen::VectorXd white_mm;    // a row, at s = 1: what no smooth force makes
+  Eigen::VectorXd noise_mm;    // a row: the sensor's
+  std::vector<double> scales;  // s, ascending
+};
+
+// forces: what those of usual size do; grid: what a finer grid changes.
+ModelError model_error(const Protocol& protocol, const Windows& windows, const Eigen::MatrixXd& forces,
+                       const Eigen::VectorXd& grid);
+
+// [X r]ᵀ Σ⁻¹ [X r] of some windows, the residual behind the columns.
+struct Gram {
+  Eigen::MatrixXd of;
+  double log_determinant = 0;  // ln|Σ|
+  double rows = 0;
+};
+
+// A coordinate's distribution before the data.
+struct Prior {
+  double mean = 0, sd = 1;               // of d
+  double lower = -1e300, upper = 1e300;  // of d
+};
+
+struct Posterior {
+  double log_evidence = 0;
+  Eigen::VectorXd mean;
+  double left = 0;  // rᵀ Σ⁻¹ r at the mean
+  Eigen::VectorXd prior_sd;
+  Eigen::LLT<Eigen::MatrixXd> scaled;  // of Λ^½ A Λ^½
+
+  double sd(Eigen::Index i) const;
+};
+
+class Evidence {
+ public:
+  Evidence(const Windows& windows, ModelError error);
+
+  const ModelError& error() const { return error_; }
+  size_t scales() const { return error_.scales.size(); }
+
+  // One for each s; trials: which to take part, empty: all.
+  std::vector<Gram> grams(const Eigen::MatrixXd& columns, const Eigen::VectorXd& residual,
+                          const std::vector<size_t>& trials = {}) const;
+
+  Gram gram(const Eigen::MatrixXd& columns, const Eigen::VectorXd& residual, size_t scale,
+            const std::vector<size_t>& trials = {}) const;
+
+  // Of the forces in a window, at s: w given what they left of its rows.
+  struct Forces {
+    Eigen::VectorXd mean;
+    Eigen::MatrixXd covariance;
+  };
+  Forces forces_in(size_t window, const Eigen::VectorXd& left, size_t scale) const;
+
+ private:
+  struct Block;  // of one window at one s
+  Eigen::VectorXd variance(const Window& w, double s) const;
+
+  const Windows& windows_;
+  ModelError error_;
+};
+
+// Of the columns `chosen` of a Gram matrix, with a prior each. Bounds count by the share of each coordinate's own
+// distribution that they leave.
+Posterior posterior(const Gram& gram, const std::vector<Eigen::Index>& chosen, const std::vector<Prior>& priors);
+
+// ln Σ exp.
+double log_sum(const std::vector<double>& logs);
+
+}  // namespace selvedge::diagnose

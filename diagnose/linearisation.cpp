@@ -1,0 +1,171 @@
+#include "diagnose/linearisation.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <Eigen/Cholesky>
+
+namespace selvedge::diagnose {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+namespace {
+
+constexpr const char* kOfGrid = "mesh_resolution";
+
+double neutral_of(const model::Parameter& p) { return model::to_coordinate(p, p.start); }
+
+// Columns and ways of all that a model may have; what they do is not known yet.
+void list_columns(const Study& study, Linearisation& out) {
+  for (size_t k = 0; k < study.base_count; ++k) {
+    Column c;
+    c.coordinate = static_cast<Index>(k);
+    c.is_base = true;
+    c.neutral = study.base(c.coordinate);
+    c.sd = c.negligible_sd = study.protocol.base_sd;
+    out.columns.push_back(c);
+  }
+  for (size_t e = 0; e < study.effects.size(); ++e) {
+    const Effect& effect = study.effects[e];
+    const auto add = [&](const model::Parameter& p, Index coordinate, double unit) {
+      Column c;
+      c.coordinate = coordinate;
+      c.effect = e;
+      c.neutral = coordinate < 0 ? 0 : neutral_of(p);
+      const double origin = coordinate < 0 ? neutral_of(p) : 0;
+      c.lower = (model::to_coordinate(p, p.lower) - origin) / unit;
+      c.upper = (model::to_coordinate(p, p.upper) - origin) / unit;
+      c.sd = study.protocol.effect_sd;
+      out.columns.push_back(c);
+      return static_cast<Index>(out.columns.size()) - 1;
+    };
+    if (effect.starts.empty()) {
+      Way way{e, {}, {}};
+      for (size_t k = 0; k < effect.parameters.size(); ++k)
+        way.columns.push_back(add(effect.parameters[k], static_cast<Index>(study.first_parameter[e] + k), 1));
+      out.ways.push_back(std::move(way));
+    }
+    for (const std::vector<double>& start : effect.starts) {
+      Way way{e, {}, VectorXd(static_cast<Index>(start.size()))};
+      for (size_t k = 0; k < start.size(); ++k)
+        way.unit(static_cast<Index>(k)) = model::to_coordinate(effect.parameters[k], start[k]);
+      way.columns = {add(effect.parameters[0], -1, way.unit(0) - neutral_of(effect.parameters[0]))};
+      out.ways.push_back(std::move(way));
+    }
+  }
+}
+
+// What is negligible of each effect, by what a unit of it leaves beyond a refit of the base.
+void set_negligible(const Study& study, Linearisation& out) {
+  const auto n = static_cast<Index>(study.base_count);
+  const MatrixXd base = out.changes.leftCols(n);
+  MatrixXd normal = base.transpose() * base;
+  normal.diagonal().array() += 1e-9 * normal.trace();
+  const MatrixXd beyond = out.changes - base * normal.ldlt().solve(base.transpose() * out.changes);
+  out.can_tell.assign(study.effects.size(), 0);
+  for (size_t k = study.base_count; k < out.columns.size(); ++k) {
+    Column& c = out.columns[k];
+    c.trace_mm = beyond.col(static_cast<Index>(k)).norm() / std::sqrt(static_cast<double>(base.rows()));
+    const double sd =
+        std::max(study.protocol.negligible_share, study.protocol.negligible_mm / std::max(c.trace_mm, 1e-9));
+    if (sd < study.protocol.tells * c.sd) out.can_tell[c.effect] = 1;
+    c.negligible_sd = std::min(sd, c.sd);
+  }
+}
+
+}  // namespace
+
+Prior prior_of(const Study& study, const Column& column, const VectorXd& x, Size size, double s) {
+  constexpr double kNothing = 1e-6;
+  if (column.is_force) return {0, s * study.protocol.lasting_share, -1e300, 1e300};
+  const double here = column.coordinate < 0 ? 0 : x(column.coordinate);
+  Prior prior{column.neutral - here, column.sd, -1e300, 1e300};
+  if (column.is_base) return prior;
+  if (size == Size::free) {
+    prior.lower = column.lower - here;
+    prior.upper = column.upper - here;
+  } else {
+    // Where the model is off by more than usual, effects stand in for that with more than usual.
+    const double negligible = column.negligible_sd * std::max(1.0, s / study.protocol.right_scale);
+    prior.sd = size == Size::neutral ? kNothing : std::min(negligible, column.sd);
+  }
+  return prior;
+}
+
+double grid_share(const Study& study, const VectorXd& x) {
+  double share = 1;
+  for (size_t e = 0; e < study.effects.size(); ++e)
+    if (study.effects[e].name == kOfGrid)
+      share += model::to_value(study.effects[e].parameters[0], x(static_cast<Index>(study.first_parameter[e])));
+  return share;
+}
+
+MatrixXd simulated(Study& study, const Windows& windows, const MatrixXd& sets) {
+  study.evaluations += static_cast<int>(sets.cols());
+  return windows.residuals(*study.simulation, study.state, study.parameters, sets);
+}
+
+VectorXd grid_change(Study& study, const Windows& windows, const VectorXd& x, const VectorXd& residual) {
+  const VectorXd change = windows.residuals(*study.fine, study.fine_state, study.parameters, x).col(0) - residual;
+  ++study.evaluations;
+  return change.allFinite() ? change : VectorXd::Zero(residual.size());
+}
+
+MatrixXd responses_to_forces(Study& study, const Windows& windows, const VectorXd& x, const VectorXd& residual) {
+  const auto count = static_cast<Index>(study.parameters.size() - study.first_force);
+  MatrixXd sets = x.replicate(1, count);
+  for (Index k = 0; k < count; ++k) sets(static_cast<Index>(study.first_force) + k, k) = 1;
+  MatrixXd out = simulated(study, windows, sets).colwise() - residual;
+  for (Index k = 0; k < count; ++k)
+    if (!out.col(k).allFinite()) out.col(k).setZero();
+  return out;
+}
+
+Linearisation linearise(Study& study, const Windows& windows, const VectorXd& x, const VectorXd& grid,
+                        const MatrixXd& forces) {
+  Linearisation out;
+  out.x = x;
+  out.grid = grid;
+  list_columns(study, out);
+  const auto n = static_cast<Index>(study.base_count), all = static_cast<Index>(out.columns.size());
+  const double h = study.protocol.base_difference;
+  // The base by central differences, effects by a finite change.
+  MatrixXd sets = x.replicate(1, 1 + n + all);
+  std::vector<double> step(static_cast<size_t>(all), 1);
+  for (Index k = 0; k < n; ++k) {
+    sets(k, 1 + k) += h;
+    sets(k, 1 + all + k) -= h;
+  }
+  for (const Way& way : out.ways)
+    for (const Index k : way.columns) {
+      const Column& c = out.columns[static_cast<size_t>(k)];
+      const auto first = static_cast<Index>(study.first_parameter[way.effect]);
+      if (way.unit.size() > 0) {
+        sets.col(1 + k).segment(first, way.unit.size()) = way.unit;
+      } else {
+        if (x(c.coordinate) + 1 > c.upper) step[static_cast<size_t>(k)] = -1;
+        sets(c.coordinate, 1 + k) += step[static_cast<size_t>(k)];
+      }
+    }
+  const MatrixXd r = simulated(study, windows, sets);
+  out.residual = r.col(0);
+  out.changes.resize(r.rows(), all);
+  for (Index k = 0; k < all; ++k) {
+    if (k < n) out.changes.col(k) = (r.col(1 + k) - r.col(1 + all + k)) / (2 * h);
+    else out.changes.col(k) = (r.col(1 + k) - r.col(0)) / step[static_cast<size_t>(k)];
+    if (!out.changes.col(k).allFinite()) out.changes.col(k).setZero();
+    const Column& c = out.columns[static_cast<size_t>(k)];
+    if (!c.is_base && study.effects[c.effect].name == kOfGrid)
+      out.changes.col(k) = study.effects[c.effect].parameters[0].scale * grid;
+  }
+  out.residual += grid_share(study, x) * grid;
+  set_negligible(study, out);
+  out.changes.conservativeResize(Eigen::NoChange, all + forces.cols());
+  out.changes.rightCols(forces.cols()) = forces;
+  for (Index k = 0; k < forces.cols(); ++k) out.columns.emplace_back().is_force = true;
+  return out;
+}
+
+}  // namespace selvedge::diagnose

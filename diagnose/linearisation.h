@@ -1,0 +1,72 @@
+// How what the windows leave changes with everything that a model may have: the base's parameters, every effect, the
+// smooth forces that stand for what no law has, and a finer grid.
+//
+// No rig and no fabric is without a little of everything: grips are a tenth of a millimetre off, strain has another
+// form. An effect is said to be there where it is larger than that. So every effect that is not in a set is in its
+// model all the same, with a size that leaves a trace of Protocol::negligible_mm in the windows; in a set its size is
+// free. Derivatives are therefore taken where the base and those small sizes are likeliest, not at neutral.
+#pragma once
+
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "diagnose/evidence.h"
+#include "diagnose/study.h"
+
+namespace selvedge::diagnose {
+
+// One way in which a model may differ from where it stands.
+struct Column {
+  Eigen::Index coordinate = -1;  // of study.parameters that moves with it; -1: none does, as a start's
+  size_t effect = 0;             // of study.effects; none for the base's
+  bool is_base = false;
+  bool is_force = false;                              // a smooth force that stays the same in all windows
+  double neutral = 0, lower = -1e300, upper = 1e300;  // in units of the column
+  double sd = 1;                                      // where its effect is in a set, or of the base
+  double negligible_sd = 1;                           // where it is not
+  double trace_mm = 0;                                // rms of a unit in the windows, beyond a refit of the base
+};
+
+// How large the effect of a column may be.
+enum class Size : char { negligible, free, neutral };
+
+// An effect that has starts may be there in several ways: its first parameter from neutral, the others as in a start.
+struct Way {
+  size_t effect = 0;
+  std::vector<Eigen::Index> columns;
+  Eigen::VectorXd unit;  // coordinates of the effect where the column is 1; empty: the columns are its coordinates
+};
+
+struct Linearisation {
+  Eigen::VectorXd x;         // all coordinates where derivatives were taken
+  Eigen::VectorXd residual;  // mm, with what the finer grid adds
+  Eigen::VectorXd grid;      // what that adds
+  Eigen::MatrixXd changes;   // mm per unit of each column
+  std::vector<Column> columns;
+  std::vector<Way> ways;
+  std::vector<char> can_tell;  // of each effect: whether it can be larger than what is negligible
+};
+
+// The prior of a column about a model that stands at x, where model error is s times its usual size.
+Prior prior_of(const Study& study, const Column& column, const Eigen::VectorXd& x, Size size, double s);
+
+// About x. grid: what a finer grid adds; forces: what smooth ones do (responses_to_forces).
+Linearisation linearise(Study& study, const Windows& windows, const Eigen::VectorXd& x, const Eigen::VectorXd& grid,
+                        const Eigen::MatrixXd& forces);
+
+// What smooth forces of usual size do at x.
+Eigen::MatrixXd responses_to_forces(Study& study, const Windows& windows, const Eigen::VectorXd& x,
+                                    const Eigen::VectorXd& residual);
+
+// What a finer grid adds at x; nothing where a simulation diverged. residual: on the usual grid.
+Eigen::VectorXd grid_change(Study& study, const Windows& windows, const Eigen::VectorXd& x,
+                            const Eigen::VectorXd& residual);
+
+// Residuals on the usual grid.
+Eigen::MatrixXd simulated(Study& study, const Windows& windows, const Eigen::MatrixXd& sets);
+
+// How much of what a finer grid changes a model has: once, and beyond that what mesh_resolution gives it.
+double grid_share(const Study& study, const Eigen::VectorXd& x);
+
+}  // namespace selvedge::diagnose

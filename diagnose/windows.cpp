@@ -1,0 +1,108 @@
+#include "diagnose/windows.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <utility>
+
+namespace selvedge::diagnose {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+namespace {
+
+constexpr int kPhases = 2;
+
+cloth::LetGo schedule(const Protocol& protocol, int phase) { return {protocol.free_s, phase * protocol.free_s}; }
+
+// Whether a residual of markers was seen; of pictures all were.
+bool is_seen(const model::ObservedTrial& trial, Index place) {
+  return !trial.markers || trial.markers->position.col(place / 3).allFinite();
+}
+
+VectorXd noise_of(const model::Simulation& simulation, size_t trial) {
+  const double floor = simulation.options().model_sd_mm;
+  return (simulation.sd_mm(trial).array().square() - floor * floor).max(1e-6).sqrt();
+}
+
+}  // namespace
+
+Windows::Windows(const model::Simulation& simulation, const Protocol& protocol) : protocol_(protocol) {
+  struct Found {
+    Window window;
+    std::vector<Slice> slices;
+    std::vector<double> noise_mm;
+  };
+  // (trial, when it begins to be free, phase).
+  std::map<std::tuple<size_t, int, int>, Found> found;
+  for (size_t t = 0; t < simulation.trials().size(); ++t) {
+    const model::ObservedTrial& trial = simulation.trials()[t];
+    const VectorXd time_s = simulation.time_s(t), noise_mm = noise_of(simulation, t);
+    for (Index i = 0; i < time_s.size(); ++i) {
+      if (!is_seen(trial, i)) continue;
+      const double since = time_s(i) - trial.experiment.start_s;
+      int turn = 0, phase = 0;
+      if (is_held(trial)) {
+        const int quarter = static_cast<int>(std::floor(since / protocol.free_s + 1e-9));
+        turn = quarter;
+        phase = ((quarter % 2) + 2) % 2;
+      } else if (!trial.still) {
+        turn = static_cast<int>(std::floor(since / protocol.image_window_s));
+      }
+      Found& f = found[{t, turn, phase}];
+      if (f.slices.empty()) f.window = {t, time_s(i), time_s(i), 0, 0};
+      f.window.from_s = std::min(f.window.from_s, time_s(i));
+      f.window.to_s = std::max(f.window.to_s, time_s(i));
+      f.slices.push_back({0, i, t, phase});
+      f.noise_mm.push_back(noise_mm(i));
+    }
+  }
+  std::vector<double> noise_mm;
+  for (auto& [key, f] : found) {
+    f.window.first = rows();
+    f.window.count = static_cast<Index>(f.slices.size());
+    windows_.push_back(f.window);
+    for (size_t k = 0; k < f.slices.size(); ++k) {
+      f.slices[k].row = rows();
+      place_.push_back(f.slices[k].place);
+      slices_.push_back(f.slices[k]);
+      noise_mm.push_back(f.noise_mm[k]);
+    }
+  }
+  noise_mm_ = Eigen::Map<VectorXd>(noise_mm.data(), static_cast<Index>(noise_mm.size()));
+}
+
+MatrixXd Windows::residuals(const model::Simulation& simulation, const model::State& state,
+                            const std::vector<model::Parameter>& parameters, const MatrixXd& coordinates) const {
+  MatrixXd out(rows(), coordinates.cols());
+  model::State held = state;
+  held.grid_correction_mm.clear();
+  const size_t count = simulation.trials().size();
+  for (size_t t = 0; t < count; ++t) held.nudging_per_s[t] = is_held(simulation.trials()[t]) ? protocol_.hold_per_s : 0;
+  std::vector<bool> diverged(static_cast<size_t>(coordinates.cols()), false);
+  for (int phase = 0; phase < kPhases; ++phase) {
+    std::vector<size_t> wanted;
+    for (size_t t = 0; t < count; ++t)
+      if (std::any_of(slices_.begin(), slices_.end(), [&](const Slice& s) { return s.trial == t && s.phase == phase; }))
+        wanted.push_back(t);
+    if (wanted.empty()) continue;
+    held.let_go = schedule(protocol_, phase);
+    const std::vector<model::Residuals> r = simulation.evaluate(held, parameters, coordinates, wanted);
+    for (size_t set = 0; set < r.size(); ++set) {
+      if (!r[set].finite) {
+        diverged[set] = true;
+        continue;
+      }
+      for (const Slice& s : slices_)
+        if (s.phase == phase) out(s.row, static_cast<Index>(set)) = r[set].mm[s.trial](s.place);
+    }
+  }
+  for (size_t set = 0; set < diverged.size(); ++set)
+    if (diverged[set]) out.col(static_cast<Index>(set)).setConstant(std::numeric_limits<double>::quiet_NaN());
+  return out;
+}
+
+}  // namespace selvedge::diagnose
