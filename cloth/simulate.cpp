@@ -208,12 +208,14 @@ void run_leapfrog(const Sheet& sheet, const std::vector<Experiment>& lanes, cons
 }
 
 void check_lanes(const std::vector<Experiment>& lanes) {
-  for (const Experiment& lane : lanes)
+  for (const Experiment& lane : lanes) {
+    if (!lane.smooth_forces.empty()) throw std::invalid_argument("simulate: smooth forces are for splines");
     if (lane.start_s != lanes[0].start_s || lane.sample_s != lanes[0].sample_s ||
         lane.path.hold != lanes[0].path.hold || !lane.make_step_filter != !lanes[0].make_step_filter ||
         !lane.guide != !lanes[0].guide)
       throw std::invalid_argument(
           "simulate: lanes must share start_s, sample_s, the way of holding, contact or none, and a guide or none");
+  }
 }
 
 }  // namespace

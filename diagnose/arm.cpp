@@ -17,12 +17,6 @@ VectorXd clamped(const Study& study, const VectorXd& x) {
   return x.cwiseMax(lower).cwiseMin(upper);
 }
 
-std::vector<Index> in_order(Index count) {
-  std::vector<Index> all;
-  for (Index i = 0; i < count; ++i) all.push_back(i);
-  return all;
-}
-
 std::vector<Prior> priors_of(const Study& study, const Arm& arm, double s) {
   std::vector<Prior> out;
   for (size_t k = 0; k < arm.columns.size(); ++k)
@@ -46,7 +40,7 @@ double misfit(const Study& study, const Evidence& evidence, const Arm& arm, size
     }
   }
   const Gram gram = evidence.gram(arm.changes(Eigen::all, unmoved), arm.residual, scale);
-  return sum - 2 * posterior(gram, in_order(static_cast<Index>(unmoved.size())), priors).log_evidence;
+  return sum - 2 * posterior(gram, priors).log_evidence;
 }
 
 VectorXd between(const Arm& from, const VectorXd& to) {
@@ -93,9 +87,22 @@ VectorXd moved(const Study& study, const Arm& arm, const VectorXd& d) {
   return clamped(study, x);
 }
 
+VectorXd estimate_of(const Study& study, const Linearisation& about, const Arm& arm, const VectorXd& d) {
+  VectorXd x = moved(study, arm, d);
+  for (const Way& way : about.ways) {
+    if (way.unit.size() == 0 || arm.sizes[static_cast<size_t>(way.columns[0])] != Size::free) continue;
+    const auto first = static_cast<Index>(study.first_parameter[way.effect]);
+    const model::Parameter& p = study.parameters[static_cast<size_t>(first)];
+    const double neutral = model::to_coordinate(p, p.start);
+    x.segment(first, way.unit.size()) = way.unit;
+    x(first) = neutral + d(way.columns[0]) * (way.unit(0) - neutral);
+  }
+  return clamped(study, x);
+}
+
 Posterior posterior_of(const Study& study, const Evidence& evidence, const Arm& arm, size_t scale,
                        const std::vector<size_t>& trials) {
-  return posterior(evidence.gram(arm.changes, arm.residual, scale, trials), in_order(arm.changes.cols()),
+  return posterior(evidence.gram(arm.changes, arm.residual, scale, trials),
                    priors_of(study, arm, evidence.error().scales[scale]));
 }
 

@@ -36,6 +36,9 @@ Arm arm_at(const Study& study, const Linearisation& about, const std::vector<con
 // (Protocol::base_sd).
 Eigen::VectorXd moved(const Study& study, const Arm& arm, const Eigen::VectorXd& d);
 
+// The same of an arm about whose linearisation d was found; those of an effect that is there in the way of a start too.
+Eigen::VectorXd estimate_of(const Study& study, const Linearisation& about, const Arm& arm, const Eigen::VectorXd& d);
+
 // Its columns given the data, where it stands. trials: that take part, empty: all.
 Posterior posterior_of(const Study& study, const Evidence& evidence, const Arm& arm, size_t scale,
                        const std::vector<size_t>& trials = {});

@@ -2,12 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
-#include <map>
+#include <functional>
 #include <numeric>
 
-#include <boost/math/distributions/students_t.hpp>
 #include <tbb/parallel_for.h>
+
+#include "diagnose/group_statistics.h"
 
 namespace selvedge::diagnose {
 
@@ -66,21 +66,9 @@ double share_of(const Taken& taken, size_t effects, size_t which, const HeldOut&
   return sum / count / gap;
 }
 
-template <class Figure>
-Share with_interval(const Study& study, const Figure& figure) {
-  Share out;
-  out.value = figure(all_groups(study));
-  const size_t groups = study.groups.size();
-  if (groups < 2) {
-    out.low = out.high = std::numeric_limits<double>::quiet_NaN();
-    return out;
-  }
-  VectorXd without(static_cast<Index>(groups));
-  for (size_t g = 0; g < groups; ++g) without(static_cast<Index>(g)) = figure(without_group(study, g));
-  const double half = half_width(groups) * jackknife_sd(without);
-  out.low = out.value - half;
-  out.high = out.value + half;
-  return out;
+Share with_interval(size_t groups, const std::function<double(const std::vector<size_t>&)>& figure) {
+  const double value = figure(all_groups(groups)), half = half_interval(groups, figure);
+  return {value, value - half, value + half};
 }
 
 }  // namespace
@@ -95,27 +83,6 @@ double HeldOut::mm(const std::vector<size_t>& groups) const {
 }
 
 double HeldOut::mm() const { return std::sqrt(dimensions * square_mm2.sum() / std::max(rows.sum(), 1.0)); }
-
-double jackknife_sd(const VectorXd& without) {
-  const auto n = static_cast<double>(without.size());
-  return n < 2 ? 0 : std::sqrt((n - 1) / n * (without.array() - without.mean()).square().sum());
-}
-
-double half_width(size_t groups) {
-  return boost::math::quantile(boost::math::students_t(static_cast<double>(groups - 1)), 0.95);
-}
-
-std::vector<size_t> all_groups(const Study& study) {
-  std::vector<size_t> all(study.groups.size());
-  std::iota(all.begin(), all.end(), 0);
-  return all;
-}
-
-std::vector<size_t> without_group(const Study& study, size_t group) {
-  std::vector<size_t> rest = all_groups(study);
-  rest.erase(rest.begin() + static_cast<std::ptrdiff_t>(group));
-  return rest;
-}
 
 HeldOut hold_out(const Study& study, const Windows& windows, const Evidence& evidence, const Arm& arm, size_t scale,
                  const std::vector<size_t>& effects) {
@@ -171,13 +138,14 @@ std::vector<Share> shares_of(const Study& study, const Windows& windows, const E
     taken.push_back(hold_out(study, windows, evidence, arm, scale, effects));
   }
   const HeldOut noise = noise_of(study, windows);
+  const size_t groups = study.groups.size();
   std::vector<Share> out;
   for (size_t e = 0; e < count; ++e)
-    out.push_back(with_interval(
-        study, [&](const std::vector<size_t>& groups) { return share_of(taken, count, e, noise, groups); }));
-  unexplained = with_interval(study, [&](const std::vector<size_t>& groups) {
+    out.push_back(
+        with_interval(groups, [&](const std::vector<size_t>& some) { return share_of(taken, count, e, noise, some); }));
+  unexplained = with_interval(groups, [&](const std::vector<size_t>& some) {
     double explained = 0;
-    for (size_t e = 0; e < count; ++e) explained += share_of(taken, count, e, noise, groups);
+    for (size_t e = 0; e < count; ++e) explained += share_of(taken, count, e, noise, some);
     return 1 - explained;
   });
   return out;

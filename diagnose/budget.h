@@ -57,14 +57,4 @@ std::string cause_of(const std::map<std::string, double>& probability, const std
 std::vector<Share> shares_of(const Study& study, const Windows& windows, const Evidence& evidence, const Arm& arm,
                              size_t scale, Share& unexplained);
 
-// Standard deviation of a figure by the jackknife. without: the figure with each group left out.
-double jackknife_sd(const Eigen::VectorXd& without);
-
-// Half of a 90 % interval over its standard deviation, where that was found from so many groups.
-double half_width(size_t groups);
-
-std::vector<size_t> all_groups(const Study& study);
-// All groups but one.
-std::vector<size_t> without_group(const Study& study, size_t group);
-
 }  // namespace selvedge::diagnose

@@ -57,22 +57,13 @@ bool meet(const std::vector<size_t>& a, const std::vector<size_t>& b) {
   return std::any_of(a.begin(), a.end(), [&](size_t x) { return std::find(b.begin(), b.end(), x) != b.end(); });
 }
 
-// Where a set of effects was simulated, and derivatives about it.
-struct Stand {
-  Arm arm;
-  Linearisation about;
-  size_t scale = 0;
-};
-
-// Moves an arm to where it is likeliest and takes derivatives there.
-Stand stand_at(Study& study, const Windows& windows, const Evidence& evidence, const Linearisation& about,
-               const EffectSet& set) {
-  Stand out{arm_at(study, about, set.chosen, set.d), {}, set.scale};
-  fit_arm(study, windows, evidence, about, out.arm, set.scale);
-  out.about = linearise(study, windows, out.arm.x, about.grid,
-                        about.changes.rightCols(static_cast<Index>(study.parameters.size() - study.first_force)));
-  if (!out.about.residual.allFinite()) out.about = about;
-  return out;
+// Moves a set of effects to where it is likeliest and takes derivatives there.
+Linearisation linearised_at(Study& study, const Windows& windows, const Evidence& evidence, const Linearisation& about,
+                            const EffectSet& set, const MatrixXd& forces) {
+  Arm arm = arm_at(study, about, set.chosen, set.d);
+  fit_arm(study, windows, evidence, about, arm, set.scale);
+  Linearisation out = linearise(study, windows, arm.x, about.grid, forces);
+  return out.residual.allFinite() ? out : about;
 }
 
 // Pooled over groups, before and after.
@@ -81,19 +72,11 @@ GapReduction reduction_of(const Study& study, const HeldOut& before, const HeldO
     const double gap = before.mm(groups) - noise.mm(groups);
     return gap > 1e-6 ? (before.mm(groups) - after.mm(groups)) / gap : 0;
   };
-  GapReduction out{before.mm(), after.mm(), fraction(all_groups(study)), 0, 0};
   const size_t groups = study.groups.size();
-  if (groups < 2) {
-    out.low = out.high = std::numeric_limits<double>::quiet_NaN();
-    return out;
-  }
-  VectorXd without(static_cast<Index>(groups));
-  for (size_t g = 0; g < groups; ++g) without(static_cast<Index>(g)) = fraction(without_group(study, g));
+  const double all = fraction(all_groups(groups));
   // Trials to come vary as much as these: hence √2.
-  const double half = half_width(groups) * std::sqrt(2.0) * jackknife_sd(without);
-  out.low = out.fraction - half;
-  out.high = out.fraction + half;
-  return out;
+  const double half = std::sqrt(2.0) * half_interval(groups, fraction);
+  return {before.mm(), after.mm(), all, all - half, all + half};
 }
 
 double size_share(const Protocol& protocol, Side side) {
@@ -133,21 +116,6 @@ std::vector<SizedParameter> size_of(const Study& study, const Linearisation& abo
   return out;
 }
 
-// All coordinates of an arm at its estimate; those of an effect that is there in the way of a start too.
-VectorXd estimate_of(const Study& study, const Linearisation& about, const Arm& arm, const VectorXd& d) {
-  VectorXd x = moved(study, arm, d);
-  for (const Way& way : about.ways) {
-    if (way.unit.size() == 0 || arm.sizes[static_cast<size_t>(way.columns[0])] != Size::free) continue;
-    const Effect& e = study.effects[way.effect];
-    const auto first = static_cast<Index>(study.first_parameter[way.effect]);
-    const double neutral = model::to_coordinate(e.parameters[0], e.parameters[0].start);
-    x.segment(first, way.unit.size()) = way.unit;
-    x(first) = neutral + d(way.columns[0]) * (way.unit(0) - neutral);
-  }
-  const auto [lower, upper] = model::bounds_of(study.parameters);
-  return x.cwiseMax(lower).cwiseMin(upper);
-}
-
 std::map<std::string, double> values_of(const Study& study, const VectorXd& x) {
   std::map<std::string, double> out;
   for (size_t k = 0; k < study.first_force; ++k)
@@ -180,14 +148,7 @@ double p_of_gap(const HeldOut& before, double right_mm) {
   std::vector<double> excess;
   for (Index g = 0; g < before.rows.size(); ++g)
     if (before.rows(g) > 0) excess.push_back(std::log(before.mm({static_cast<size_t>(g)}) / right_mm));
-  const auto n = static_cast<double>(excess.size());
-  if (n < 2) return 1;
-  double mean = 0, square = 0;
-  for (const double e : excess) mean += e / n;
-  for (const double e : excess) square += (e - mean) * (e - mean);
-  const double sd = std::sqrt(square / (n - 1));
-  if (!(sd > 0)) return 1;
-  return boost::math::cdf(boost::math::complement(boost::math::students_t(n - 1), mean / (sd / std::sqrt(n))));
+  return p_above_zero(excess);
 }
 
 std::vector<VectorXd> by_trial(const Study& study, const Windows& windows, const VectorXd& residual) {
@@ -201,18 +162,13 @@ std::vector<VectorXd> by_trial(const Study& study, const Windows& windows, const
 
 // Share of each effect's change that a refit of the base takes up, and of the residual that it explains beyond that.
 void fill_screened(const Study& study, const Linearisation& about, std::vector<EffectFinding>& effects) {
-  const auto n = static_cast<Index>(study.base_count);
-  const MatrixXd base = about.changes.leftCols(n);
-  MatrixXd normal = base.transpose() * base;
-  normal.diagonal().array() += 1e-9 * normal.trace();
-  const auto solve = normal.ldlt();
-  const auto beyond = [&](const MatrixXd& y) { return MatrixXd(y - base * solve.solve(base.transpose() * y)); };
-  const VectorXd left = beyond(about.residual);
+  const BeyondBase beyond(about.changes.leftCols(static_cast<Index>(study.base_count)));
+  const VectorXd left = beyond.of(about.residual);
   for (size_t e = 0; e < effects.size(); ++e) {
     std::vector<Index> columns;
     for (const Way& way : about.ways)
       if (way.effect == e) columns.insert(columns.end(), way.columns.begin(), way.columns.end());
-    const MatrixXd all = about.changes(Eigen::all, columns), own = beyond(all);
+    const MatrixXd all = about.changes(Eigen::all, columns), own = beyond.of(all);
     effects[e].absorbed = all.squaredNorm() > 0 ? 1 - own.squaredNorm() / all.squaredNorm() : 1;
     MatrixXd gram = own.transpose() * own;
     gram.diagonal().array() += 1e-9 * gram.trace() + 1e-30;
@@ -265,12 +221,9 @@ void fill_gap(Diagnosis& out, const Study& study, const HeldOut& before, const H
   out.right_floor_mm = std::hypot(noise.mm(), study.protocol.form_mm);
   out.gap_mm = out.low_mm = out.high_mm = out.before_mm - out.noise_floor_mm;
   out.p_value = p_of_gap(before, out.right_floor_mm);
-  const size_t groups = study.groups.size();
-  if (groups < 2) return;
-  VectorXd without(static_cast<Index>(groups));
-  for (size_t g = 0; g < groups; ++g)
-    without(static_cast<Index>(g)) = before.mm(without_group(study, g)) - noise.mm(without_group(study, g));
-  const double half = half_width(groups) * jackknife_sd(without);
+  const double half = half_interval(
+      study.groups.size(), [&](const std::vector<size_t>& groups) { return before.mm(groups) - noise.mm(groups); });
+  if (!std::isfinite(half)) return;
   out.low_mm -= half;
   out.high_mm += half;
 }
@@ -358,19 +311,20 @@ Diagnosis diagnose(const trial::Campaign& campaign, const std::vector<Effect>& e
   stages.done("changing everything once");
 
   after(kBegin.linearised, "the base with what is negligible of every effect");
-  const Stand none = stand_at(study, windows, evidence, at_base, weigh_set(study, evidence, at_base, {}));
-  std::vector<EffectSet> sets = weigh_sets(study, evidence, none.about);
+  const Linearisation none =
+      linearised_at(study, windows, evidence, at_base, weigh_set(study, evidence, at_base, {}), forces);
+  std::vector<EffectSet> sets = weigh_sets(study, evidence, none);
   Verdict verdict = judge(study, sets, evidence.error().scales, {});
   stages.done("the base where it is likeliest");
 
   // Again about the likeliest set: every set that has one of its effects is weighed there.
-  std::optional<Stand> there;
+  std::optional<Linearisation> there;
   const std::vector<size_t> first = verdict.weights.front().effects;
   std::vector<EffectSet> sets_there;
   if (!first.empty()) {
     after(kBegin.again, "again about " + name_of(study, first));
-    there = stand_at(study, windows, evidence, none.about, find(sets, first));
-    sets_there = weigh_sets(study, evidence, there->about);
+    there = linearised_at(study, windows, evidence, none, find(sets, first), forces);
+    sets_there = weigh_sets(study, evidence, *there);
     for (EffectSet& set : sets)
       if (meet(set.effects, first)) {
         const auto same = std::find_if(sets_there.begin(), sets_there.end(),
@@ -383,13 +337,13 @@ Diagnosis diagnose(const trial::Campaign& campaign, const std::vector<Effect>& e
 
   // The likeliest sets, each in trials that it was not fitted to, beside the base without their effects.
   after(kBegin.likeliest, "how much each effect takes");
-  list_effects(out, study, none.about);
+  list_effects(out, study, none);
   const Weighed weighed{study, windows, evidence, noise_of(study, windows)};
   std::vector<LookedAt> looked_at;
   std::map<std::vector<size_t>, std::vector<double>> shares;
   const auto look = [&](const std::vector<size_t>& effects_of) {
     const EffectSet& set = find(sets, effects_of);
-    looked_at.push_back(look_at(weighed, there && meet(effects_of, first) ? there->about : none.about, set));
+    looked_at.push_back(look_at(weighed, there && meet(effects_of, first) ? *there : none, set));
     for (const Share& part : looked_at.back().parts) shares[effects_of].push_back(part.value);
   };
   look(verdict.weights.front().effects);

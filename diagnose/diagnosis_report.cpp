@@ -31,11 +31,6 @@ json share_json(const Share& s) { return {{"share", number(s.value)}, {"interval
 
 std::string percent(double share) { return fmt::format("{:.0f} %", 100 * share); }
 
-std::string percent(const Share& s) {
-  return std::isfinite(s.low) ? fmt::format("{} ({} … {})", percent(s.value), percent(s.low), percent(s.high))
-                              : percent(s.value);
-}
-
 std::string ahead(const Diagnosis& d) {
   return d.is_ahead ? fmt::format(", predicted {:g} s ahead,", d.protocol.free_s) : "";
 }
@@ -190,6 +185,11 @@ void add_parameters(report::HtmlReport& html, const Diagnosis& d) {
 }
 
 }  // namespace
+
+std::string percent(const Share& s) {
+  return std::isfinite(s.low) ? fmt::format("{} ({:.0f} … {:.0f})", percent(s.value), 100 * s.low, 100 * s.high)
+                              : percent(s.value);
+}
 
 std::string before_and_after(const GapReduction& s) { return fmt::format("{:.2f} → {:.2f}", s.before_mm, s.after_mm); }
 

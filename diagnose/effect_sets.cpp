@@ -26,14 +26,12 @@ class Scales {
     out.chosen = chosen;
     for (const Way* way : chosen) out.effects.push_back(way->effect);
     const std::vector<Size> sizes = sizes_of(about_, chosen);
-    std::vector<Index> columns;
-    for (size_t k = 0; k < sizes.size(); ++k) columns.push_back(static_cast<Index>(k));
     double most = -1e300;
     for (size_t s = 0; s < grams_.size(); ++s) {
       std::vector<Prior> priors;
       for (size_t k = 0; k < sizes.size(); ++k)
         priors.push_back(prior_of(study_, about_.columns[k], about_.x, sizes[k], scales_[s]));
-      const Posterior p = posterior(grams_[s], columns, priors);
+      const Posterior p = posterior(grams_[s], priors);
       out.log_evidence.push_back(p.log_evidence);
       const double here = p.log_evidence + std::max(priors_.right[s], priors_.unknown[s]);
       if (here <= most) continue;

@@ -69,15 +69,13 @@ Gram Evidence::gram(const MatrixXd& columns, const VectorXd& residual, size_t sc
     const MatrixXd rows = all.middleRows(w.first, w.count);
     out.of += rows.transpose() * sigma.solve(rows);
     out.log_determinant += sigma.log_determinant;
-    out.rows += static_cast<double>(w.count);
   }
   return out;
 }
 
-std::vector<Gram> Evidence::grams(const MatrixXd& columns, const VectorXd& residual,
-                                  const std::vector<size_t>& trials) const {
+std::vector<Gram> Evidence::grams(const MatrixXd& columns, const VectorXd& residual) const {
   std::vector<Gram> out(scales());
-  tbb::parallel_for(size_t{0}, scales(), [&](size_t k) { out[k] = gram(columns, residual, k, trials); });
+  tbb::parallel_for(size_t{0}, scales(), [&](size_t k) { out[k] = gram(columns, residual, k); });
   return out;
 }
 
@@ -89,10 +87,10 @@ Evidence::Forces Evidence::forces_in(size_t window, const VectorXd& left, size_t
           sigma.inner.solve(MatrixXd::Identity(sigma.scaled.cols(), sigma.scaled.cols()))};
 }
 
-Posterior posterior(const Gram& gram, const std::vector<Index>& chosen, const std::vector<Prior>& priors) {
-  const auto n = static_cast<Index>(chosen.size()), r = gram.of.cols() - 1;
-  const MatrixXd of = gram.of(chosen, chosen);
-  const VectorXd with_r = gram.of(chosen, r);
+Posterior posterior(const Gram& gram, const std::vector<Prior>& priors) {
+  const auto n = static_cast<Index>(priors.size()), r = n;  // the residual stands behind the columns
+  const MatrixXd of = gram.of.topLeftCorner(n, n);
+  const VectorXd with_r = gram.of.col(r).head(n);
   VectorXd sd(n), m(n);
   for (Index i = 0; i < n; ++i) {
     sd(i) = priors[static_cast<size_t>(i)].sd;
@@ -107,7 +105,6 @@ Posterior posterior(const Gram& gram, const std::vector<Index>& chosen, const st
   const double log_a = 2 * factor.matrixLLT().diagonal().array().log().sum();
   out.log_evidence = -0.5 * (gram.of(r, r) + m.cwiseQuotient(sd).squaredNorm() - b.dot(out.mean.cwiseQuotient(sd)) +
                              gram.log_determinant + log_a);
-  out.left = gram.of(r, r) + 2 * out.mean.dot(with_r) + out.mean.dot(of * out.mean);
   out.scaled = factor;
   out.prior_sd = sd;
   for (Index i = 0; i < n; ++i) {

@@ -37,7 +37,6 @@ ModelError model_error(const Protocol& protocol, const Windows& windows, const E
 struct Gram {
   Eigen::MatrixXd of;
   double log_determinant = 0;  // ln|Σ|
-  double rows = 0;
 };
 
 // A coordinate's distribution before the data.
@@ -49,7 +48,6 @@ struct Prior {
 struct Posterior {
   double log_evidence = 0;
   Eigen::VectorXd mean;
-  double left = 0;  // rᵀ Σ⁻¹ r at the mean
   Eigen::VectorXd prior_sd;
   Eigen::LLT<Eigen::MatrixXd> scaled;  // of Λ^½ A Λ^½
 
@@ -63,10 +61,10 @@ class Evidence {
   const ModelError& error() const { return error_; }
   size_t scales() const { return error_.scales.size(); }
 
-  // One for each s; trials: which to take part, empty: all.
-  std::vector<Gram> grams(const Eigen::MatrixXd& columns, const Eigen::VectorXd& residual,
-                          const std::vector<size_t>& trials = {}) const;
+  // One for each s.
+  std::vector<Gram> grams(const Eigen::MatrixXd& columns, const Eigen::VectorXd& residual) const;
 
+  // trials: which take part, empty: all.
   Gram gram(const Eigen::MatrixXd& columns, const Eigen::VectorXd& residual, size_t scale,
             const std::vector<size_t>& trials = {}) const;
 
@@ -78,16 +76,15 @@ class Evidence {
   Forces forces_in(size_t window, const Eigen::VectorXd& left, size_t scale) const;
 
  private:
-  struct Block;  // of one window at one s
   Eigen::VectorXd variance(const Window& w, double s) const;
 
   const Windows& windows_;
   ModelError error_;
 };
 
-// Of the columns `chosen` of a Gram matrix, with a prior each. Bounds count by the share of each coordinate's own
+// Of all columns of a Gram matrix, with a prior each. Bounds count by the share of each coordinate's own
 // distribution that they leave.
-Posterior posterior(const Gram& gram, const std::vector<Eigen::Index>& chosen, const std::vector<Prior>& priors);
+Posterior posterior(const Gram& gram, const std::vector<Prior>& priors);
 
 // ln Σ exp.
 double log_sum(const std::vector<double>& logs);

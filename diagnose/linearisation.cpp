@@ -60,22 +60,28 @@ void list_columns(const Study& study, Linearisation& out) {
 // What is negligible of each effect, by what a unit of it leaves beyond a refit of the base.
 void set_negligible(const Study& study, Linearisation& out) {
   const auto n = static_cast<Index>(study.base_count);
-  const MatrixXd base = out.changes.leftCols(n);
-  MatrixXd normal = base.transpose() * base;
-  normal.diagonal().array() += 1e-9 * normal.trace();
-  const MatrixXd beyond = out.changes - base * normal.ldlt().solve(base.transpose() * out.changes);
+  const MatrixXd beyond = BeyondBase(out.changes.leftCols(n)).of(out.changes);
   out.can_tell.assign(study.effects.size(), 0);
   for (size_t k = study.base_count; k < out.columns.size(); ++k) {
     Column& c = out.columns[k];
-    c.trace_mm = beyond.col(static_cast<Index>(k)).norm() / std::sqrt(static_cast<double>(base.rows()));
+    const double trace_mm =
+        beyond.col(static_cast<Index>(k)).norm() / std::sqrt(static_cast<double>(beyond.rows()));  // of a unit
     const double sd =
-        std::max(study.protocol.negligible_share, study.protocol.negligible_mm / std::max(c.trace_mm, 1e-9));
+        std::max(study.protocol.negligible_share, study.protocol.negligible_mm / std::max(trace_mm, 1e-9));
     if (sd < study.protocol.tells * c.sd) out.can_tell[c.effect] = 1;
     c.negligible_sd = std::min(sd, c.sd);
   }
 }
 
 }  // namespace
+
+BeyondBase::BeyondBase(MatrixXd base) : base_(std::move(base)) {
+  MatrixXd normal = base_.transpose() * base_;
+  normal.diagonal().array() += 1e-9 * normal.trace();
+  normal_.compute(normal);
+}
+
+MatrixXd BeyondBase::of(const MatrixXd& y) const { return y - base_ * normal_.solve(base_.transpose() * y); }
 
 Prior prior_of(const Study& study, const Column& column, const VectorXd& x, Size size, double s) {
   constexpr double kNothing = 1e-6;

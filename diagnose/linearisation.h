@@ -3,12 +3,14 @@
 //
 // No rig and no fabric is without a little of everything: grips are a tenth of a millimetre off, strain has another
 // form. An effect is said to be there where it is larger than that. So every effect that is not in a set is in its
-// model all the same, with a size that leaves a trace of Protocol::negligible_mm in the windows; in a set its size is
-// free. Derivatives are therefore taken where the base and those small sizes are likeliest, not at neutral.
+// model all the same, with a size up to Protocol::negligible_share of its scale, or what leaves a trace of
+// negligible_mm in the windows; in a set its size is free. Derivatives are therefore taken where the base and those
+// small sizes are likeliest, not at neutral.
 #pragma once
 
 #include <vector>
 
+#include <Eigen/Cholesky>
 #include <Eigen/Core>
 
 #include "diagnose/evidence.h"
@@ -25,7 +27,6 @@ struct Column {
   double neutral = 0, lower = -1e300, upper = 1e300;  // in units of the column
   double sd = 1;                                      // where its effect is in a set, or of the base
   double negligible_sd = 1;                           // where it is not
-  double trace_mm = 0;                                // rms of a unit in the windows, beyond a refit of the base
 };
 
 // How large the effect of a column may be.
@@ -46,6 +47,17 @@ struct Linearisation {
   std::vector<Column> columns;
   std::vector<Way> ways;
   std::vector<char> can_tell;  // of each effect: whether it can be larger than what is negligible
+};
+
+// What a refit of the base leaves of changes.
+class BeyondBase {
+ public:
+  explicit BeyondBase(Eigen::MatrixXd base);  // rows × base coordinates
+  Eigen::MatrixXd of(const Eigen::MatrixXd& changes) const;
+
+ private:
+  Eigen::MatrixXd base_;
+  Eigen::LDLT<Eigen::MatrixXd> normal_;
 };
 
 // The prior of a column about a model that stands at x, where model error is s times its usual size.

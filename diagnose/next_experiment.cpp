@@ -8,7 +8,7 @@
 #include <fmt/format.h>
 
 #include "cloth/simulate.h"
-#include "diagnose/budget.h"
+#include "diagnose/group_statistics.h"
 
 namespace selvedge::diagnose {
 

@@ -4,9 +4,9 @@
 #include <cmath>
 #include <map>
 
-#include <boost/math/distributions/students_t.hpp>
 #include <fmt/format.h>
 
+#include "diagnose/group_statistics.h"
 #include "observe/stripe_residual.h"
 #include "geometry/projection.h"
 
@@ -232,14 +232,7 @@ double p_of(const std::vector<Sum>& cell, const std::map<std::string, std::vecto
     if (rest.count == 0 || rest.square <= 0 || cell[g].square <= 0) continue;
     difference.push_back(std::log(cell[g].square / cell[g].count) - std::log(rest.square / rest.count));
   }
-  const auto n = static_cast<double>(difference.size());
-  if (n < 2) return 1;
-  double mean = 0, square = 0;
-  for (const double d : difference) mean += d / n;
-  for (const double d : difference) square += (d - mean) * (d - mean);
-  const double sd = std::sqrt(square / (n - 1));
-  if (sd <= 0) return 1;
-  return boost::math::cdf(boost::math::complement(boost::math::students_t(n - 1), mean / (sd / std::sqrt(n))));
+  return p_above_zero(difference);
 }
 
 void correct(std::vector<Cell>& cells) {

@@ -36,8 +36,7 @@ Windows::Windows(const model::Simulation& simulation, const Protocol& protocol) 
     std::vector<Slice> slices;
     std::vector<double> noise_mm;
   };
-  // (trial, when it begins to be free, phase).
-  std::map<std::tuple<size_t, int, int>, Found> found;
+  std::map<std::pair<size_t, int>, Found> found;  // by trial and turn
   for (size_t t = 0; t < simulation.trials().size(); ++t) {
     const model::ObservedTrial& trial = simulation.trials()[t];
     const VectorXd time_s = simulation.time_s(t), noise_mm = noise_of(simulation, t);
@@ -46,17 +45,16 @@ Windows::Windows(const model::Simulation& simulation, const Protocol& protocol) 
       const double since = time_s(i) - trial.experiment.start_s;
       int turn = 0, phase = 0;
       if (is_held(trial)) {
-        const int quarter = static_cast<int>(std::floor(since / protocol.free_s + 1e-9));
-        turn = quarter;
-        phase = ((quarter % 2) + 2) % 2;
+        turn = static_cast<int>(std::floor(since / protocol.free_s + 1e-9));
+        phase = ((turn % kPhases) + kPhases) % kPhases;
       } else if (!trial.still) {
         turn = static_cast<int>(std::floor(since / protocol.image_window_s));
       }
-      Found& f = found[{t, turn, phase}];
+      Found& f = found[{t, turn}];
       if (f.slices.empty()) f.window = {t, time_s(i), time_s(i), 0, 0};
       f.window.from_s = std::min(f.window.from_s, time_s(i));
       f.window.to_s = std::max(f.window.to_s, time_s(i));
-      f.slices.push_back({0, i, t, phase});
+      f.slices.push_back({i, t, phase});
       f.noise_mm.push_back(noise_mm(i));
     }
   }
@@ -65,12 +63,8 @@ Windows::Windows(const model::Simulation& simulation, const Protocol& protocol) 
     f.window.first = rows();
     f.window.count = static_cast<Index>(f.slices.size());
     windows_.push_back(f.window);
-    for (size_t k = 0; k < f.slices.size(); ++k) {
-      f.slices[k].row = rows();
-      place_.push_back(f.slices[k].place);
-      slices_.push_back(f.slices[k]);
-      noise_mm.push_back(f.noise_mm[k]);
-    }
+    slices_.insert(slices_.end(), f.slices.begin(), f.slices.end());
+    noise_mm.insert(noise_mm.end(), f.noise_mm.begin(), f.noise_mm.end());
   }
   noise_mm_ = Eigen::Map<VectorXd>(noise_mm.data(), static_cast<Index>(noise_mm.size()));
 }
@@ -96,8 +90,9 @@ MatrixXd Windows::residuals(const model::Simulation& simulation, const model::St
         diverged[set] = true;
         continue;
       }
-      for (const Slice& s : slices_)
-        if (s.phase == phase) out(s.row, static_cast<Index>(set)) = r[set].mm[s.trial](s.place);
+      for (Index row = 0; row < rows(); ++row)
+        if (const Slice& s = slices_[static_cast<size_t>(row)]; s.phase == phase)
+          out(row, static_cast<Index>(set)) = r[set].mm[s.trial](s.place);
     }
   }
   for (size_t set = 0; set < diverged.size(); ++set)

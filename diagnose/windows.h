@@ -28,10 +28,10 @@ class Windows {
   // Of markers that were never seen there are no rows.
   Windows(const model::Simulation& simulation, const Protocol& protocol);
 
-  Eigen::Index rows() const { return static_cast<Eigen::Index>(place_.size()); }
+  Eigen::Index rows() const { return static_cast<Eigen::Index>(slices_.size()); }
   const std::vector<Window>& windows() const { return windows_; }
   // The place of a row in its trial's residuals (model::Residuals::mm).
-  Eigen::Index place(Eigen::Index row) const { return place_[static_cast<size_t>(row)]; }
+  Eigen::Index place(Eigen::Index row) const { return slices_[static_cast<size_t>(row)].place; }
   // Standard deviation of each row by the sensor alone, mm.
   const Eigen::VectorXd& noise_mm() const { return noise_mm_; }
 
@@ -41,8 +41,9 @@ class Windows {
                             const std::vector<model::Parameter>& parameters, const Eigen::MatrixXd& coordinates) const;
 
  private:
+  // Where a row is simulated, and in which of the two runs of its trial.
   struct Slice {
-    Eigen::Index row = 0, place = 0;
+    Eigen::Index place = 0;
     size_t trial = 0;
     int phase = 0;
   };
@@ -50,8 +51,7 @@ class Windows {
 
   Protocol protocol_;
   std::vector<Window> windows_;
-  std::vector<Eigen::Index> place_;
-  std::vector<Slice> slices_;
+  std::vector<Slice> slices_;  // one a row
   Eigen::VectorXd noise_mm_;
 };
 

@@ -4,7 +4,7 @@
 // centre. A round tries several dampings of each problem's Gauss–Newton step; all tries of all problems are evaluated
 // as one batch, which goes through the simulation in SIMD lanes, and of each problem the best that lessens its cost is
 // taken. Derivatives are brought up to date by what the residuals did (Broyden 1965). Who takes them afresh, and when
-// it is enough, says the caller: least_squares.h, and hypotheses of a diagnosis (diagnose/hypothesis.h).
+// it is enough, says the caller: least_squares.h.
 #pragma once
 
 #include <functional>

@@ -36,12 +36,13 @@ Arm arm_of(const nlohmann::json& values, model::Drag drag, const std::vector<dia
 
 FreshReduction reduction_on(const trial::Campaign& fresh, const std::vector<diagnose::Effect>& effects,
                             const nlohmann::json& diagnosis, const std::string& hypothesis, int cells) {
+  const diagnose::Protocol protocol;
   const std::vector<model::ObservedTrial> trials = fit::observe_campaign(
-      fresh, 30, 10, [](double, const std::string&) {}, observe::Thinning::averaged);
+      fresh, protocol.rate_hz, protocol.image_rate_hz, [](double, const std::string&) {}, observe::Thinning::averaged);
   model::SimulationOptions options;
   options.cells = cells;
   const model::Simulation simulation(trials, options);
-  const diagnose::Windows windows(simulation, diagnose::Protocol{});
+  const diagnose::Windows windows(simulation, protocol);
   const nlohmann::json& fitted = diagnosis.at("fit");
   const model::Drag drag = model::drag_named(diagnosis.at("base").get<std::string>());
   // Of markers in space.

@@ -54,10 +54,9 @@ void print_diagnosis(const diagnose::Diagnosis& d) {
              d.low_mm, d.high_mm, d.p_value);
   fmt::print("none {:.3f}, unknown {:.3f}\n", d.probability.at("none"), d.probability.at("unknown"));
   for (const diagnose::BudgetPart& p : d.budget.parts)
-    fmt::print("of the gap: {} {:.0f} % ({:.0f} … {:.0f}), there with probability {:.2f}\n", p.effect,
-               100 * p.share.value, 100 * p.share.low, 100 * p.share.high, p.probability);
-  fmt::print("of the gap: nothing explains {:.0f} % ({:.0f} … {:.0f})\n", 100 * d.budget.unexplained.value,
-             100 * d.budget.unexplained.low, 100 * d.budget.unexplained.high);
+    fmt::print("of the gap: {} {}, there with probability {:.2f}\n", p.effect, diagnose::percent(p.share),
+               p.probability);
+  fmt::print("of the gap: nothing explains {}\n", diagnose::percent(d.budget.unexplained));
   fmt::print("{:<20} {:>9} {:>12} {:>20} {:>9}  {}\n", "effect", "there", "error, mm", "of the gap (90 %)", "absorbed",
              "size (90 %)");
   for (const diagnose::EffectFinding& f : d.effects) {

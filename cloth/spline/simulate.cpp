@@ -29,10 +29,11 @@ void check_lanes(const std::vector<Experiment>& lanes) {
   }
 }
 
-// Smooth forces over the steps until they act again.
+// Forces on control points over the steps until they act again.
 template <class T>
 void push(LaneRun<T>& run, size_t lane, const Eigen::Matrix3Xd& force, double steps) {
-  for (Eigen::Index i = 0; i < force.cols(); ++i) run.push(lane, static_cast<int>(i), steps * force.col(i));
+  for (Eigen::Index i = 0; i < force.cols(); ++i)
+    if (!force.col(i).isZero(0)) run.push(lane, static_cast<int>(i), steps * force.col(i));
 }
 
 // The pull of a guide on one lane over the steps until it acts again.
@@ -43,8 +44,7 @@ void pull(LaneRun<T>& run, size_t lane, const SplineSheet& sheet, const Experime
   Eigen::Matrix3Xd force = Eigen::Matrix3Xd::Zero(3, x.cols());
   add_nudging(*e.guide, e.material.density * sheet.swatch.width_m * sheet.swatch.height_m, t_s, x.data(), v.data(),
               force.data());
-  for (Eigen::Index i = 0; i < force.cols(); ++i)
-    if (!force.col(i).isZero(0)) run.push(lane, static_cast<int>(i), steps * force.col(i));
+  push(run, lane, force, steps);
 }
 
 double duration_s(const Experiment& e) { return e.sample_s.empty() ? 0 : std::max(0.0, e.sample_s.back() - e.start_s); }

@@ -44,6 +44,7 @@ TEST(Diagnosis, NamesADelayAndMeasuresIt) {
   double sum = 0;
   for (const auto& [name, p] : d.probability) sum += p;
   EXPECT_NEAR(sum, 1, 1e-9);
+  EXPECT_GT(finding(d, "mass_error").absorbed, 0.8);  // all but what a change of finite size adds
   const EffectFinding& f = finding(d, "camera_delay");
   ASSERT_EQ(f.size.size(), 1u);
   EXPECT_NEAR(f.size[0].value, 0.012, 0.002);
@@ -101,14 +102,47 @@ TEST(Diagnosis, FindsASecondEffectBesideALargeOne) {
   for (const BudgetPart& p : d.budget.parts) EXPECT_GT(p.share.value, 0.1) << p.effect;
 }
 
+// In the base fit drag and damping stand in for a draught; whoever goes on from there may find it too small, and leave
+// something for grips that sit elsewhere to take up.
+TEST(Diagnosis, ADraughtThatDragStoodInForIsSizedAndStaysAlone) {
+  SimulatedSwatch windy = usual_fabric();
+  windy.air_m_s = {0.08, 0.22, 0};
+  DiagnosisOptions options;
+  Eigen::VectorXd x = base_of(windy, windy.material.stretch, windy.material.shear);
+  x(3) = x(4) = std::log(1e-3);  // damping of stretch and shear, N·s/m
+  x(5) = std::log(2e-8);         // of bending, N·m·s
+  x(6) = std::log(5.7);          // drag_normal, kg/m³
+  x(7) = std::log(1e-3);         // drag_tangent, kg/(m²·s)
+  x(8) = std::log(15.0);         // drag_fade, s²/m²
+  options.study.base_fit = BaseFit{x, 0, {}};
+  const Diagnosis d = diagnosed(windy, {"draught", "marker_offset", "rig_tilt"}, options);
+  EXPECT_EQ(d.cause, "draught");
+  EXPECT_EQ(d.likeliest, "draught");
+  const EffectFinding& f = finding(d, "draught");
+  ASSERT_EQ(f.size.size(), 3u);
+  // air_x is not looked at: from here 0.12 is found for 0.08 (docs/diagnosis-measured.md).
+  EXPECT_NEAR(f.size[1].value, 0.22, 0.02);
+  EXPECT_NEAR(f.size[2].value, 0, 0.06);  // along the fabric it hardly shows
+}
+
+// With one effect alone there is no other to go with it.
+TEST(Diagnosis, OneWrongEffectStaysAlone) {
+  SimulatedSwatch late = usual_fabric();
+  late.delay_s = 0.012;
+  const Diagnosis d = diagnosed(late, {"creep"});
+  EXPECT_LE(d.budget.parts.size(), 1u);
+  EXPECT_EQ(d.probability.size(), 3u);
+}
+
 // A base fit that put all of the coupling into shear.
 TEST(Diagnosis, FindsTheWayBackFromStiffShear) {
   SimulatedSwatch coupled = usual_fabric();
   coupled.material.coupling = 0.4;
   DiagnosisOptions options;
-  options.study.base_fit = BaseFit{base_of(coupled, 80, 150), 0, {}};
+  options.study.base_fit = BaseFit{base_of(coupled, 80, 450), 0, {}};
   const Diagnosis d = diagnosed(coupled, {"coupling", "draught", "creep"}, options);
   EXPECT_EQ(d.cause, "coupling");
+  ASSERT_EQ(finding(d, "coupling").size.size(), 1u);
   EXPECT_NEAR(finding(d, "coupling").size[0].value, 0.4, 0.1);
 }
 

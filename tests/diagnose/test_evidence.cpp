@@ -36,7 +36,6 @@ class EvidenceOfWindows : public testing::Test {
 
 TEST_F(EvidenceOfWindows, EverySampleOfAMarkerIsInOneWindow) {
   Index rows = 0;
-  std::vector<Index> seen;
   for (const Window& w : windows_->windows()) {
     EXPECT_EQ(w.first, rows);
     rows += w.count;
@@ -85,7 +84,7 @@ TEST_F(EvidenceOfWindows, IsThatOfOneLargeNormalDistribution) {
     const Eigen::LLT<MatrixXd> factor(sigma);
     const VectorXd off = residual - mean;
     const double log_p = -0.5 * off.dot(factor.solve(off)) - factor.matrixLLT().diagonal().array().log().sum();
-    const Posterior p = posterior(evidence.gram(columns, residual, k), {0, 1, 2}, priors);
+    const Posterior p = posterior(evidence.gram(columns, residual, k), priors);
     EXPECT_NEAR(p.log_evidence, log_p, 1e-6 * std::abs(log_p));
   }
 }
