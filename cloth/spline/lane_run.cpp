@@ -7,7 +7,7 @@
 #include <Eigen/Dense>
 
 #include "cloth/kernel/vertex_parts.h"
-#include "cloth/spline/step_damping.h"
+#include "cloth/spline/damped_inertia.h"
 
 namespace selvedge::cloth::spline {
 
@@ -16,8 +16,6 @@ namespace {
 using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
-
-constexpr Index kReach = kStepDampingReach, kBand = 2 * kReach + 1;
 
 bool is_uneven(const Material& m) { return m.hem_density != 0 || m.local_mass_kg != 0; }
 
@@ -164,10 +162,8 @@ void LaneRun<T>::point_at_memory() {
   run_.held.moves_weight = moves_weight_.data();
   run_.held.position = held_position_.data();
   run_.held.velocity = held_velocity_.data();
-  run_.damp_u = start(damp_u_);
-  run_.damp_v = start(damp_v_);
-  run_.twist_u = start(twist_u_);
-  run_.twist_v = start(twist_v_);
+  run_.inverse_u = start(inverse_u_);
+  run_.inverse_v = start(inverse_v_);
   run_.mu = mu_.data();
   run_.nu = nu_.data();
   run_.gain = gain_.data();
@@ -192,9 +188,10 @@ void LaneRun<T>::fill_bend_factor(size_t lane, const Material& m) {
 }
 
 template <class T>
-Inertia LaneRun<T>::inertia_of(size_t lane) const {
+Inertia LaneRun<T>::inertia_of(size_t lane, double step_s) const {
   const Material& m = materials_[lane];
-  Inertia inertia{sheet_.u.inverse, sheet_.v.inverse, {}};
+  const double damping = step_s * m.bend_damping / m.density;
+  Inertia inertia{damped_inverse(sheet_.u, damping), damped_inverse(sheet_.v, damping), {}};
   if (!mass_scale_.empty()) inertia.scale = (m.density * densities(sheet_, m).cwiseInverse()).cwiseSqrt();
   return inertia;
 }
@@ -210,20 +207,20 @@ void LaneRun<T>::fill_air(size_t lane) {
 }
 
 template <class T>
-void LaneRun<T>::fill_damping(size_t lane, double step_s) {
-  const double share = step_s * materials_[lane].bend_damping / materials_[lane].density;
-  const auto fill = [&](const MatrixXd& from, Aligned<T>& to) {
-    to.resize(static_cast<size_t>(from.rows() * kBand) * width_);
-    for (Index i = 0; i < from.rows(); ++i)
-      for (Index d = -kReach; d <= kReach; ++d)
-        to[static_cast<size_t>(i * kBand + kReach + d) * width_ + lane] =
-            i + d >= 0 && i + d < from.cols() ? static_cast<T>(from(i, i + d)) : T(0);
+void LaneRun<T>::fill_inverses(const std::vector<Inertia>& lanes) {
+  Index reach = 0;
+  for (const Inertia& lane : lanes) reach = std::max({reach, reach_of(lane.inverse_u), reach_of(lane.inverse_v)});
+  const auto fill = [&](Eigen::MatrixXd Inertia::*side, Aligned<T>& to) {
+    const Index count = (lanes.front().*side).rows(), band = 2 * reach + 1;
+    to.assign(static_cast<size_t>(count * band) * width_, T(0));
+    for (size_t lane = 0; lane < width_; ++lane)
+      for (Index i = 0; i < count; ++i)
+        for (Index j = std::max<Index>(0, i - reach); j <= std::min(count - 1, i + reach); ++j)
+          to[static_cast<size_t>(i * band + reach + j - i) * width_ + lane] = static_cast<T>((lanes[lane].*side)(i, j));
   };
-  const StepDamping u(sheet_.u, share), v(sheet_.v, share);
-  fill(u.added, damp_u_);
-  fill(v.added, damp_v_);
-  fill(u.twist, twist_u_);
-  fill(v.twist, twist_v_);
+  fill(&Inertia::inverse_u, inverse_u_);
+  fill(&Inertia::inverse_v, inverse_v_);
+  run_.inverse_reach = static_cast<int>(reach);
 }
 
 template <class T>
@@ -260,12 +257,12 @@ void LaneRun<T>::plan(double step_s, const cloth::kernel::DampingStages& stages)
       std::any_of(materials_.begin(), materials_.end(), [](const Material& m) { return m.bend_damping != 0; });
   for (size_t i = 0; i < width_; ++i) {
     // Lanes beyond those asked for repeat the last.
-    inertias.push_back(i < asked_ ? inertia_of(i) : inertias.back());
+    inertias.push_back(i < asked_ ? inertia_of(i, step_s) : inertias.back());
     for (Index p = 0; p < inertias[i].scale.size(); ++p)
       mass_scale_[static_cast<size_t>(p) * width_ + i] = static_cast<T>(inertias[i].scale(p));
     if (!air_share_.empty()) fill_air(i);
-    if (damped) fill_damping(i, step_s);
   }
+  if (damped) fill_inverses(inertias);
   fill_grips(inertias);
   run_.step_s = static_cast<T>(step_s);
   run_.stages = stages.count;

@@ -19,10 +19,7 @@ Eigen::Matrix3Xd smooth_forces_on(const SplineSheet& sheet, const Experiment& ex
 // kg/m² at the control points, of fabric, hem and local weight; no air.
 Eigen::VectorXd densities(const SplineSheet& sheet, const Material& material);
 
-// Damping of bending is stiff, even, and the same at all times: it is no part of the force, and a step ends with it.
-// That of x_uu and x_vv is taken implicitly, one direction after the other, v ← B_u ⊗ B_v v, B = (1 + h D R K / ρ)⁻¹, K
-// the bending of one direction; then that of the twist explicitly, between these two and bounded (lane_run.cpp). No
-// step is too long for it; its error is of the order of h.
+// Damping of bending is stiff: masses bear it (damped_inertia.h).
 //
 // T: float or double.
 template <class T>
@@ -60,9 +57,9 @@ class LaneRun {
   void set(Aligned<T>& field, size_t lane, const Eigen::Matrix3Xd& control);
   void fill_material(size_t lane, const Experiment& experiment);
   void fill_bend_factor(size_t lane, const Material& material);
-  Inertia inertia_of(size_t lane) const;
+  Inertia inertia_of(size_t lane, double step_s) const;
   void fill_air(size_t lane);
-  void fill_damping(size_t lane, double step_s);
+  void fill_inverses(const std::vector<Inertia>& lanes);
   void fill_grips(const std::vector<Inertia>& lanes);
   void point_at_memory();
 
@@ -74,9 +71,9 @@ class LaneRun {
   std::vector<Material> materials_;  // one a lane
   std::vector<int> reads_start_, reads_point_, moves_start_, moves_point_;
   std::vector<T> reads_weight_, mu_, nu_, gain_;
-  Aligned<T> material_, damp_u_, damp_v_, twist_u_, twist_v_, mass_scale_, air_share_, air_, bend_factor_,
-      moves_weight_, held_position_, held_velocity_, x_, v_half_, force_, acceleration_, change_[3], scratch_, kept_,
-      membrane_memory_, bend_memory_;
+  Aligned<T> material_, inverse_u_, inverse_v_, mass_scale_, air_share_, air_, bend_factor_, moves_weight_,
+      held_position_, held_velocity_, x_, v_half_, force_, acceleration_, change_[3], scratch_, kept_, membrane_memory_,
+      bend_memory_;
   kernel::Run<T> run_;
 };
 extern template class LaneRun<float>;

@@ -295,6 +295,26 @@ TEST(SplineEnergy, OfAnUndampedSheetStays) { EXPECT_NEAR(kept_energy(0), 1, 1e-3
 // Air resists accelerations along normals that turn, so that its energy is not kept as exactly.
 TEST(SplineEnergy, OfAnUndampedSheetWithAirStays) { EXPECT_NEAR(kept_energy(0.1), 1, 0.08); }
 
+// Damping of bending that is stiffer than a step is short neither diverges nor makes the motion depend on the step.
+TEST(SplineSteps, AreShortEnoughWhateverBendingsDampingIs) {
+  const SplineSheet sheet = sheet_of(20);
+  Experiment e = waved();
+  e.material.bend = 1e-5;
+  for (int k = 11; k <= 18; ++k) e.sample_s.push_back(0.02 * k);
+  e.start_shape = settle(sheet, e, hung_shape(sheet, e, 1), 2e-6).position;
+  e.starts_at_rest = false;
+  for (const double damping : {5e-8, 5e-7, 5e-6}) {
+    e.material.bend_damping = damping;
+    Options quarter;
+    quarter.step_s = 0.25 * common_step_s(sheet, {e});
+    const Trajectory usual = simulate(sheet, {e})[0], fine = simulate(sheet, {e}, quarter)[0];
+    ASSERT_TRUE(usual.finite && fine.finite) << damping;
+    double squares = 0;
+    for (size_t k = 0; k < usual.samples.size(); ++k) squares += (usual.samples[k] - fine.samples[k]).squaredNorm();
+    EXPECT_LT(std::sqrt(squares / static_cast<double>(usual.samples.size()) / sheet.count()), 5e-5) << damping;
+  }
+}
+
 TEST(SplineDerivatives, AreThoseOfCentralDifferences) {
   const SplineSheet sheet = sheet_of(8);
   Experiment e = waved();

@@ -15,66 +15,81 @@ inline void scale_by_mass(const Run<T>& run, V* y) {
     for (int i = 0; i < field; ++i) y[c * field + i] *= scale[i];
 }
 
-// to = (R ⊗ R) from / density.
+// The fabric's weight, added to the force.
 template <class V, class T>
-void times_inverse_mass(const Run<T>& run, V* from, V* to) {
+void add_weight(const Run<T>& run, V* force) {
+  const int n = run.u.functions, nv = run.v.functions, field = n * nv;
+  const LaneMaterial<V> m = material_of<V>(run);
+  const V* scale = lanes<V>(run.mass_scale);
+  const V density = T(1) / m[kInverseDensity];
+  for (int j = 0; j < nv; ++j)
+    for (int i = 0; i < n; ++i) {
+      const int at = j * n + i;
+      V mass = run.u.area[i] * run.v.area[j] * density;
+      if (scale) mass /= scale[at] * scale[at];
+      for (int c = 0; c < 3; ++c) force[c * field + at] = fused(mass, m[Row(kGravityX + c)], force[c * field + at]);
+    }
+}
+
+// Entry d of row i of an inverse of one direction, shared by the lanes or not.
+template <class V, class T>
+struct SharedInverse {
+  const T* band;
+  static constexpr int reach = 6;
+  V operator()(int i, int d) const { return V{} + band[13 * i + 6 + d]; }
+};
+template <class V, class T>
+struct LaneInverse {
+  const V* band;
+  int reach;
+  V operator()(int i, int d) const { return band[(2 * reach + 1) * i + reach + d]; }
+};
+
+template <class Inverse>
+inline int low_of(const Inverse& inverse, int i) {
+  return i < inverse.reach ? -i : -inverse.reach;
+}
+template <class Inverse>
+inline int high_of(const Inverse& inverse, int i, int count) {
+  return count - 1 - i < inverse.reach ? count - 1 - i : inverse.reach;
+}
+
+// to = (inverse_u ⊗ inverse_v) from / density.
+template <class V, class T, class Inverse>
+inline void times_inverses(const Run<T>& run, const Inverse& along, const Inverse& down, const V* from, V* to) {
   const int n = run.u.functions, nv = run.v.functions, field = n * nv;
   V* row = lanes<V>(run.scratch);
-  const V inverse = material_of<V>(run)[kInverseDensity];
-  scale_by_mass(run, from);
+  const V density = material_of<V>(run)[kInverseDensity];
   for (int c = 0; c < 3; ++c)
     for (int j = 0; j < nv; ++j) {
-      const int low = j < 6 ? -j : -6, high = nv - 1 - j < 6 ? nv - 1 - j : 6;
       clear(row, n);
-      for (int d = low; d <= high; ++d) {
-        const V w = inverse * run.v.inverse[13 * j + 6 + d];
+      for (int d = low_of(down, j); d <= high_of(down, j, nv); ++d) {
+        const V w = density * down(j, d);
         const V* y = from + c * field + (j + d) * n;
         for (int i = 0; i < n; ++i) row[i] = fused(w, y[i], row[i]);
       }
       V* out = to + c * field + j * n;
       for (int i = 0; i < n; ++i) {
-        const int left = i < 6 ? -i : -6, right = n - 1 - i < 6 ? n - 1 - i : 6;
         V sum{};
-        for (int d = left; d <= right; ++d) sum = fused(V{} + run.u.inverse[13 * i + 6 + d], row[i + d], sum);
+        for (int d = low_of(along, i); d <= high_of(along, i, n); ++d) sum = fused(along(i, d), row[i + d], sum);
         out[i] = sum;
       }
     }
-  scale_by_mass(run, to);
 }
 
-// y ← (1 + damp_v) (1 + damp_u) y − twist_v twist_u y; other: two fields of one axis beside.
+// to: what the force `from` accelerates, m/s². Overwrites `from`.
 template <class V, class T>
-void damp_bending(const Run<T>& run, V* y, V* other) {
-  const int n = run.u.functions, nv = run.v.functions, field = n * nv;
-  const V *along = lanes<V>(run.damp_u), *down = lanes<V>(run.damp_v);
-  const V *twist_along = lanes<V>(run.twist_u), *twist_down = lanes<V>(run.twist_v);
-  for (int c = 0; c < 3; ++c) {
-    V* of = y + c * field;
-    for (int j = 0; j < nv; ++j) {
-      const int low = j < 6 ? -j : -6, high = nv - 1 - j < 6 ? nv - 1 - j : 6;
-      V *row = other + j * n, *twisted = row + field;
-      for (int i = 0; i < n; ++i) row[i] = of[j * n + i], twisted[i] = V{};
-      for (int d = low; d <= high; ++d) {
-        const V p = down[13 * j + 6 + d], q = twist_down[13 * j + 6 + d];
-        for (int i = 0; i < n; ++i) {
-          const V from = of[(j + d) * n + i];
-          row[i] = fused(p, from, row[i]);
-          twisted[i] = fused(q, from, twisted[i]);
-        }
-      }
-    }
-    for (int j = 0; j < nv; ++j)
-      for (int i = 0; i < n; ++i) {
-        const int left = i < 6 ? -i : -6, right = n - 1 - i < 6 ? n - 1 - i : 6;
-        const V *row = other + j * n + i, *twisted = row + field;
-        V sum = *row, less{};
-        for (int d = left; d <= right; ++d) {
-          sum = fused(along[13 * i + 6 + d], row[d], sum);
-          less = fused(twist_along[13 * i + 6 + d], twisted[d], less);
-        }
-        of[j * n + i] = sum - less;
-      }
+void times_inverse_mass(const Run<T>& run, V* from, V* to) {
+  scale_by_mass(run, from);
+  if (run.inverse_u) {
+    const LaneInverse<V, T> along{lanes<V>(run.inverse_u), run.inverse_reach},
+        down{lanes<V>(run.inverse_v), run.inverse_reach};
+    times_inverses(run, along, down, static_cast<const V*>(from), to);
+  } else {
+    const SharedInverse<V, T> along{run.u.inverse}, down{run.v.inverse};
+    times_inverses(run, along, down, static_cast<const V*>(from), to);
   }
+  scale_by_mass(run, to);
 }
 
 // Σ weight y over what a grip reads, one axis.
@@ -103,8 +118,8 @@ void make_held(const Run<T>& run, V* y, const V* wanted, V* lack) {
       }
 }
 
-// Velocities over the step with which each grip is where it is to be at its end; a tenth of where it is off is taken
-// back in a step: rounding of positions must not shake it. v: these as accelerations from the velocities v, null: not.
+// Accelerations from the velocities v with which each grip is where it is to be at the step's end; a tenth of where it
+// is off is taken back in a step: rounding of positions must not shake it.
 template <class V, class T>
 void wanted_of_held(const Run<T>& run, V* wanted, const V* v) {
   const int field = run.u.functions * run.v.functions;
@@ -114,40 +129,23 @@ void wanted_of_held(const Run<T>& run, V* wanted, const V* v) {
   for (int k = 0; k < run.held.count; ++k)
     for (int c = 0; c < 3; ++c) {
       const V off = position[3 * k + c] - read_held(run.held, k, lanes<V>(static_cast<const T*>(run.x)) + c * field);
-      V& to = wanted[3 * k + c];
-      to = velocity[3 * k + c] + T(0.1) * per_step * off;
-      if (v) to = (to - read_held(run.held, k, v + c * field)) * per_step;
+      const V to = velocity[3 * k + c] + T(0.1) * per_step * off;
+      wanted[3 * k + c] = (to - read_held(run.held, k, v + c * field)) * per_step;
     }
-}
-
-// Of a whole step; other, before: fields that nothing else needs.
-template <class V, class T>
-void take_bending_damping(const Run<T>& run, V* v, V* other, V* before) {
-  if (!run.air) {
-    damp_bending(run, v, other);
-    return;
-  }
-  const int all = 3 * run.u.functions * run.v.functions;
-  for (int i = 0; i < all; ++i) before[i] = v[i];
-  carry_air(run, v);
-  damp_bending(run, v, other);
-  carry_air_between(run, static_cast<const V*>(before), v);
 }
 
 template <class V, class T>
 void advance(const Run<T>& run) {
-  const int field = run.u.functions * run.v.functions, all = 3 * field;
-  const LaneMaterial<V> m = material_of<V>(run);
+  const int all = 3 * run.u.functions * run.v.functions;
   V *a = lanes<V>(run.acceleration), *force = lanes<V>(run.force), *v = lanes<V>(run.v_half), *x = lanes<V>(run.x);
   // Rows of scratch serve the mass, so that what is held lies in the fields behind them.
   V *wanted = lanes<V>(run.scratch) + 18 * run.u.functions, *lack = wanted + 3 * run.held.count;
+  add_weight(run, force);
   if (run.air) {
     set_air<V>(run);
-    carry_air_under_weight(run, force);
+    carry_air(run, force);
   }
   times_inverse_mass(run, force, a);
-  for (int c = 0; c < 3; ++c)
-    for (int i = 0; i < field; ++i) a[c * field + i] += m[Row(kGravityX + c)];
   wanted_of_held(run, wanted, static_cast<const V*>(v));
   make_held(run, a, static_cast<const V*>(wanted), lack);
   if (run.air) carry_air(run, a);
@@ -168,11 +166,6 @@ void advance(const Run<T>& run) {
     next = last;
   }
   for (int i = 0; i < all; ++i) v[i] += now[i];
-  if (run.damp_u) {
-    take_bending_damping(run, v, next, before);
-    wanted_of_held(run, wanted, static_cast<const V*>(nullptr));
-    make_held(run, v, static_cast<const V*>(wanted), lack);
-  }
   const V h = V{} + run.step_s;
   for (int i = 0; i < all; ++i) x[i] = fused(h, v[i], x[i]);
 }

@@ -49,34 +49,4 @@ void carry_air(const Run<T>& run, V* y) {
   }
 }
 
-// The same of forces to which the fabric's weight is added once accelerations are known.
-template <class V, class T>
-void carry_air_under_weight(const Run<T>& run, V* force) {
-  const int n = run.u.functions, nv = run.v.functions, field = n * nv;
-  const LaneMaterial<V> m = material_of<V>(run);
-  const V *air = lanes<V>(static_cast<const T*>(run.air)), *scale = lanes<V>(run.mass_scale);
-  for (int j = 0; j < nv; ++j)
-    for (int i = 0; i < n; ++i) {
-      const int at = j * n + i;
-      V mass = (V{} + run.u.area[i] * run.v.area[j]) / m[kInverseDensity];
-      if (scale) mass /= scale[at] * scale[at];
-      const Vec3<V> q{air[at], air[field + at], air[2 * field + at]};
-      const Vec3<V> weight{mass * m[kGravityX], mass * m[kGravityY], mass * m[kGravityZ]};
-      const V along = along_air(air + at, force + at, field) + dot(q, weight);
-      for (int c = 0; c < 3; ++c) force[c * field + at] -= along * air[c * field + at];
-    }
-}
-
-// to ← P½ to + (1 − P) from: what damps P½ from gave `to`.
-template <class V, class T>
-void carry_air_between(const Run<T>& run, const V* from, V* to) {
-  const int field = run.u.functions * run.v.functions;
-  const V* air = lanes<V>(static_cast<const T*>(run.air));
-  for (int i = 0; i < field; ++i) {
-    const V along = (T(2) - along_air(air + i, air + i, field)) * along_air(air + i, from + i, field) -
-                    along_air(air + i, to + i, field);
-    for (int c = 0; c < 3; ++c) to[c * field + i] += along * air[c * field + i];
-  }
-}
-
 }  // namespace selvedge::cloth::spline::kernel::SELVEDGE_KIND

@@ -168,21 +168,22 @@ void subtract_bending(const Run<T>& run, const V* uu, const V* uv, const V* vv, 
   }
 }
 
-// Bending of even rigidities. Sets the force.
+// Bending of even rigidities and its damping. Sets the force.
 template <class V, class T>
 void set_bending(const Run<T>& run) {
   const int n = run.u.functions, field = n * run.v.functions;
   const LaneMaterial<V> m = material_of<V>(run);
   V *rows = lanes<V>(run.scratch), *uu = rows + 18 * n, *uv = uu + field, *vv = uv + field;
-  const V twist = T(2) * m[kBendUV];
+  const V damping = m[kBendDamping], twist = T(2) * m[kBendUV], twist_damping = T(2) * damping;
   for (int c = 0; c < 3; ++c) {
     V* force = lanes<V>(run.force) + c * field;
     const V* x = lanes<V>(static_cast<const T*>(run.x)) + c * field;
+    const V* v = lanes<V>(static_cast<const T*>(run.v_half)) + c * field;
     for (int i = 0; i < field; ++i) {
       force[i] = V{};
-      uu[i] = m[kBendUU] * x[i];
-      uv[i] = twist * x[i];
-      vv[i] = m[kBendVV] * x[i];
+      uu[i] = fused(m[kBendUU], x[i], damping * v[i]);
+      uv[i] = fused(twist, x[i], twist_damping * v[i]);
+      vv[i] = fused(m[kBendVV], x[i], damping * v[i]);
     }
     subtract_bending(run, uu, uv, vv, rows, force);
   }
@@ -262,7 +263,7 @@ void forces(const Run<T>& run) {
   add_membrane_and_drag<V>(run);
 }
 
-// Of the membrane alone: bending's damping is taken at the end of the step (lane_run.h).
+// Of the membrane alone: the masses bear bending's damping (damped_inertia.h).
 template <class V, class T>
 void damping_forces(const Run<T>& run, const V* velocity) {
   clear(lanes<V>(run.force), 3 * run.u.functions * run.v.functions);

@@ -79,9 +79,9 @@ template <class T>
 struct Run {
   SideTables<T> u, v;
   const T* material = nullptr;  // [Row][lane]
-  // Rows of thirteen, [entry][lane]: bending's damping over a step, v ← (1 + damp) ⊗ (1 + damp) v − twist ⊗ twist v;
-  // null: none.
-  const T *damp_u = nullptr, *damp_v = nullptr, *twist_u = nullptr, *twist_v = nullptr;
+  // In place of u.inverse and v.inverse: rows of 2 reach + 1, [entry][lane] (damped_inertia.h); null: those.
+  const T *inverse_u = nullptr, *inverse_v = nullptr;
+  int inverse_reach = 0;
   const T* mass_scale = nullptr;   // [control point][lane]; null: 1
   const T* air_share = nullptr;    // [control point][lane], carried_air.h; null: no lane carries air
   T* air = nullptr;                // a field, carried_air.h
