@@ -215,7 +215,7 @@ void list_errors(FitOutcome& out) {
   }
 }
 
-// What the next finer grid does to all residuals at a fit's end.
+// What a finer grid does to all residuals at a fit's end.
 struct GridChange {
   std::vector<VectorXd> adds_mm;  // a trial; zero where it goes into other folds
   double mm = kNaN;               // root mean square of all; NaN: a simulation diverged
@@ -223,11 +223,10 @@ struct GridChange {
 };
 
 GridChange change_on_finer(const FitOutcome& out, const std::vector<model::Parameter>& parameters,
-                           const estimate::LeastSquaresResult& fit, const FitOptions& options) {
+                           const estimate::LeastSquaresResult& fit, int finer_cells, const FitOptions& options) {
   constexpr double kOtherFolds_mm = 3;
   const std::vector<model::ObservedTrial>& trials = out.simulation->trials();
-  const model::Simulation finer(trials,
-                                on_grid_of(cloth::spline::next_finer(out.simulation->options().cells), options));
+  const model::Simulation finer(trials, on_grid_of(finer_cells, options));
   model::State on_finer = finer.state_of(*out.simulation, out.state);
   finer.rematch(on_finer, parameters, fit.coordinates);
   const model::Residuals there = finer.evaluate(on_finer, parameters, fit.coordinates).front();
@@ -245,8 +244,8 @@ GridChange change_on_finer(const FitOutcome& out, const std::vector<model::Param
     count += static_cast<double>(adds.size());
     if (mm > kOtherFolds_mm) {
       change.remarks.push_back(
-          fmt::format("{}: the next finer grid moves the fabric by {:.1f} mm, into other folds; that is left open",
-                      trials[i].name, mm));
+          fmt::format("{}: a grid of {} cells moves the fabric by {:.1f} mm, into other folds; that is left open",
+                      trials[i].name, finer_cells, mm));
       adds.setZero();
     }
     change.adds_mm.push_back(std::move(adds));
@@ -280,7 +279,7 @@ OnGrids fit_on_grids(FitOutcome& out, const std::vector<model::ObservedTrial>& t
     done.fit = minimise_on_branches(*out.simulation, out.state, parameters, at, search);
     done.evaluations += done.fit.evaluations + 1;
     at = done.fit.coordinates;
-    change = change_on_finer(out, parameters, done.fit, options);
+    change = change_on_finer(out, parameters, done.fit, cloth::spline::next_finer(on), options);
     search.max_iterations = std::max(3, options.max_iterations / 2);
     from = from + 0.5 * (0.75 - from - 0.1);
     return 1e-3 * change.mm;
@@ -288,16 +287,18 @@ OnGrids fit_on_grids(FitOutcome& out, const std::vector<model::ObservedTrial>& t
   const cloth::spline::ChosenGrid grid =
       cloth::spline::choose_grid(cells, options.cells > 0 ? options.cells : most_cells(motion_s(trials)), moved_m);
   if (options.cells == 0 && grid.leaves_open())
-    change.remarks.push_back(fmt::format(
+    out.remarks.push_back(fmt::format(
         "a grid of {} cells leaves {:.1f} mm open; a finer one would take minutes an iteration for {:.0f} s of motion",
         grid.cells, change.mm, motion_s(trials)));
   search.least_decrease = enough;
   search.steps_between = 0;
   search.max_iterations = 2;
   // What a finer grid adds changes with the parameters: it is found where they were, and again where it led them.
+  out.grid_mm = change.mm;
+  const int most = most_cells(motion_s(trials));
+  const int finer = 2 * grid.cells <= most ? 2 * grid.cells : cloth::spline::next_finer(grid.cells);
   for (int round = 0; round < 2; ++round) {
-    if (round > 0) change = change_on_finer(out, parameters, done.fit, options);
-    out.grid_mm = change.mm;
+    if (round > 0 || finer == 2 * grid.cells) change = change_on_finer(out, parameters, done.fit, finer, options);
     out.state.grid_correction_mm = change.adds_mm;
     search.progress = part_of(options.progress, 0.75 + 0.025 * round, 0.775 + 0.025 * round, "what a finer grid adds");
     done.fit = minimise(*out.simulation, out.state, parameters, done.fit.coordinates, search);
@@ -305,7 +306,7 @@ OnGrids fit_on_grids(FitOutcome& out, const std::vector<model::ObservedTrial>& t
   }
   out.remarks.insert(out.remarks.end(), change.remarks.begin(), change.remarks.end());
   // Behind the folds an order of one is left, that of the grips: the limit lies this many times as far beyond.
-  done.open = (done.fit.coordinates - at) / (std::sqrt(2.0) - 1);
+  done.open = (done.fit.coordinates - at) / (static_cast<double>(finer) / grid.cells - 1);
   return done;
 }
 

@@ -162,8 +162,9 @@ class Campaign {
     }
     MotionErrors failed{"", grid.cells, twice ? 2 * grid.cells : cloth::spline::next_finer(grid.cells),
                         1e3 * grid.finer_moves_m};
-    failed.rest_mm = failed.free_mm = failed.pulled_mm = kFailed;
+    failed.rest_mm = failed.other_rest_mm = failed.free_mm = failed.pulled_mm = kFailed;
     std::vector<MotionErrors> out(motions_.size(), failed);
+    const Hung back = hang(front(), failed.reference_cells, &*chosen_);
     std::vector<Matrix3Xd> pulled;
     if (!reference_tracks_.empty()) pulled = tracks_on(*chosen_, motions_, 1, reference_tracks_);
     for (size_t i = 0; i < out.size(); ++i) {
@@ -171,6 +172,7 @@ class Campaign {
       if (!reference_->at_rest || !chosen_->at_rest || reference_tracks_.empty()) continue;
       const Matrix3Xd& seen = reference_tracks_[i];
       out[i].rest_mm = rms_mm(marked(*chosen_), marked(*reference_));
+      out[i].other_rest_mm = back.at_rest ? rms_mm(marked(back), marked(*reference_)) : kFailed;
       if (!free.empty()) out[i].free_mm = rms_mm(free[i], seen);
       if (!pulled.empty()) out[i].pulled_mm = rms_mm(pulled[i], seen);
       if (twice && !finer_tracks_.empty()) out[i].finer_free_mm = rms_mm(finer_tracks_[i], seen);

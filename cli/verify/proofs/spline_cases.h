@@ -15,6 +15,7 @@ struct MotionErrors {
   int cells = 0, reference_cells = 0;  // along the width
   double finer_moves_mm = 0;           // what the next finer grid moved this and the motions held alike
   double rest_mm = 0;                  // at rest alone
+  double other_rest_mm = 0;  // on the reference's grid alone: between its equilibrium and the one found from the grid's
   double free_mm = 0, pulled_mm = 0;
   // Of the next finer grid: how fast the error falls; 0 where that is the reference.
   double finer_free_mm = 0;

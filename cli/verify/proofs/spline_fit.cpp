@@ -13,6 +13,7 @@
 #include "cloth/spline/chosen_grid.h"
 #include "cloth/material_parameters.h"
 #include "fit/fit_campaign.h"
+#include "model/trial_error.h"
 
 namespace selvedge::cli {
 
@@ -40,6 +41,24 @@ struct FittedFabric {
   double error_mm() const {
     double most = 0;
     for (const fit::TrialError& t : outcome.trials) most = std::max(most, t.end_mm);
+    return most;
+  }
+  // By which that many per cent of a parameter move the trial that they move most, root mean square.
+  double moved_mm(const std::string& name, double percent) const {
+    std::vector<model::Parameter> all;
+    Eigen::Index row = 0;
+    for (const fit::FittedParameter& p : outcome.parameters) {
+      if (p.parameter.name == name) row = static_cast<Eigen::Index>(all.size());
+      all.push_back(p.parameter);
+    }
+    Eigen::MatrixXd sets = outcome.coordinates.replicate(1, 2);
+    sets(row, 1) = model::to_coordinate(parameter(name).parameter, (1 + percent / 100) * parameter(name).value);
+    const model::Simulation& simulation = *outcome.simulation;
+    const std::vector<model::Residuals> found = simulation.evaluate(outcome.state, all, sets);
+    double most = 0;
+    for (size_t i = 0; i < simulation.trials().size(); ++i)
+      most =
+          std::max(most, model::rms_mm(simulation.trials()[i], found[1].mm[i] - found[0].mm[i], simulation.time_s(i)));
     return most;
   }
   std::string interval(const std::string& name) const {
@@ -102,7 +121,11 @@ void add_drawn_fabrics(const FigureOptions& options, double share, std::vector<F
     for (const auto& [name, percent] : kAsked) {
       off[name].push_back(std::abs(f.off_percent(name)));
       out.push_back({what + name + " off", f.off_percent(name), percent, "%", Relation::shown, f.interval(name)});
-      told += fmt::format("{} {:+.2f} % ({}), ", name, f.off_percent(name), f.interval(name));
+      const double moved_mm = f.moved_mm(name, percent);
+      out.push_back({fmt::format("{}what {} % of {} move", what, percent, name), moved_mm, f.error_mm(), "mm rms",
+                     Relation::shown, "error of the trial that is fitted worst"});
+      told += fmt::format("{} {:+.2f} % ({}; {} % move {:.3f} mm), ", name, f.off_percent(name), f.interval(name),
+                          percent, moved_mm);
     }
     out.push_back({what + "error of the trial that is fitted worst", f.error_mm(), f.outcome.grid_mm, "mm rms",
                    Relation::shown, "moved by the next finer grid"});

@@ -25,6 +25,8 @@ void add_case(const SplineCase& c, std::vector<Figure>& out) {
     shown(what + "free", m.free_mm, m.finer_free_mm, "mm rms",
           fmt::format("{}, both against {}", finer, m.reference_cells));
     shown(what + "pulled at 5/s", m.pulled_mm, m.rest_mm, "mm rms", "at rest");
+    shown(what + "on the reference's grid, from this one's equilibrium", m.other_rest_mm, m.rest_mm, "mm rms",
+          "at rest: 0 where the fabric has one equilibrium there");
     shown(what + "moved by the next finer grid", m.finer_moves_mm, 1e3 * cloth::spline::kMayMove_m, "mm rms",
           "what a fit lets it move");
   }
@@ -42,8 +44,9 @@ std::string told(const SplineCase& c) {
   std::string text =
       fmt::format("{}, {:.1f} mm, cost {:.3f}, {:.0f} s", c.fabric.name, 1e3 * c.bending_length_m, c.cost, c.wall_s);
   for (const MotionErrors& m : c.motions)
-    text += fmt::format("; {} on {}/{}: rest {:.2f} free {:.2f} ({:.2f}) pulled {:.2f} finer {:.2f}", m.motion, m.cells,
-                        m.reference_cells, m.rest_mm, m.free_mm, m.finer_free_mm, m.pulled_mm, m.finer_moves_mm);
+    text += fmt::format("; {} on {}/{}: rest {:.2f} (other {:.2f}) free {:.2f} ({:.2f}) pulled {:.2f} finer {:.2f}",
+                        m.motion, m.cells, m.reference_cells, m.rest_mm, m.other_rest_mm, m.free_mm, m.finer_free_mm,
+                        m.pulled_mm, m.finer_moves_mm);
   return text;
 }
 
