@@ -151,15 +151,6 @@ double p_of_gap(const HeldOut& before, double right_mm) {
   return p_above_zero(excess);
 }
 
-std::vector<VectorXd> by_trial(const Study& study, const Windows& windows, const VectorXd& residual) {
-  std::vector<VectorXd> out;
-  for (size_t t = 0; t < study.simulation->trials().size(); ++t)
-    out.push_back(VectorXd::Constant(study.simulation->time_s(t).size(), std::numeric_limits<double>::quiet_NaN()));
-  for (const Window& w : windows.windows())
-    for (Index i = w.first; i < w.first + w.count; ++i) out[w.trial](windows.place(i)) = residual(i);
-  return out;
-}
-
 // Share of each effect's change that a refit of the base takes up, and of the residual that it explains beyond that.
 void fill_screened(const Study& study, const Linearisation& about, std::vector<EffectFinding>& effects) {
   const BeyondBase beyond(about.changes.leftCols(static_cast<Index>(study.base_count)));
@@ -374,6 +365,10 @@ Diagnosis diagnose(const trial::Campaign& campaign, const std::vector<Effect>& e
     out.budget.parts.push_back({study.effects[likeliest.arm.effects[k]].name, 0, likeliest.parts[k]});
   out.budget.unexplained = likeliest.unexplained;
   out.missing_force = missing_force(study, windows, evidence, likeliest.arm, likeliest.scale);
+  std::vector<Shown> shown = {{"the base model", likeliest.without.x, likeliest.before.residual}};
+  if (!likeliest.arm.effects.empty())
+    shown.push_back({"with " + out.likeliest, likeliest.with.x, likeliest.after.residual});
+  out.replay = replay(study, windows, shown, out.missing_force);
   out.budget.total_mm = out.before_mm;
   out.budget.noise_mm = out.noise_floor_mm;
   for (BudgetPart& p : out.budget.parts) p.probability = verdict.inclusion.at(p.effect);

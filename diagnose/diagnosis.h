@@ -24,6 +24,7 @@
 #include "diagnose/effect_sets.h"
 #include "diagnose/missing_force.h"
 #include "diagnose/next_experiment.h"
+#include "diagnose/replay.h"
 #include "diagnose/where.h"
 
 namespace selvedge::diagnose {
@@ -83,7 +84,8 @@ struct Diagnosis {
   std::vector<WeighedSet> sets;          // the likeliest
   Budget budget;
   MissingForce missing_force;
-  std::string likeliest;  // the set whose budget it is: "none", "a", "a+b"
+  std::vector<report::MovingSheet> replay;  // the base, and the likeliest set where it has effects
+  std::string likeliest;                    // the set whose budget it is: "none", "a", "a+b"
   std::vector<BaseParameter> parameters;
   std::map<std::string, std::map<std::string, double>> fit;  // by set ("none": the base), all that is not neutral
   std::vector<Cell> where;

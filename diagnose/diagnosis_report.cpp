@@ -113,6 +113,19 @@ void add_budget(report::HtmlReport& html, const Diagnosis& d) {
   html.table({"set of effects", "probability", "model error, times its usual size"}, rows);
 }
 
+void add_replay(report::HtmlReport& html, const Diagnosis& d) {
+  if (d.replay.empty()) return;
+  html.heading("In motion");
+  html.interactive(
+      report::moving_sheets(d.replay, "missing force", "N/m²"),
+      fmt::format("Dots: where markers were recorded; lines: to where the model has them, in trials that it was not "
+                  "fitted to (blue: none off, red: 4 mm and more). Arrows: the force that the model still lacks; faint "
+                  "where it is less than two standard deviations. {}Drag to turn, turn the wheel to come nearer.",
+                  d.is_ahead ? fmt::format("The sheet is held near the markers, then predicted for {:g} s, and so on. ",
+                                           d.protocol.free_s)
+                             : ""));
+}
+
 void add_effects(report::HtmlReport& html, const Diagnosis& d) {
   html.heading("Which effect");
   std::vector<std::vector<std::string>> rows;
@@ -278,6 +291,7 @@ void write_diagnosis(const Diagnosis& d, const std::filesystem::path& folder) {
                   "as much. Next: {}.",
                   d.gap_mm, d.low_mm, d.high_mm, d.p_value, d.next_experiment));
   add_budget(html, d);
+  add_replay(html, d);
   add_effects(html, d);
   add_where(html, d);
   add_parameters(html, d);

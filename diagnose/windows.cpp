@@ -18,6 +18,10 @@ constexpr int kPhases = 2;
 
 cloth::LetGo schedule(const Protocol& protocol, int phase) { return {protocol.free_s, phase * protocol.free_s}; }
 
+int turn_at(const Protocol& protocol, double since_s) {
+  return static_cast<int>(std::floor(since_s / protocol.free_s + 1e-9));
+}
+
 // Whether a residual of markers was seen; of pictures all were.
 bool is_seen(const model::ObservedTrial& trial, Index place) {
   return !trial.markers || trial.markers->position.col(place / 3).allFinite();
@@ -45,8 +49,8 @@ Windows::Windows(const model::Simulation& simulation, const Protocol& protocol) 
       const double since = time_s(i) - trial.experiment.start_s;
       int turn = 0, phase = 0;
       if (is_held(trial)) {
-        turn = static_cast<int>(std::floor(since / protocol.free_s + 1e-9));
-        phase = ((turn % kPhases) + kPhases) % kPhases;
+        turn = turn_at(protocol, since);
+        phase = phase_at(trial, time_s(i));
       } else if (!trial.still) {
         turn = static_cast<int>(std::floor(since / protocol.image_window_s));
       }
@@ -69,13 +73,25 @@ Windows::Windows(const model::Simulation& simulation, const Protocol& protocol) 
   noise_mm_ = Eigen::Map<VectorXd>(noise_mm.data(), static_cast<Index>(noise_mm.size()));
 }
 
+model::State Windows::held(const model::Simulation& simulation, const model::State& state, int phase) const {
+  model::State out = state;
+  out.grid_correction_mm.clear();
+  for (size_t t = 0; t < simulation.trials().size(); ++t)
+    out.nudging_per_s[t] = is_held(simulation.trials()[t]) ? protocol_.hold_per_s : 0;
+  out.let_go = schedule(protocol_, phase);
+  return out;
+}
+
+int Windows::phase_at(const model::ObservedTrial& trial, double t_s) const {
+  if (!is_held(trial)) return 0;
+  const int turn = turn_at(protocol_, t_s - trial.experiment.start_s);
+  return ((turn % kPhases) + kPhases) % kPhases;
+}
+
 MatrixXd Windows::residuals(const model::Simulation& simulation, const model::State& state,
                             const std::vector<model::Parameter>& parameters, const MatrixXd& coordinates) const {
   MatrixXd out(rows(), coordinates.cols());
-  model::State held = state;
-  held.grid_correction_mm.clear();
   const size_t count = simulation.trials().size();
-  for (size_t t = 0; t < count; ++t) held.nudging_per_s[t] = is_held(simulation.trials()[t]) ? protocol_.hold_per_s : 0;
   std::vector<bool> diverged(static_cast<size_t>(coordinates.cols()), false);
   for (int phase = 0; phase < kPhases; ++phase) {
     std::vector<size_t> wanted;
@@ -83,8 +99,8 @@ MatrixXd Windows::residuals(const model::Simulation& simulation, const model::St
       if (std::any_of(slices_.begin(), slices_.end(), [&](const Slice& s) { return s.trial == t && s.phase == phase; }))
         wanted.push_back(t);
     if (wanted.empty()) continue;
-    held.let_go = schedule(protocol_, phase);
-    const std::vector<model::Residuals> r = simulation.evaluate(held, parameters, coordinates, wanted);
+    const std::vector<model::Residuals> r =
+        simulation.evaluate(held(simulation, state, phase), parameters, coordinates, wanted);
     for (size_t set = 0; set < r.size(); ++set) {
       if (!r[set].finite) {
         diverged[set] = true;

@@ -35,6 +35,11 @@ class Windows {
   // Standard deviation of each row by the sensor alone, mm.
   const Eigen::VectorXd& noise_mm() const { return noise_mm_; }
 
+  // The two runs of a trial: `state` held as in the first or the second, and in which of them a trial is free at a
+  // time.
+  model::State held(const model::Simulation& simulation, const model::State& state, int phase) const;
+  int phase_at(const model::ObservedTrial& trial, double t_s) const;
+
   // Residuals at coordinate sets (columns), on this simulation or one of another grid over the same trials. state: its
   // branches. A column of NaN where a simulation diverged.
   Eigen::MatrixXd residuals(const model::Simulation& simulation, const model::State& state,

@@ -90,6 +90,10 @@ void HtmlReport::links(const std::vector<std::pair<std::string, std::string>>& t
 
 void HtmlReport::svg(const std::string& svg_text, const std::string& caption) { body_ += figure(svg_text, caption); }
 
+void HtmlReport::interactive(const std::string& markup, const std::string& caption) {
+  body_ += figure(markup, caption);
+}
+
 void HtmlReport::picture(const std::string& png, const std::string& caption, int width_px) {
   body_ += figure(image(png, caption, width_px), caption);
 }

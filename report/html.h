@@ -49,6 +49,8 @@ class HtmlReport {
   // One line of links: what is read, and where it leads (relative to the report).
   void links(const std::vector<std::pair<std::string, std::string>>& to);
   void svg(const std::string& svg_text, const std::string& caption);
+  // markup that runs by itself, such as moving_sheets().
+  void interactive(const std::string& markup, const std::string& caption);
   // png: the bytes of a PNG file.
   void picture(const std::string& png, const std::string& caption, int width_px = 0);
   // Pictures of equal size side by side, one caption each.

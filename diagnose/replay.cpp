@@ -1,0 +1,133 @@
+#include "diagnose/replay.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace selvedge::diagnose {
+
+using Eigen::Index;
+using Eigen::Matrix3Xd;
+using Eigen::VectorXd;
+
+namespace {
+
+constexpr int kSheetAcross = 10;  // points of a sheet that is shown, each way
+constexpr size_t kMostTrials = 8, kMostTimes = 48;
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+void add(report::Points& points, const Eigen::Vector3d& p) {
+  for (const double value : p) points.push_back(static_cast<float>(value));
+}
+
+// Times to show, as places among those of the markers, or among the samples where there are none.
+std::vector<size_t> shown_times(size_t count) {
+  std::vector<size_t> out;
+  const size_t wanted = std::min(count, kMostTimes);
+  for (size_t i = 0; i < wanted; ++i) out.push_back(i * (count - 1) / std::max<size_t>(1, wanted - 1));
+  return out;
+}
+
+// The markers at one time: where they were seen, off by `off_mm` (3 a marker and time; empty: not at all).
+report::Points markers_at(const observe::MarkerTrack& track, size_t time, const VectorXd& off_mm) {
+  report::Points out;
+  for (size_t k = 0; k < track.uv.size(); ++k) {
+    const auto at = static_cast<Index>(k * track.time_s.size() + time);
+    Eigen::Vector3d p = track.position.col(at);
+    if (off_mm.size() > 0) p += 1e-3 * off_mm.segment<3>(3 * at);
+    add(out, p);
+  }
+  return out;
+}
+
+// The swatch at all samples of both runs of a trial, one view of the model.
+report::SheetView view_of(const Study& study, const Windows& windows, const Shown& model, size_t trial,
+                          const std::vector<double>& times) {
+  const model::Simulation& simulation = *study.simulation;
+  const model::ObservedTrial& seen = simulation.trials()[trial];
+  std::vector<cloth::SurfacePoint> points;
+  for (int r = 0; r < kSheetAcross; ++r)
+    for (int c = 0; c < kSheetAcross; ++c)
+      points.push_back(surface_point(simulation.sheet(),
+                                     {seen.width_m * c / (kSheetAcross - 1), seen.height_m * r / (kSheetAcross - 1)}));
+  std::vector<cloth::Trajectory> runs;
+  for (int phase = 0; phase < 2; ++phase)
+    runs.push_back(
+        simulation.trajectory(windows.held(simulation, study.state, phase), study.parameters, model.x, trial));
+  const std::vector<double>& sample_s = seen.experiment.sample_s;
+  report::SheetView out{model.name, {}, {}};
+  for (const double t : times) {
+    const cloth::Trajectory& run = runs[static_cast<size_t>(windows.phase_at(seen, t))];
+    const auto after = static_cast<size_t>(std::lower_bound(sample_s.begin(), sample_s.end(), t) - sample_s.begin());
+    const size_t at = std::min(after, run.samples.size() - 1);
+    report::Points sheet;
+    for (const cloth::SurfacePoint& p : points)
+      add(sheet, run.finite ? position_of(p, run.samples[at]) : Eigen::Vector3d::Constant(kNaN));
+    out.sheet.push_back(std::move(sheet));
+  }
+  return out;
+}
+
+report::Points flat(const Matrix3Xd& columns) {
+  report::Points out;
+  for (Index i = 0; i < columns.cols(); ++i) add(out, columns.col(i));
+  return out;
+}
+
+report::MovingSheet replay_of(const Study& study, const Windows& windows, const std::vector<Shown>& models,
+                              const MissingForce& force, size_t trial) {
+  const model::ObservedTrial& seen = study.simulation->trials()[trial];
+  const std::vector<double>& all = seen.markers ? seen.markers->time_s : seen.experiment.sample_s;
+  const std::vector<size_t> places = shown_times(all.size());
+  report::MovingSheet out;
+  out.name = seen.name;
+  out.across = kSheetAcross;
+  std::vector<double> times;
+  for (const size_t at : places) {
+    times.push_back(all[at]);
+    out.time_s.push_back(static_cast<float>(all[at]));
+    out.seen.push_back(seen.markers ? markers_at(*seen.markers, at, {}) : report::Points());
+  }
+  for (const Shown& model : models) {
+    report::SheetView view = view_of(study, windows, model, trial, times);
+    if (seen.markers) {
+      const VectorXd off_mm = by_trial(study, windows, model.residual)[trial];
+      for (const size_t at : places) view.expected.push_back(markers_at(*seen.markers, at, off_mm));
+    }
+    out.views.push_back(std::move(view));
+  }
+  for (const Eigen::Vector2d& uv : force.uv_m) {
+    out.arrow_uv.push_back(static_cast<float>(uv.x() / seen.width_m));
+    out.arrow_uv.push_back(static_cast<float>(uv.y() / seen.height_m));
+  }
+  for (const MissingForce::Window& w : force.windows)
+    if (w.trial == seen.name)
+      out.arrows.push_back(
+          {static_cast<float>(w.from_s), static_cast<float>(w.to_s), flat(w.mean_n_m2), flat(w.sd_n_m2)});
+  return out;
+}
+
+}  // namespace
+
+std::vector<VectorXd> by_trial(const Study& study, const Windows& windows, const VectorXd& residual) {
+  std::vector<VectorXd> out;
+  for (size_t t = 0; t < study.simulation->trials().size(); ++t)
+    out.push_back(VectorXd::Constant(study.simulation->time_s(t).size(), kNaN));
+  for (const Window& w : windows.windows())
+    for (Index i = w.first; i < w.first + w.count; ++i) out[w.trial](windows.place(i)) = residual(i);
+  return out;
+}
+
+std::vector<report::MovingSheet> replay(const Study& study, const Windows& windows, const std::vector<Shown>& models,
+                                        const MissingForce& force) {
+  std::vector<report::MovingSheet> out;
+  for (const std::vector<size_t>& group : study.groups)
+    for (const size_t t : group)
+      if (out.size() < kMostTrials && !study.simulation->trials()[t].still) {
+        out.push_back(replay_of(study, windows, models, force, t));
+        break;
+      }
+  return out;
+}
+
+}  // namespace selvedge::diagnose
