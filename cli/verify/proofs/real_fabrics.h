@@ -16,9 +16,9 @@ struct DrawnFabric {
 };
 
 // `count` fabrics, seeded; nothing where the file is not there. A row of the file gives mass and bending both ways with
-// its softening, one of the ten stretch, shear and coupling. Losses, which nobody measured with these: those of
-// cloth::Material for the membrane and the air, and bending's in proportion to its rigidity.
-// Throws std::runtime_error where a row of the file is not seven numbers.
+// its softening, one of the ten stretch with its stiffening, shear and coupling. Losses, which nobody measured with
+// these: those of cloth::Material for the membrane and the air, and bending's in proportion to its rigidity. Throws
+// std::runtime_error where a row of the file is not seven numbers.
 std::optional<std::vector<DrawnFabric>> draw_real_fabrics(int count, unsigned seed);
 
 }  // namespace selvedge::cli

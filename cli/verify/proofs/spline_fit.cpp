@@ -19,9 +19,9 @@ namespace selvedge::cli {
 
 namespace {
 
-// Of what the base model has; it knows neither anisotropy nor softening.
+// Of what the base model has; it knows neither anisotropy nor softening nor stiffening.
 cloth::Material as_the_base_model(cloth::Material m) {
-  m.bend_anisotropy = m.bend_stiffening = m.stretch_anisotropy = m.coupling = 0;
+  m.bend_anisotropy = m.bend_stiffening = m.stretch_anisotropy = m.stretch_stiffening = m.coupling = 0;
   return m;
 }
 
