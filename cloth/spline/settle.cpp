@@ -21,7 +21,7 @@ using Eigen::VectorXd;
 
 constexpr double kLongest_m = 0.02;  // of a step
 constexpr double kWell_m = 5e-3;     // steps so short are told best by the tangent as it is
-constexpr int kMostSteps = 600, kCoarse = 12;
+constexpr int kMostSteps = 2000, kCoarse = 12;
 constexpr int kOften = 10;             // steps that a tangent serves
 constexpr double kLeast_per_s2 = 0.3;  // mass times this stiffens: lest what the grips alone hold float away
 constexpr double kFar_m = 0.02;        // a tangent serves so far from where it was taken
