@@ -6,6 +6,7 @@
 #include <map>
 #include <set>
 #include <thread>
+#include <tuple>
 
 #include <boost/math/distributions/beta.hpp>
 #include <fmt/format.h>
@@ -14,6 +15,7 @@
 
 #include "diagnose/diagnosis_report.h"
 #include "diagnose/effects/library.h"
+#include "evaluation/set_score.h"
 #include "files/bad_input.h"
 #include "files/json_reader.h"
 #include "files/lock.h"
@@ -29,6 +31,8 @@ using nlohmann::json;
 std::string usual_seal() { return diagnose::protocol_hash(diagnose::Protocol{}, diagnose::effect_library()); }
 
 namespace {
+
+constexpr double kWorthSaying = 0.05;  // inclusions below say that an effect is not there, and swamp the others
 
 // As its locks say it.
 std::string own_name() { return fmt::format("process {}", ::getpid()); }
@@ -51,34 +55,32 @@ void write_record(const fs::path& folder, const BlindRecord& record) {
       {{"format", "blind/1"}, {"library", record.library}, {"campaigns", campaigns}, {"answers", record.answers}});
 }
 
-std::set<std::string> both_of(const std::string& pair) {
-  const size_t plus = pair.find('+');
-  return {pair.substr(0, plus), pair.substr(plus + 1)};
+// Of a cause such as "a+b"; none of "none" and "unknown".
+std::set<std::string> effects_of(const std::string& cause) {
+  std::set<std::string> out;
+  if (cause == "none" || cause == "unknown") return out;
+  for (size_t from = 0; from <= cause.size();) {
+    const size_t to = std::min(cause.find('+', from), cause.size());
+    out.insert(cause.substr(from, to - from));
+    from = to + 1;
+  }
+  return out;
 }
 
-struct Answered {
-  std::string id, truth, named, side, pair;  // pair: said to be there, else empty
-  double probability = 0, ratio = 0;         // of what is named, or of the pair; gap / floor
+struct Answered : AnsweredSet {
+  std::string id, truth, side;
+  double ratio = 0;  // gap / floor
   json diagnosis;
   std::optional<double> reduction_found;  // of the cause, in fresh trials
   std::optional<TrueParameter> true_size;
-  bool is_pair() const { return truth.find('+') != std::string::npos; }
-  bool is_right() const { return is_pair() || !pair.empty() ? both_of(pair) == both_of(truth) : named == truth; }
-  // What the probabilities should be: two effects at once have half each.
+  // What the probabilities should be: several effects at once have as much each.
   std::map<std::string, double> shares() const {
     std::map<std::string, double> out;
-    for (const std::string& name : both_of(truth)) out[name] = is_pair() ? 0.5 : 1;
+    if (effects.empty()) out[truth] = 1;
+    for (const std::string& name : effects) out[name] = 1 / static_cast<double>(effects.size());
     return out;
   }
 };
-
-// Whether the named effect leaves more of the held-out trials than a right model is expected to.
-bool leaves_gap(const Answered& a) {
-  constexpr double kPlain = 1.1;  // times as much
-  if (!a.diagnosis.contains("shrink") || !a.diagnosis.at("shrink").contains(a.named)) return true;
-  return a.diagnosis.at("shrink").at(a.named).at("held_out_after_mm").get<double>() >
-         kPlain * a.diagnosis.at("gap").at("right_model_mm").get<double>();
-}
 
 // What the named cause should be, for the side.
 std::string true_side(const std::string& cause, const std::map<std::string, std::string>& side_of) {
@@ -158,7 +160,7 @@ void add_probabilities(BlindScore& out, const std::vector<Answered>& all) {
     for (const auto& [name, share] : wanted) brier += share * share;  // effects that the answer does not know
     out.brier += brier / static_cast<double>(all.size());
     out.brier_base_rates += base / static_cast<double>(all.size());
-    confidence.emplace_back(a.probability, a.is_right());
+    confidence.emplace_back(a.probability, a.is_named_right());
   }
   // Expected calibration error over five bins of the named cause's probability.
   for (int bin = 0; bin < 5; ++bin) {
@@ -279,9 +281,22 @@ size_t answer_all(const fs::path& folder, const std::string& seal,
 
 namespace {
 
+std::map<std::string, ToldShare> told_shares(const json& budget) {
+  std::map<std::string, ToldShare> out;
+  for (const json& part : budget.at("parts")) {
+    const json& interval = part.at("interval");
+    ToldShare told{part.at("share").is_number() ? part.at("share").get<double>() : 0, 1, 0};
+    if (interval[0].is_number() && interval[1].is_number()) {
+      told.low = interval[0].get<double>();
+      told.high = interval[1].get<double>();
+    }
+    out[part.at("effects")[0].get<std::string>()] = told;
+  }
+  return out;
+}
+
 // Answers beside their keys, both checked.
-std::vector<Answered> opened(const fs::path& folder, const std::string& seal, bool partial,
-                             const ReductionFound& reduction_found, const TrueSize& true_size) {
+std::vector<Answered> opened(const fs::path& folder, const std::string& seal, bool partial, const Truth& truth) {
   const BlindRecord record = read_record(folder);
   expect_seal(folder, record, seal);
   if (!partial && record.answers.empty())
@@ -306,21 +321,17 @@ std::vector<Answered> opened(const fs::path& folder, const std::string& seal, bo
     a.named = a.diagnosis.at("cause").get<std::string>();
     a.side = a.diagnosis.at("side").get<std::string>();
     a.probability = a.diagnosis.at("probabilities").value(a.named, 0.0);
-    std::vector<std::pair<double, std::string>> there;  // likelier there than not
-    const json inclusion = a.diagnosis.value("inclusion", json::object());
-    for (const auto& [effect, p] : inclusion.items())
-      if (p.get<double>() > 0.5) there.emplace_back(p.get<double>(), effect);
-    std::sort(there.rbegin(), there.rend());
-    if (there.size() > 1) {
-      a.pair = there[0].second + "+" + there[1].second;
-      a.probability = there[1].first;
-    }
+    a.effects = effects_of(a.truth);
+    a.outside = a.truth == "unknown";
+    a.inclusion = a.diagnosis.value("inclusion", std::map<std::string, double>());
+    if (a.diagnosis.contains("budget")) a.told = told_shares(a.diagnosis.at("budget"));
     const double floor = a.diagnosis.at("gap").at("right_model_mm").get<double>();
     a.ratio = (a.diagnosis.at("gap").at("held_out_mm").get<double>() - floor) / floor;
-    if (reduction_found && a.named == a.truth && a.diagnosis.at("shrink").contains(a.truth))
-      a.reduction_found = reduction_found(key, a.diagnosis, a.truth);
-    if (true_size && a.named == a.truth && a.diagnosis.at("effect_size").contains(a.truth))
-      a.true_size = true_size(key);
+    if (truth.reduction && a.named == a.truth && a.diagnosis.at("shrink").contains(a.truth))
+      a.reduction_found = truth.reduction(key, a.diagnosis, a.truth);
+    if (truth.size && a.named == a.truth && a.diagnosis.at("effect_size").contains(a.truth))
+      a.true_size = truth.size(key);
+    if (truth.shares && !a.effects.empty()) a.true_share = truth.shares(key, a.diagnosis);
     all.push_back(std::move(a));
   }
   return all;
@@ -330,8 +341,8 @@ std::vector<Answered> opened(const fs::path& folder, const std::string& seal, bo
 
 std::vector<NamedRight> named_right(const fs::path& folder, const std::string& seal, bool partial) {
   std::vector<NamedRight> out;
-  for (const Answered& a : opened(folder, seal, partial, {}, {}))
-    if (a.named == a.truth && a.truth != "none" && a.truth != "unknown") out.push_back({a.id, a.truth});
+  for (const Answered& a : opened(folder, seal, partial, {}))
+    if (!a.effects.empty() && a.is_named_right()) out.push_back({a.id, a.named});
   return out;
 }
 
@@ -350,83 +361,90 @@ std::vector<ScoreRow> score_without(const fs::path& folder, const std::vector<Na
           row("the true effect deleted: a neighbour's name", "", of - unknown - none, of)};
 }
 
-BlindScore open_keys(const fs::path& folder, const std::string& seal, bool partial,
-                     const ReductionFound& reduction_found, const TrueSize& true_size) {
-  const std::vector<Answered> all = opened(folder, seal, partial, reduction_found, true_size);
+BlindScore open_keys(const fs::path& folder, const std::string& seal, bool partial, const Truth& truth) {
+  const std::vector<Answered> all = opened(folder, seal, partial, truth);
   std::map<std::string, std::string> side_of;
   for (const Answered& a : all)
     for (const auto& [name, value] : a.diagnosis.at("sides").items()) side_of[name] = value.get<std::string>();
   BlindScore out;
   out.answered = all.size();
-  int none = 0, alarms = 0, known = 0, known_plain = 0, first = 0, in_set = 0, outside = 0, unknown = 0,
-      confident_wrong = 0, sided = 0, side_right = 0;
+  int none = 0, alarms = 0, there_plain = 0, first = 0, in_set = 0, outside = 0, unknown = 0, confident_wrong = 0,
+      sided = 0, side_right = 0, sets = 0, all_included = 0, none_wrong = 0, held = 0, sizes_held = 0;
   std::vector<size_t> set_sizes;
   std::map<std::string, int> confusion;
-  int pairs = 0, both_named = 0, one_alone = 0, two_told = 0, held = 0, sizes_held = 0;
   std::vector<double> reduction_errors;
   for (const Answered& a : all) {
     ++confusion[fmt::format("{} → {}", a.truth, a.named)];
-    if (a.truth == "none") {
-      ++none;
-      alarms += a.named != "none";
-    } else if (a.truth == "unknown") {
+    confident_wrong += !a.is_named_right() && a.probability > 0.8;
+    if (a.effects.size() > 1) {
+      ++sets;
+      all_included += a.includes_all();
+      none_wrong += !a.includes_wrong();
+    }
+    if (a.outside) {
       ++outside;
       unknown += a.named == "unknown";
-      confident_wrong += a.named != "unknown" && a.named != "none" && a.probability > 0.8;
-    } else if (a.is_pair()) {
-      ++pairs;
-      both_named += a.is_right();
-      one_alone += a.pair.empty() && a.probability > 0.9 && both_of(a.truth).contains(a.named) && leaves_gap(a);
-    } else {
-      ++known;
-      two_told += !a.pair.empty();
-      const std::string side = true_side(a.truth, side_of);
-      if (a.named != "none" && a.named != "unknown") {
-        ++sided;
-        side_right += (side == "measurement") == (a.side == "measurement");
-      }
-      if (a.reduction_found && std::isfinite(*a.reduction_found)) {
-        const json& told = a.diagnosis.at("shrink").at(a.truth);
-        reduction_errors.push_back(std::abs(told.at("fraction").get<double>() - *a.reduction_found));
-        held += *a.reduction_found >= told.at("interval")[0].get<double>() &&
-                *a.reduction_found <= told.at("interval")[1].get<double>();
-      }
-      if (a.true_size) {
-        const json& told = a.diagnosis.at("effect_size").at(a.truth).at(a.true_size->name);
-        const double low = told.at("interval")[0].get<double>(), high = told.at("interval")[1].get<double>();
-        sizes_held += a.true_size->value >= low && a.true_size->value <= high;
-        out.sizes.push_back(fmt::format("{}: {} told as {:.3g} {} ({:.2g} to {:.2g}), truly {:.3g}", a.truth,
-                                        a.true_size->name, told.at("value").get<double>(),
-                                        told.at("unit").get<std::string>(), low, high, a.true_size->value));
-      }
-      if (a.ratio < 2) continue;
-      ++known_plain;
-      first += a.is_right();
-      const auto set = a.diagnosis.at("confusable").get<std::vector<std::string>>();
-      in_set += std::find(set.begin(), set.end(), a.truth) != set.end();
-      set_sizes.push_back(set.size());
+    } else if (a.effects.empty()) {
+      ++none;
+      alarms += a.named != "none";
     }
+    if (a.effects.empty()) continue;
+    if (a.ratio >= 2) {
+      ++there_plain;
+      first += a.is_named_right();
+    }
+    if (a.effects.size() > 1) continue;
+    const std::string side = true_side(a.truth, side_of);
+    if (a.named != "none" && a.named != "unknown") {
+      ++sided;
+      side_right += (side == "measurement") == (a.side == "measurement");
+    }
+    if (a.reduction_found && std::isfinite(*a.reduction_found)) {
+      const json& told = a.diagnosis.at("shrink").at(a.truth);
+      reduction_errors.push_back(std::abs(told.at("fraction").get<double>() - *a.reduction_found));
+      held += *a.reduction_found >= told.at("interval")[0].get<double>() &&
+              *a.reduction_found <= told.at("interval")[1].get<double>();
+    }
+    if (a.true_size) {
+      const json& told = a.diagnosis.at("effect_size").at(a.truth).at(a.true_size->name);
+      const double low = told.at("interval")[0].get<double>(), high = told.at("interval")[1].get<double>();
+      sizes_held += a.true_size->value >= low && a.true_size->value <= high;
+      out.sizes.push_back(fmt::format("{}: {} told as {:.3g} {} ({:.2g} to {:.2g}), truly {:.3g}", a.truth,
+                                      a.true_size->name, told.at("value").get<double>(),
+                                      told.at("unit").get<std::string>(), low, high, a.true_size->value));
+    }
+    if (a.ratio < 2) continue;
+    const auto set = a.diagnosis.at("confusable").get<std::vector<std::string>>();
+    in_set += std::find(set.begin(), set.end(), a.truth) != set.end();
+    set_sizes.push_back(set.size());
   }
-  out.rows = {row("no effect: alarms", "at most 2 %", alarms, none),
-              row("known effect, gap at least twice the floor: named first", "at least 85 %", first, known_plain),
-              row("the same: the confusable set holds it", "at least 90 %", in_set, known_plain),
-              row("outside the library: unknown", "at least 80 %", unknown, outside),
-              row("outside the library: a confident wrong name", "at most 5 %", confident_wrong, outside),
-              row("known, some effect named: measurement or physics", "at least 95 %", side_right, sided),
-              row("gap reduction, named right: the 90 % interval holds that of fresh trials", "85 to 95 %", held,
-                  static_cast<int>(reduction_errors.size())),
-              row("size, named right: the 90 % interval holds the true one", "85 to 95 %", sizes_held,
-                  static_cast<int>(out.sizes.size())),
-              row("two effects at once: both named", "at least 60 %", both_named, pairs),
-              row("two effects at once: one above 0.9, the other's gap left", "never", one_alone, pairs),
-              row("one effect of the library: two said to be there", "shown", two_told, known)};
+  const std::vector<AnsweredSet> answers(all.begin(), all.end());
+  const ShareScore shares = score_shares(answers);
+  out.rows = {
+      row("no effect: alarms", "at most 5 %", alarms, none),
+      row("effects there, gap at least twice the floor: the one that takes most named first", "at least 85 %", first,
+          there_plain),
+      row("one effect, the same: the confusable set holds it", "at least 90 %", in_set,
+          static_cast<int>(set_sizes.size())),
+      row("outside the library: unknown", "at least 75 %", unknown, outside),
+      row("any campaign: wrong with more than 0.8", "at most 3 %", confident_wrong, static_cast<int>(all.size())),
+      row("sets: every effect with a quarter of the gap or more included", "at least 70 %", all_included, sets),
+      row("sets: none included wrongly", "at least 80 %", none_wrong, sets),
+      row("budget: the 90 % interval of a share holds the true one", "85 to 95 %", shares.held, shares.of),
+      row("one effect, some effect named: measurement or physics", "at least 95 %", side_right, sided),
+      row("gap reduction, named right: the 90 % interval holds that of fresh trials", "85 to 95 %", held,
+          static_cast<int>(reduction_errors.size())),
+      row("size, named right: the 90 % interval holds the true one", "85 to 95 %", sizes_held,
+          static_cast<int>(out.sizes.size()))};
+  out.shares = shares.errors.size();
+  if (!shares.errors.empty()) out.share_error = geometry::median(shares.errors);
+  std::tie(out.inclusion_error, out.inclusions) = inclusion_error(answers, kWorthSaying);
   out.reductions = reduction_errors.size();
   if (!reduction_errors.empty()) out.reduction_error = geometry::median(reduction_errors);
   for (const double ratio : {0.5, 1.0, 2.0, 4.0}) {
     int of = 0, detected = 0, named = 0;
     for (const Answered& a : all)
-      if (a.truth != "none" && a.truth != "unknown" && !a.is_pair() && a.ratio >= ratio / std::sqrt(2.0) &&
-          a.ratio < ratio * std::sqrt(2.0)) {
+      if (a.effects.size() == 1 && a.ratio >= ratio / std::sqrt(2.0) && a.ratio < ratio * std::sqrt(2.0)) {
         ++of;
         detected += a.named != "none";
         named += a.named == a.truth;
@@ -444,7 +462,7 @@ BlindScore open_keys(const fs::path& folder, const std::string& seal, bool parti
     if (n > count[commonest]) commonest = name;
   out.baselines = {
       row("Selvedge", "right answer",
-          std::count_if(all.begin(), all.end(), [](const Answered& a) { return a.is_right(); }), total),
+          std::count_if(all.begin(), all.end(), [](const Answered& a) { return a.is_named_right(); }), total),
       row("always " + commonest, "right answer", right(all, [&](size_t) { return commonest; }), total),
       row("always unknown", "right answer", right(all, [](size_t) { return std::string("unknown"); }), total),
       row("nearest residual map", "right answer", right(all, [&](size_t i) { return nearest_class(all, i); }), total),

@@ -8,6 +8,7 @@
 
 #include <filesystem>
 #include <functional>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -61,6 +62,10 @@ struct ScoreRow {
 struct BlindScore {
   std::vector<ScoreRow> rows, baselines;
   double brier = 0, brier_base_rates = 0, calibration_error = 0;
+  double inclusion_error = 0;          // calibration error of inclusion, of those of 0.05 or more
+  int inclusions = 0;                  // so many
+  double share_error = 0;              // median of |told − true| of the shares of effects that are there and included
+  size_t shares = 0;                   // so many
   double reduction_error = 0;          // median of |told − found| of the gap reduction of causes named right
   size_t reductions = 0;               // so many
   std::vector<std::string> sizes;      // of causes named right: what was told, with its interval, and what it truly is
@@ -68,27 +73,31 @@ struct BlindScore {
   size_t answered = 0;
 };
 
-// The share of the gap that an effect closes in fresh trials of a key's campaign; nothing where none can be made.
-using ReductionFound = std::function<std::optional<double>(const SealedKey& key, const nlohmann::json& diagnosis,
-                                                           const std::string& effect)>;
-
 // A parameter of diagnosis.json's effect_size, and what it truly is; nothing where a key's effect has none of the same
 // kind.
 struct TrueParameter {
   std::string name;
   double value = 0;
 };
-using TrueSize = std::function<std::optional<TrueParameter>(const SealedKey& key)>;
+
+// What is known of a key's campaign beside its cause; what is empty is not scored.
+struct Truth {
+  // The share of the gap that an effect closes in fresh trials; nothing where none can be made.
+  std::function<std::optional<double>(const SealedKey& key, const nlohmann::json& diagnosis, const std::string& effect)>
+      reduction;
+  std::function<std::optional<TrueParameter>(const SealedKey& key)> size;
+  // What each of the key's effects truly takes of the gap (true_shares.h); empty where that cannot be found.
+  std::function<std::map<std::string, double>(const SealedKey& key, const nlohmann::json& diagnosis)> shares;
+};
 
 // Checks the seals and the answers' hash, then scores. partial: score what is answered, without the hash of all.
-// reduction_found, true_size: empty: how far gaps shrink, or how large an effect is, is not scored.
 BlindScore open_keys(const std::filesystem::path& folder, const std::string& seal, bool partial,
-                     const ReductionFound& reduction_found = {}, const TrueSize& true_size = {});
+                     const Truth& truth = {});
 
 struct NamedRight {
   std::string id, cause;
 };
-// Campaigns with one effect of the library whose name was the answer. Keys are opened as in open_keys.
+// Campaigns with effects of the library whose first name was right, and that name. Keys are opened as in open_keys.
 std::vector<NamedRight> named_right(const std::filesystem::path& folder, const std::string& seal, bool partial);
 
 // Of answers without/ID/diagnosis.json, given with the true cause's effect deleted: unknown, none, another name.

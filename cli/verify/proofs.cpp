@@ -16,6 +16,7 @@ std::vector<Figure> prove_rig(const FigureOptions& options);
 std::vector<Figure> prove_spline_fit(const FigureOptions& options);
 std::vector<Figure> prove_spline_sheet(const FigureOptions& options);
 std::vector<Figure> prove_station(const FigureOptions& options);
+std::vector<Figure> prove_worlds(const FigureOptions& options);
 
 const std::vector<FigureSet>& proofs() {
   static const std::vector<FigureSet> list = {
@@ -57,6 +58,8 @@ const std::vector<FigureSet>& proofs() {
        prove_spline_sheet},
       {"station", "a session of four fabrics runs by itself and names what was hidden; a browser walks the console",
        prove_station},
+      {"worlds", "the cells of each world that banks are made of do not matter, on fabrics as real ones are",
+       prove_worlds},
   };
   return list;
 }

@@ -111,8 +111,17 @@ LatticeSheet::LatticeSheet(const FabricTruth& truth, const LatticeOptions& optio
   for (int i = 0; i < count(); ++i) per_mass_[at(i)] = static_cast<float>(1 / mass_[static_cast<size_t>(i)]);
   seen_u_ = halved(grid.u.place);
   seen_v_ = halved(grid.v.place);
-  left_ = corner_grip(false);
-  right_ = corner_grip(true);
+  if (options.edge_held) {
+    for (int c = 0; c < columns_; ++c) {
+      Grip& grip = grips_.emplace_back();
+      grip.node = {c};
+      grip.weight = {1};
+      grip.along = grid.u.place[static_cast<size_t>(c)] / truth.width_m;
+      set_responses(grip);
+    }
+  } else {
+    grips_ = {corner_grip(false), corner_grip(true)};
+  }
   step_s_ = stable_step_s();
 
   Eigen::Matrix3Xd flat(3, count());
@@ -126,6 +135,7 @@ LatticeSheet::LatticeSheet(const FabricTruth& truth, const LatticeOptions& optio
 LatticeSheet::Grip LatticeSheet::corner_grip(bool right) const {
   const Moments u = moments_at_start(forces_.grid().u.place), v = moments_at_start(forces_.grid().v.place);
   Grip grip;
+  grip.along = right ? 1 : 0;
   for (int r = 0; r < rows_; ++r)
     for (int c = 0; c < columns_; ++c) {
       const auto i = static_cast<size_t>(c), k = static_cast<size_t>(r);
@@ -352,8 +362,7 @@ LatticeView LatticeSheet::view() {
 void LatticeSheet::add_extra(std::shared_ptr<LatticeExtra> extra, double step_share) {
   extra->begin(view());
   for (int i = 0; i < count(); ++i) per_mass_[at(i)] = static_cast<float>(1 / mass_[static_cast<size_t>(i)]);
-  set_responses(left_);
-  set_responses(right_);
+  for (Grip& grip : grips_) set_responses(grip);
   step_share_ *= step_share;
   step_s_ = stable_step_s();
   extras_.push_back(std::move(extra));
@@ -416,10 +425,8 @@ void LatticeSheet::step(double dt, double brake, bool held) {
     const float *f = forces_.f[a].data(), *drag = drag_[a].data(), *per_mass = per_mass_.data();
     for (size_t i = first; i < last; ++i) v[i] = keep * (v[i] + h * ((f[i] + drag[i]) * per_mass[i] + g));
   }
-  if (held) {
-    hold(left_);
-    hold(right_);
-  }
+  if (held)
+    for (Grip& grip : grips_) hold(grip);
   for (size_t a = 0; a < 3; ++a) {
     const float* v = forces_.v[a].data();
     float* x = forces_.x[a].data();
@@ -445,15 +452,13 @@ void LatticeSheet::steps(double duration_s, double brake, bool held) {
 
 void LatticeSheet::advance(double duration_s, const Eigen::Vector3d& left_end, const Eigen::Vector3d& right_end,
                            double brake) {
-  const auto set = [&](Grip& grip, const Eigen::Vector3d& end) {
+  for (Grip& grip : grips_) {
     Eigen::Vector3d here = origin_;
     for (size_t i = 0; i < grip.node.size(); ++i)
       for (size_t a = 0; a < 3; ++a)
         here[static_cast<Eigen::Index>(a)] += grip.weight[i] * static_cast<double>(forces_.x[a][at(grip.node[i])]);
-    grip.velocity = (end - here) / duration_s;
-  };
-  set(left_, left_end);
-  set(right_, right_end);
+    grip.velocity = (left_end + grip.along * (right_end - left_end) - here) / duration_s;
+  }
   steps(duration_s, brake, true);
 }
 

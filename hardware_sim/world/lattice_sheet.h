@@ -47,6 +47,7 @@ const std::vector<FabricParameter>& fabric_parameters();
 struct LatticeOptions {
   int cells_across = 32, cells_down = 32;
   double grading = 0.4;      // by how much cells are smaller at the held corners, relative to even ones
+  bool edge_held = false;    // the whole upper edge, straight between its corners, not the corners alone
   double step_share = 0.85;  // of the stability bound; a strained sheet is stiffer than it counts
   Eigen::Vector3d gravity_m_s2 = Eigen::Vector3d(0, 0, -9.81);
   Eigen::Vector3d air_m_s = Eigen::Vector3d::Zero();
@@ -126,8 +127,8 @@ class LatticeSheet {
 
   // Of nodes, 3×N, m: the point at flat coordinates uv on the surface (cubics through them), and what a grip holds.
   Eigen::Vector3d point(const Eigen::Matrix3Xd& nodes, const Eigen::Vector2d& uv) const;
-  Eigen::Vector3d held_left(const Eigen::Matrix3Xd& nodes) const { return read(left_, nodes); }
-  Eigen::Vector3d held_right(const Eigen::Matrix3Xd& nodes) const { return read(right_, nodes); }
+  Eigen::Vector3d held_left(const Eigen::Matrix3Xd& nodes) const { return read(grips_.front(), nodes); }
+  Eigen::Vector3d held_right(const Eigen::Matrix3Xd& nodes) const { return read(grips_.back(), nodes); }
 
   LatticeEnergy energy() const;
   double kinetic_energy() const;
@@ -147,6 +148,7 @@ class LatticeSheet {
   struct Grip {
     std::vector<int> node;
     std::vector<double> weight, response;
+    double along = 0;  // 0: as the left corner, 1: as the right one
     Eigen::Vector3d velocity = Eigen::Vector3d::Zero();
   };
   static Eigen::Vector3d read(const Grip& grip, const Eigen::Matrix3Xd& nodes);
@@ -178,7 +180,7 @@ class LatticeSheet {
   int since_drag_ = 0;
   SheetLaw law_;
   std::vector<double> mass_, area_;  // of each node; extras may add to the mass alone
-  Grip left_, right_;
+  std::vector<Grip> grips_;          // from left to right
   std::vector<LineCubic> seen_u_, seen_v_;
   // What extras see.
   std::vector<double> x_seen_[3], v_seen_[3], f_seen_[3];

@@ -1,11 +1,13 @@
 // Sealing, answering and scoring, without a simulation.
 #include <filesystem>
 #include <fstream>
+#include <map>
 
 #include <gtest/gtest.h>
 #include <unistd.h>
 
 #include "evaluation/blind.h"
+#include "evaluation/true_shares.h"
 #include "files/bad_input.h"
 #include "files/whole_file.h"
 
@@ -75,6 +77,7 @@ TEST_F(Blind, ScoresOnlyFinalAnswersAndGoesOn) {
   EXPECT_EQ(s.rows[1].of, 1);
   EXPECT_EQ(s.rows[3].hits, 0);  // the foreign one was not called unknown
   EXPECT_EQ(s.rows[4].hits, 1);  // but wrongly and with confidence
+  EXPECT_EQ(s.rows[4].of, 3);
   EXPECT_EQ(s.baselines[0].hits, 2);
 }
 
@@ -95,47 +98,65 @@ TEST_F(Blind, TwoProcessesShareTheWork) {
   EXPECT_NO_THROW(open_keys(folder_, kSeal, false));
 }
 
-TEST(BlindPairs, AreNamedBothOrNot) {
-  const fs::path folder = fs::path(testing::TempDir()) / ("selvedge_blind_pairs_" + std::to_string(getpid()));
+TEST(BlindSets, AreIncludedWholeOrNot) {
+  const fs::path folder = fs::path(testing::TempDir()) / ("selvedge_blind_sets_" + std::to_string(getpid()));
   fs::remove_all(folder);
   seal_keys(folder,
             {{"both", "s", {{"cause", "hem+draught"}}},
              {"one", "t", {{"cause", "draught+hem"}}},
-             {"hidden", "u", {{"cause", "draught+hem"}}}},
+             {"three", "u", {{"cause", "draught+hem+creep"}}}},
             kSeal);
   answer_all(
       folder, kSeal,
       [](const fs::path& campaign) {
     diagnose::Diagnosis d = says("draught");
     d.probability = {{"none", 0.01}, {"unknown", 0.03}, {"hem", 0.01}, {"draught", 0.95}};
-    d.right_floor_mm = 0.5;
-    d.effects[0].weighed = true;
-    d.effects[0].reduction = {4, 0.7, 0.9, 0.8, 1};
-    if (campaign.filename() == "hidden") d.effects[0].reduction.after_mm = 0.5;  // nothing is left for hem to close
-    if (campaign.filename() == "both") {
-      d.inclusion = {{"hem", 0.9}, {"draught", 0.9}, {"coupling", 0.1}};
-      d.probability = {{"none", 0}, {"unknown", 0.1}, {"hem", 0.45}, {"draught", 0.45}};
-    }
+    d.inclusion = {{"hem", 0.2}, {"draught", 0.95}, {"coupling", 0.1}};
+    if (campaign.filename() == "both") d.inclusion["hem"] = 0.9;
+    if (campaign.filename() == "three") d.inclusion["coupling"] = 0.6;
+    d.budget.parts = {{"draught", 0.95, {0.7, 0.5, 0.9}}};
     return d;
       },
       [] { return false; });
-  const BlindScore s = open_keys(folder, kSeal, false);
-  const auto row = [&](const std::string& begin) {
-    for (const ScoreRow& r : s.rows)
-      if (r.what.starts_with(begin)) return r;
-    return ScoreRow{};
+  const auto rows_of = [&](const Truth& truth) {
+    std::map<std::string, ScoreRow> rows;
+    for (const ScoreRow& r : open_keys(folder, kSeal, false, truth).rows)
+      rows[r.what.substr(0, r.what.find(':') + 8)] = r;
+    return rows;
   };
-  EXPECT_EQ(row("two effects at once: both").hits, 1);
-  EXPECT_EQ(row("two effects at once: both").of, 3);
-  EXPECT_EQ(row("two effects at once: one").hits, 1);
-  EXPECT_EQ(row("known effect").of, 0);
-  EXPECT_EQ(s.baselines[0].hits, 1);
-  // What is right is half of each: (0.1² + 2·0.05²), and twice (0.01² + 0.03² + 0.49² + 0.45²).
-  EXPECT_NEAR(s.brier, (0.1 * 0.1 + 2 * 0.05 * 0.05 + 2 * (0.01 * 0.01 + 0.03 * 0.03 + 0.49 * 0.49 + 0.45 * 0.45)) / 3,
-              1e-12);
-  EXPECT_NEAR(s.brier_base_rates, 0, 1e-12);
-  EXPECT_NEAR(s.calibration_error, std::abs(2 * 0.95 + 0.9 - 1) / 3, 1e-12);
+  auto rows = rows_of({});
+  EXPECT_EQ(rows.at("sets: every e").hits, 1);
+  EXPECT_EQ(rows.at("sets: every e").of, 3);
+  EXPECT_EQ(rows.at("sets: none in").hits, 2);
+  EXPECT_EQ(rows.at("any campaign: wrong w").hits, 0);
+  // Where hem takes little it need not be included; where it takes most, it should have been named.
+  Truth truth;
+  truth.shares = [](const SealedKey& key, const nlohmann::json&) {
+    if (key.id == "one") return std::map<std::string, double>{{"draught", 0.8}, {"hem", 0.1}};
+    if (key.id == "both") return std::map<std::string, double>{{"draught", 0.3}, {"hem", 0.6}};
+    return std::map<std::string, double>();
+  };
+  rows = rows_of(truth);
+  EXPECT_EQ(rows.at("sets: every e").hits, 2);
+  EXPECT_EQ(rows.at("any campaign: wrong w").hits, 1);
+  EXPECT_EQ(rows.at("budget: the 90 ").of, 2);
+  EXPECT_EQ(rows.at("budget: the 90 ").hits, 1);
+  const BlindScore s = open_keys(folder, kSeal, false, truth);
+  EXPECT_NEAR(s.share_error, 0.25, 1e-9);
+  // Draught 3 × 0.95 there; hem 0.2 twice and 0.9 there; coupling 0.1 twice and 0.6 not there.
+  EXPECT_EQ(s.inclusions, 9);
+  EXPECT_NEAR(s.inclusion_error, (std::abs(3 * 0.95 + 0.9 - 4) + std::abs(0.4 - 2) + 0.2 + 0.6) / 9, 1e-9);
   fs::remove_all(folder);
+}
+
+TEST(Shapley, SharesWhatTwoMakeTogether) {
+  // Alone 1 and 2, together 5: each has half of the 2 that neither makes alone. A third makes nothing.
+  const std::vector<double> parts = shapley(3, [](unsigned s) {
+    return (s & 3u) == 3u ? 5.0 : (s & 1u) != 0 ? 1.0 : (s & 2u) != 0 ? 2.0 : 0.0;
+  });
+  EXPECT_NEAR(parts[0], 2, 1e-12);
+  EXPECT_NEAR(parts[1], 3, 1e-12);
+  EXPECT_NEAR(parts[2], 0, 1e-12);
 }
 
 TEST_F(Blind, CountsWhatIsSaidWithTheEffectDeleted) {
@@ -163,13 +184,13 @@ TEST_F(Blind, TellsHowFarToldShrinkIsFromThatOfFreshTrials) {
     return d;
       },
       [] { return false; });
-  const BlindScore s =
-      open_keys(folder_, kSeal, false,
-                [](const SealedKey& key, const nlohmann::json&, const std::string& effect) -> std::optional<double> {
-                  EXPECT_EQ(key.id, "c2");
-                  EXPECT_EQ(effect, "draught");
-                  return 0.45;
-                });
+  Truth truth;
+  truth.reduction = [](const SealedKey& key, const nlohmann::json&, const std::string& effect) {
+    EXPECT_EQ(key.id, "c2");
+    EXPECT_EQ(effect, "draught");
+    return std::optional<double>(0.45);
+  };
+  const BlindScore s = open_keys(folder_, kSeal, false, truth);
   EXPECT_EQ(s.reductions, 1u);
   EXPECT_NEAR(s.reduction_error, 0.15, 1e-9);
 }
@@ -185,10 +206,12 @@ TEST_F(Blind, CountsIntervalsThatHoldTheTrueSize) {
       },
       [] { return false; });
   const auto held = [&](double truly) {
-    const BlindScore s = open_keys(folder_, kSeal, false, {}, [&](const SealedKey& key) {
+    Truth truth;
+    truth.size = [&](const SealedKey& key) {
       EXPECT_EQ(key.id, "c2");
       return std::optional(TrueParameter{"air_y", truly});
-    });
+    };
+    const BlindScore s = open_keys(folder_, kSeal, false, truth);
     EXPECT_EQ(s.sizes.size(), 1u);
     for (const ScoreRow& r : s.rows)
       if (r.what.starts_with("size")) return std::pair{r.hits, r.of};

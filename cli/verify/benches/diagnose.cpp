@@ -15,7 +15,9 @@ std::vector<Figure> bench_diagnose(const FigureOptions& options) {
   const fs::path folder = fs::temp_directory_path() / ("selvedge_bench_diagnose_" + std::to_string(options.seed));
   fs::remove_all(folder);
   std::mt19937_64 generator(options.seed);
-  hardware_sim::write_bank_campaign(hardware_sim::draw_key("none", generator), "bench", folder);
+  hardware_sim::BankKey key = hardware_sim::draw_key("none", hardware_sim::BankWorld::lattice, generator);
+  key.design = hardware_sim::usual_design();
+  hardware_sim::write_bank_campaign(key, "bench", folder);
   diagnose::DiagnosisOptions o;
   o.study.progress = options.progress;
   if (options.quick) {

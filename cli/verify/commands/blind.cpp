@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <chrono>
 #include <filesystem>
+#include <map>
 #include <memory>
 #include <random>
 #include <set>
@@ -17,6 +18,7 @@
 #include "diagnose/diagnosis_report.h"
 #include "diagnose/effects/library.h"
 #include "evaluation/fresh_reduction.h"
+#include "evaluation/true_shares.h"
 #include "files/bad_input.h"
 #include "files/whole_file.h"
 #include "hardware_sim/bank/bank_campaign.h"
@@ -31,10 +33,11 @@ namespace fs = std::filesystem;
 
 struct BlindArguments {
   fs::path folder;
-  int none = 25, known = 50, outside = 15, pairs = 0;
+  std::string world = "elements";
+  int none = 40, known = 90, outside = 30, sets = 40;
   unsigned long long seed = 0;
   double minutes = 1e9;
-  bool partial = false;
+  bool partial = false, shares = false;
   std::string campaign;  // the only one to answer; empty: all
   station::SlurmOptions slurm;
 };
@@ -56,7 +59,7 @@ void make_bank(const BlindArguments& a) {
   std::mt19937_64 g(a.seed);
   std::vector<std::string> kinds;
   for (const auto& [kind, count] : {std::pair{"none", a.none}, std::pair{"known", a.known},
-                                    std::pair{"outside", a.outside}, std::pair{"pair", a.pairs}})
+                                    std::pair{"outside", a.outside}, std::pair{"set", a.sets}})
     kinds.insert(kinds.end(), static_cast<size_t>(count), kind);
   std::shuffle(kinds.begin(), kinds.end(), g);
   std::vector<hardware_sim::BankKey> keys;
@@ -65,7 +68,7 @@ void make_bank(const BlindArguments& a) {
   std::mt19937_64 names(a.seed ^ 0x9e3779b97f4a7c15ULL);
   std::random_device device;
   for (const std::string& kind : kinds) {
-    keys.push_back(hardware_sim::draw_key(kind, g));
+    keys.push_back(hardware_sim::draw_key(kind, hardware_sim::bank_world(a.world), g));
     std::string salt;
     for (int i = 0; i < 8; ++i) salt += fmt::format("{:08x}", device());
     sealed.push_back({"c" + hex_words(names, 1), salt, hardware_sim::to_json(keys.back())});
@@ -76,7 +79,7 @@ void make_bank(const BlindArguments& a) {
     if (i >= record.ids.size() || record.ids[i] != sealed[i].id)
       refuse((a.folder / "record.json").string(),
              "found a blind check of another seed or other numbers, expected --seed, --none, --known, --outside and "
-             "--pairs as when it was made");
+             "--sets as when it was made");
   const auto progress = report::terminal_progress("blind make");
   for (size_t i = 0; i < keys.size(); ++i) {
     progress(static_cast<double>(i) / static_cast<double>(keys.size()), record.ids[i]);
@@ -122,21 +125,56 @@ void print_rows(const std::vector<evaluation::ScoreRow>& rows) {
                r.of ? fmt::format("({:.0f} … {:.0f} %)", 100 * r.low, 100 * r.high) : "", r.wanted);
 }
 
-// Fresh trials of each campaign whose cause was named right, simulated when the keys are open.
+// Fresh trials of a key, simulated when the keys are open; nothing where the simulated world diverges.
+std::optional<trial::Campaign> fresh_trials(const fs::path& folder, const hardware_sim::BankKey& key,
+                                            const std::string& id) {
+  try {
+    if (!fs::exists(folder / "campaign.json")) hardware_sim::write_fresh_trials(key, id, folder);
+  } catch (const std::runtime_error& error) {
+    fmt::print(stderr, "{}: fresh trials are not scored: {}\n", id, error.what());
+    return {};
+  }
+  return trial::read_campaign(folder);
+}
+
 std::optional<double> reduction_in_fresh_trials(const fs::path& folder, const evaluation::SealedKey& key,
                                                 const nlohmann::json& diagnosis, const std::string& effect) {
   if (!key.key.contains("fabric") || !diagnosis.contains("fit") || !diagnosis.at("fit").contains(effect))
     return {};  // made or answered elsewhere
-  const fs::path fresh = folder / "fresh" / key.id;
-  try {
-    if (!fs::exists(fresh / "campaign.json"))
-      hardware_sim::write_fresh_trials(hardware_sim::bank_key(key.key), key.id, fresh);
-  } catch (const std::runtime_error& error) {  // the simulated world diverged
-    fmt::print(stderr, "{}: how far its gap shrinks is not scored: {}\n", key.id, error.what());
-    return {};
-  }
-  return evaluation::reduction_on(trial::read_campaign(fresh), diagnose::effect_library(), diagnosis, effect)
-      .fraction();
+  const auto fresh = fresh_trials(folder / "fresh" / key.id, hardware_sim::bank_key(key.key), key.id);
+  if (!fresh) return {};
+  return evaluation::reduction_on(*fresh, diagnose::effect_library(), diagnosis, effect).fraction();
+}
+
+// From fresh trials with every subset of the key's effects; kept in fresh/ID/shares.json. A key from elsewhere may say
+// them itself.
+std::map<std::string, double> true_shares(const fs::path& folder, const evaluation::SealedKey& key,
+                                          const nlohmann::json& diagnosis) {
+  if (key.key.contains("shares")) return key.key.at("shares").get<std::map<std::string, double>>();
+  if (!key.key.contains("fabric")) return {};
+  const fs::path here = folder / "fresh" / key.id, file = here / "shares.json";
+  if (fs::exists(file)) return files::read_json(file).get<std::map<std::string, double>>();
+  const hardware_sim::BankKey all = hardware_sim::bank_key(key.key);
+  bool known = true;
+  double gap_with_all = 0;
+  const std::vector<double> parts = evaluation::shapley(all.effects.size(), [&](unsigned subset) {
+    hardware_sim::BankKey some = all;
+    some.effects.clear();
+    std::string name = "with";
+    for (size_t k = 0; k < all.effects.size(); ++k)
+      if ((subset >> k & 1u) != 0) {
+        some.effects.push_back(all.effects[k]);
+        name += "-" + all.effects[k].name;
+      }
+    const auto fresh = fresh_trials(some.effects.size() == all.effects.size() ? here : here / name, some, key.id);
+    if (!fresh) known = false;
+    return gap_with_all = fresh ? evaluation::base_gap_mm2(*fresh, diagnosis) : 0;  // the last subset is of all
+  });
+  std::map<std::string, double> out;
+  if (known && gap_with_all > 0)
+    for (size_t k = 0; k < parts.size(); ++k) out[all.effects[k].name] = parts[k] / gap_with_all;
+  files::write_json(file, out);
+  return out;
 }
 
 std::optional<evaluation::TrueParameter> true_size(const evaluation::SealedKey& key) {
@@ -146,18 +184,27 @@ std::optional<evaluation::TrueParameter> true_size(const evaluation::SealedKey& 
 }
 
 void open_bank(const BlindArguments& a) {
-  const evaluation::BlindScore s = evaluation::open_keys(
-      a.folder, evaluation::usual_seal(), a.partial,
-      [&](const evaluation::SealedKey& key, const nlohmann::json& diagnosis, const std::string& effect) {
+  evaluation::Truth truth;
+  truth.reduction = [&](const evaluation::SealedKey& key, const nlohmann::json& diagnosis, const std::string& effect) {
     return reduction_in_fresh_trials(a.folder, key, diagnosis, effect);
-      },
-      true_size);
+  };
+  truth.size = true_size;
+  truth.shares = [&](const evaluation::SealedKey& key, const nlohmann::json& diagnosis) {
+    if (!a.shares && !key.key.contains("shares")) return std::map<std::string, double>();
+    return true_shares(a.folder, key, diagnosis);
+  };
+  const evaluation::BlindScore s = evaluation::open_keys(a.folder, evaluation::usual_seal(), a.partial, truth);
   fmt::print("{} campaigns answered; shares with their exact 95 % intervals (Clopper and Pearson)\n\n", s.answered);
   print_rows(s.rows);
   fmt::print("\n");
   print_rows(s.baselines);
   fmt::print("\ncalibration error {:.3f} (at most 0.10); Brier score {:.3f}, of the base rates {:.3f}\n\n",
              s.calibration_error, s.brier, s.brier_base_rates);
+  fmt::print("calibration error of inclusion {:.3f} over {} inclusions of 0.05 or more (at most 0.07)\n\n",
+             s.inclusion_error, s.inclusions);
+  if (s.shares > 0)
+    fmt::print("shares of the gap, told against true: median error {:.2f} over {} (at most 0.10)\n\n", s.share_error,
+               s.shares);
   if (s.reductions > 0)
     fmt::print(
         "gap reduction, told against that of fresh trials: median error {:.2f} over {} causes named right (at most "
@@ -211,8 +258,11 @@ void add_blind(CLI::App& app, int& exit_status) {
   made->add_option("--outside", a->outside, "with an effect outside it")
       ->check(CLI::Range(0, 1000))
       ->capture_default_str();
-  made->add_option("--pairs", a->pairs, "with two effects of the library at once")
+  made->add_option("--sets", a->sets, "with two or three effects of the library at once")
       ->check(CLI::Range(0, 1000))
+      ->capture_default_str();
+  made->add_option("--world", a->world, "that simulates them; the library's constants are set on the first two")
+      ->check(CLI::IsMember(hardware_sim::bank_world_names()))
       ->capture_default_str();
   made->callback([a] { make_bank(*a); });
   auto* answered = command->add_subcommand("answer", "diagnose every campaign that has no answer yet");
@@ -227,6 +277,8 @@ void add_blind(CLI::App& app, int& exit_status) {
   auto* opened = command->add_subcommand("open", "check seals and answers, then score");
   opened->add_option("DIR", a->folder, "folder of the blind check")->required();
   opened->add_flag("--partial", a->partial, "score what is answered so far");
+  opened->add_flag("--shares", a->shares,
+                   "also find what each effect truly takes of the gap, from fresh trials with every subset of them");
   opened->callback([a] { open_bank(*a); });
   auto* without = command->add_subcommand(
       "without",
