@@ -7,6 +7,7 @@ std::vector<Figure> prove_arm_cloth(const FigureOptions& options);
 std::vector<Figure> prove_calibration(const FigureOptions& options);
 std::vector<Figure> prove_cloth(const FigureOptions& options);
 std::vector<Figure> prove_contact(const FigureOptions& options);
+std::vector<Figure> prove_diagnosis(const FigureOptions& options);
 std::vector<Figure> prove_fit(const FigureOptions& options);
 std::vector<Figure> prove_format(const FigureOptions& options);
 std::vector<Figure> prove_louchet(const FigureOptions& options);
@@ -36,6 +37,11 @@ const std::vector<FigureSet>& proofs() {
        "fabric over a rod and folded onto itself never intersects, contact gives no energy, friction holds its angle, "
        "a skirt is worn",
        prove_contact},
+      {"diagnosis",
+       "of a diagnosis without a bank: forces injected, the evidence's calibration, power and deletion of every "
+       "effect, "
+       "the same answer again",
+       prove_diagnosis},
       {"fit", "tables 1 to 3 and figure 14 of 2003 on four simulated fabrics, annealing beside least squares",
        prove_fit},
       {"format", "trials come back from disk unchanged, and every damage is refused", prove_format},

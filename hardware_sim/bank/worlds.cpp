@@ -10,7 +10,7 @@ namespace selvedge::hardware_sim {
 
 namespace {
 
-constexpr int kLatticeCells = 28;
+constexpr int kLatticeCells = 36;
 
 class LatticeSwatch : public SwatchSheet {
  public:

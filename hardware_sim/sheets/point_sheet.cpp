@@ -15,17 +15,18 @@ using Eigen::VectorXd;
 
 namespace {
 
-constexpr double kGrip_m = 0.0075, kLongestLag_s = 2e-3, kBendLag_s = 1e-3;
-constexpr double kGrading = 0.4;
-constexpr int kSlidingCells = 26, kElements = 6;
+constexpr double kGrip_m = 0.0075;
+constexpr double kLag_s = 2e-3, kBendLag_s = 1e-3;  // of dashpots behind their springs
+constexpr double kSlidingGrading = 0.4;             // elements have their nodes nearer to each other at their ends
+constexpr int kSlidingCells = 32, kElements = 8;
 constexpr int kDragEvery = 4;                   // leaps
 constexpr double kLeap = 2, kRungeKutta = 2.7;  // of 1/ω: what the step may be
-constexpr double kStepShare = 0.8;
+constexpr double kStepShare = 0.9;
 
 PointLine line_of(PointKind kind, double length_m, double fineness, bool both) {
   const bool sliding = kind == PointKind::sliding;
   const int cells = static_cast<int>(std::lround(fineness * (sliding ? kSlidingCells : kElements)));
-  const std::vector<double> ends = graded_ends(length_m, cells, kGrading, both);
+  const std::vector<double> ends = graded_ends(length_m, cells, sliding ? kSlidingGrading : 0, both);
   return sliding ? sliding_line(ends) : element_line(ends);
 }
 
@@ -124,21 +125,16 @@ void PointSheet::hold(MatrixX3d& of, bool at_rest) const {
   }
 }
 
-// As stiff as the spring beside it, but no slacker than kLongestLag_s.
-PointSheet::Dashpot PointSheet::dashpot(double stiffness, double viscosity) const {
-  return {stiffness, viscosity, std::min(kLongestLag_s, viscosity / stiffness)};
-}
-
 void PointSheet::stress_of(PointStrain& strain, std::vector<float>& before, std::vector<float>& lag,
-                           std::vector<float>& lag_now, const Dashpot& law, double since_s) const {
-  const auto k = static_cast<float>(law.stiffness);
-  if (law.lag_s <= 0 || since_s <= 0) {
+                           std::vector<float>& lag_now, double stiffness, double viscosity, double since_s) const {
+  const auto k = static_cast<float>(stiffness);
+  if (since_s <= 0) {
     for (size_t i = 0; i < strain.strain.size(); ++i) strain.stress[i] = k * strain.strain[i] + lag[i];
     lag_now = lag;
     return;
   }
-  const double decay = std::exp(-since_s / law.lag_s);
-  const auto stays = static_cast<float>(decay), gain = static_cast<float>(law.viscosity / since_s * (1 - decay));
+  const double decay = std::exp(-since_s / kLag_s);
+  const auto stays = static_cast<float>(decay), gain = static_cast<float>(viscosity / since_s * (1 - decay));
   for (size_t i = 0; i < strain.strain.size(); ++i) {
     const float e = strain.strain[i], m = stays * lag[i] + gain * (e - before[i]);
     lag_now[i] = m;
@@ -199,9 +195,9 @@ void PointSheet::elastic(const MatrixX3d& x, double since_s, MatrixX3d& force) {
       }
   grid_.look(place_, bent_, at_);
   grid_.strain(measure_, at_, along_, down_, shear_);
-  stress_of(along_, before_[0], lag_[0], lag_now_[0], dashpot(truth_.stretch, truth_.stretch_damping), since_s);
-  stress_of(down_, before_[1], lag_[1], lag_now_[1], dashpot(truth_.stretch, truth_.stretch_damping), since_s);
-  stress_of(shear_, before_[2], lag_[2], lag_now_[2], dashpot(truth_.shear, truth_.shear_damping), since_s);
+  stress_of(along_, before_[0], lag_[0], lag_now_[0], truth_.stretch, truth_.stretch_damping, since_s);
+  stress_of(down_, before_[1], lag_[1], lag_now_[1], truth_.stretch, truth_.stretch_damping, since_s);
+  stress_of(shear_, before_[2], lag_[2], lag_now_[2], truth_.shear, truth_.shear_damping, since_s);
   const PointView view{&grid_, &truth_, since_s};
   for (const auto& effect : effects_) effect->stress(view, along_, down_);
   grid_.pull(measure_, at_, along_, down_, shear_, pulls_);
@@ -385,12 +381,8 @@ double PointSheet::elastic_energy() {
 // iteration.
 double PointSheet::stable_step_s() {
   const FabricTruth truth = truth_;
-  const auto stiffer = [&](double stiffness, double viscosity) {
-    const Dashpot d = dashpot(stiffness, viscosity);
-    return stiffness + (d.lag_s > 0 ? viscosity / d.lag_s : 0);
-  };
-  truth_.stretch = stiffer(truth.stretch, truth.stretch_damping);
-  truth_.shear = stiffer(truth.shear, truth.shear_damping);
+  truth_.stretch += truth.stretch_damping / kLag_s;
+  truth_.shear += truth.shear_damping / kLag_s;
   truth_.bend += truth.bend_damping / kBendLag_s;
   const std::vector<std::shared_ptr<PointEffect>> effects = std::move(effects_);
   effects_.clear();

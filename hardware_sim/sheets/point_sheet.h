@@ -76,16 +76,12 @@ class PointSheet : public SwatchSheet {
     double along = 0;  // 0: as the left corner, 1: as the right one
     Eigen::Vector3d velocity = Eigen::Vector3d::Zero();
   };
-  struct Dashpot {
-    double stiffness = 0, viscosity = 0, lag_s = 0;
-  };
   void make_grips();
   void set_responses();
   double stable_step_s();
-  Dashpot dashpot(double stiffness, double viscosity) const;
   void elastic(const Eigen::MatrixX3d& x, double since_s, Eigen::MatrixX3d& force);
   void stress_of(PointStrain& strain, std::vector<float>& before, std::vector<float>& lag, std::vector<float>& lag_now,
-                 const Dashpot& law, double since_s) const;
+                 double stiffness, double viscosity, double since_s) const;
   void add_moments();
   void keep(const Eigen::MatrixX3d& x);
   void drag(const Eigen::MatrixX3d& x, const Eigen::MatrixX3d& v);

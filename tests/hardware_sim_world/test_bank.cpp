@@ -105,7 +105,7 @@ TEST(BankKey, TellsTheTrueParameterAsTheLibraryNamesIt) {
 TEST(BankCampaign, IsRecordedAsItWasDesigned) {
   namespace fs = std::filesystem;
   std::mt19937_64 generator(9);
-  BankKey key = draw_key("none", BankWorld::elements, generator);
+  BankKey key = draw_key("none", BankWorld::lattice, generator);
   key.effects = {{"camera_delay", 0.01}, {"dropped_frames", 0.4}};
   key.truth.stretch = 60;
   key.design.hold = SwatchHold::top_edge;
