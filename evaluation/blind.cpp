@@ -32,8 +32,6 @@ std::string usual_seal() { return diagnose::protocol_hash(diagnose::Protocol{}, 
 
 namespace {
 
-constexpr double kWorthSaying = 0.05;  // inclusions below say that an effect is not there, and swamp the others
-
 // As its locks say it.
 std::string own_name() { return fmt::format("process {}", ::getpid()); }
 

@@ -6,6 +6,7 @@
 #include <stdexcept>
 
 #include "diagnose/missing_force.h"
+#include "evaluation/set_score.h"
 
 namespace selvedge::evaluation {
 
@@ -19,8 +20,6 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 namespace {
-
-constexpr double kWorthSaying = 0.05;
 
 double normal(std::mt19937_64& random) { return std::normal_distribution<double>()(random); }
 

@@ -9,6 +9,9 @@
 
 namespace selvedge::evaluation {
 
+// Inclusions below say that an effect is not there, and would swamp the others.
+constexpr double kWorthSaying = 0.05;
+
 struct ToldShare {
   double share = 0, low = 0, high = 0;  // 90 %; low above high: none told
 };

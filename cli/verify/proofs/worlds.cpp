@@ -19,7 +19,7 @@ namespace {
 using hardware_sim::BankWorld;
 using hardware_sim::SwatchHold;
 
-constexpr double kFiner = 1.4, kRate_hz = 60;
+constexpr double kFiner = 1.4, kSeen_hz = 60;
 
 std::vector<Eigen::Vector2d> dots() {
   std::vector<Eigen::Vector2d> uv;
@@ -44,15 +44,15 @@ Swing swing(BankWorld world, const hardware_sim::FabricTruth& fabric, SwatchHold
   Swing out;
   out.dots.push_back(sheet->points(dots()));
   const double begin = thread_cpu_s();
-  for (int i = 1; i <= duration_s * kRate_hz; ++i) {
-    sheet->advance(1 / kRate_hz, motion.left(i / kRate_hz), motion.right(i / kRate_hz));
+  for (int i = 1; i <= duration_s * kSeen_hz; ++i) {
+    sheet->advance(1 / kSeen_hz, motion.left(i / kSeen_hz), motion.right(i / kSeen_hz));
     out.dots.push_back(sheet->points(dots()));
   }
   out.cpu_s = (thread_cpu_s() - begin) / duration_s;
   return out;
 }
 
-double rms_mm(const Swing& a, const Swing& b, size_t from, size_t to) {
+double dots_apart_mm(const Swing& a, const Swing& b, size_t from, size_t to) {
   double sum = 0;
   for (size_t i = from; i < to; ++i) sum += (a.dots[i] - b.dots[i]).colwise().squaredNorm().mean();
   return 1e3 * std::sqrt(sum / static_cast<double>(to - from));
@@ -85,12 +85,12 @@ std::vector<Figure> prove_worlds(const FigureOptions& options) {
       const auto world = static_cast<BankWorld>(w);
       usual.push_back(swing(world, fabric, hold, 1, motion, duration_s));
       const Swing finer = swing(world, fabric, hold, kFiner, motion, duration_s);
-      seen[w].rest_mm.push_back(rms_mm(usual.back(), finer, 0, 1));
-      seen[w].swing_mm.push_back(rms_mm(usual.back(), finer, 1, usual.back().dots.size()));
+      seen[w].rest_mm.push_back(dots_apart_mm(usual.back(), finer, 0, 1));
+      seen[w].swing_mm.push_back(dots_apart_mm(usual.back(), finer, 1, usual.back().dots.size()));
       seen[w].cpu_s.push_back(usual.back().cpu_s);
       line += fmt::format("; {}: rest {:.3f}, swing {:.3f} mm, {:.2f} CPU s/s", hardware_sim::bank_world_names()[w],
                           seen[w].rest_mm.back(), seen[w].swing_mm.back(), seen[w].cpu_s.back());
-      if (w > 0) apart.push_back(rms_mm(usual.front(), usual.back(), 1, usual.back().dots.size()));
+      if (w > 0) apart.push_back(dots_apart_mm(usual.front(), usual.back(), 1, usual.back().dots.size()));
     }
     options.tell(line);
   }
