@@ -205,6 +205,15 @@ LookedAt look_at(const Weighed& w, const Linearisation& about, const EffectSet& 
   return out;
 }
 
+// Where the base leaves little more than a right model does, nothing is left to take.
+GapTaken taken_by(const LookedAt& l, const HeldOut& noise, const Protocol& protocol) {
+  GapTaken out;
+  for (const Share& part : l.parts) out.parts.push_back(part.value);
+  const double before = std::pow(l.before.mm(), 2), right = std::pow(noise.mm(), 2) + std::pow(protocol.form_mm, 2);
+  if (before > 1.2 * right) out.explained = (before - std::pow(l.after.mm(), 2)) / (before - right);
+  return out;
+}
+
 void fill_gap(Diagnosis& out, const Study& study, const HeldOut& before, const HeldOut& noise) {
   out.is_ahead = before.dimensions == 3;
   out.before_mm = before.mm();
@@ -331,17 +340,16 @@ Diagnosis diagnose(const trial::Campaign& campaign, const std::vector<Effect>& e
   list_effects(out, study, none);
   const Weighed weighed{study, windows, evidence, noise_of(study, windows)};
   std::vector<LookedAt> looked_at;
-  std::map<std::vector<size_t>, std::vector<double>> shares;
+  std::map<std::vector<size_t>, GapTaken> taken;
   const auto look = [&](const std::vector<size_t>& effects_of) {
     const EffectSet& set = find(sets, effects_of);
     looked_at.push_back(look_at(weighed, there && meet(effects_of, first) ? *there : none, set));
-    for (const Share& part : looked_at.back().parts) shares[effects_of].push_back(part.value);
+    if (!effects_of.empty()) taken[effects_of] = taken_by(looked_at.back(), weighed.noise, study.protocol);
   };
   look(verdict.weights.front().effects);
   for (const Weight& w : verdict.weights) {
     if (looked_at.size() >= static_cast<size_t>(study.protocol.leaders)) break;
-    if (!w.effects.empty() && !shares.contains(w.effects) && w.effects != looked_at.front().arm.effects)
-      look(w.effects);
+    if (!w.effects.empty() && !taken.contains(w.effects) && w.effects != looked_at.front().arm.effects) look(w.effects);
   }
   const LookedAt& likeliest = looked_at.front();
   fill_gap(out, study, likeliest.before, weighed.noise);
@@ -360,7 +368,7 @@ Diagnosis diagnose(const trial::Campaign& campaign, const std::vector<Effect>& e
       f.reduction = reduction_of(study, l.before, l.after, weighed.noise);
     }
   }
-  verdict = judge(study, sets, evidence.error().scales, shares);
+  verdict = judge(study, sets, evidence.error().scales, taken);
   for (size_t k = 0; k < likeliest.parts.size(); ++k)
     out.budget.parts.push_back({study.effects[likeliest.arm.effects[k]].name, 0, likeliest.parts[k]});
   out.budget.unexplained = likeliest.unexplained;

@@ -133,7 +133,7 @@ std::vector<EffectSet> weigh_sets(const Study& study, const Evidence& evidence, 
 }
 
 Verdict judge(const Study& study, const std::vector<EffectSet>& sets, const std::vector<double>& scales,
-              const std::map<std::vector<size_t>, std::vector<double>>& shares) {
+              const std::map<std::vector<size_t>, GapTaken>& taken) {
   const Protocol& p = study.protocol;
   const ScalePriors priors = scale_priors(p, scales);
   const auto n = static_cast<double>(study.effects.size());
@@ -162,15 +162,19 @@ Verdict judge(const Study& study, const std::vector<EffectSet>& sets, const std:
   for (const Effect& e : study.effects) out.inclusion[e.name] = out.probability[e.name] = 0;
   for (const Weight& w : out.weights) {
     if (w.effects.empty()) out.probability[w.and_unknown ? "unknown" : "none"] += w.probability;
-    const auto given = shares.find(w.effects);
-    double sum = 0;
-    for (size_t k = 0; given != shares.end() && k < w.effects.size(); ++k) sum += std::max(0.0, given->second[k]);
+    const auto given = taken.find(w.effects);
+    double sum = 0, kept = w.probability;
+    if (given != taken.end()) {
+      for (const double part : given->second.parts) sum += std::max(0.0, part);
+      kept *= std::clamp(given->second.explained / p.explains, 0.0, 1.0);
+      out.probability["unknown"] += w.probability - kept;
+    }
     for (size_t k = 0; k < w.effects.size(); ++k) {
       const std::string& name = study.effects[w.effects[k]].name;
-      out.inclusion[name] += w.probability;
+      out.inclusion[name] += kept;
       const double share =
-          sum > 0 ? std::max(0.0, given->second[k]) / sum : 1.0 / static_cast<double>(w.effects.size());
-      out.probability[name] += w.probability * share;
+          sum > 0 ? std::max(0.0, given->second.parts[k]) / sum : 1.0 / static_cast<double>(w.effects.size());
+      out.probability[name] += kept * share;
     }
   }
   std::stable_sort(out.weights.begin(), out.weights.end(),

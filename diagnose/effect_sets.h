@@ -47,8 +47,15 @@ struct Verdict {
                                               // up to 1
 };
 
-// Probabilities of the sets. shares: of what a set takes, each effect's, by the set's effects; missing: alike.
+// What a set takes of the gap in trials that it was not fitted to.
+struct GapTaken {
+  std::vector<double> parts;  // an effect's each, in the set's order
+  double explained = 1;       // all of it, of what a right model would take
+};
+
+// Probabilities of the sets. taken: by the set's effects; missing: all of it, by each effect alike. A set that takes
+// less than Protocol::explains leaves so much of its probability to unknown.
 Verdict judge(const Study& study, const std::vector<EffectSet>& sets, const std::vector<double>& scales,
-              const std::map<std::vector<size_t>, std::vector<double>>& shares);
+              const std::map<std::vector<size_t>, GapTaken>& taken);
 
 }  // namespace selvedge::diagnose

@@ -61,8 +61,9 @@ struct Protocol {
   long pairs_tried = 5;       // that a third effect is tried beside
 
   // What is told.
-  long leaders = 6;      // sets of effects that are sized, and whose reduction is found
-  double form_mm = 0.4;  // that a right model leaves beside the sensor's noise, of predictions free_s ahead
+  double explains = 0.5;  // of what a right model would take of the gap: a set that takes less leaves room for unknown
+  long leaders = 6;       // sets of effects that are sized, and whose reduction is found
+  double form_mm = 0.4;   // that a right model leaves beside the sensor's noise, of predictions free_s ahead
   // Standard deviation of a named effect's size about the true one, over that, beside what the evidence shows: of the
   // rig, its clock and the air, and of what the fabric is.
   double rig_size_share = 0.15, fabric_size_share = 0.3;
