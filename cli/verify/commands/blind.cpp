@@ -173,6 +173,7 @@ std::map<std::string, double> true_shares(const fs::path& folder, const evaluati
   std::map<std::string, double> out;
   if (known && gap_with_all > 0)
     for (size_t k = 0; k < parts.size(); ++k) out[all.effects[k].name] = parts[k] / gap_with_all;
+  fs::create_directories(here);
   files::write_json(file, out);
   return out;
 }
