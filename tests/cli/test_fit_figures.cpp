@@ -1,4 +1,4 @@
-// The short versions of the proofs of fits, diagnoses and worlds: every figure they judge holds.
+// The short versions of the proofs of fits and diagnoses: every figure they judge holds.
 #include <algorithm>
 #include <cmath>
 
@@ -26,7 +26,7 @@ TEST_P(QuickProof, EveryFigureHolds) {
   for (const Figure& f : figures) EXPECT_TRUE(holds(f)) << f.what << ": " << f.measured << " beside " << f.reference;
 }
 
-INSTANTIATE_TEST_SUITE_P(ByName, QuickProof, testing::Values("diagnosis", "fit", "louchet", "worlds"),
+INSTANTIATE_TEST_SUITE_P(ByName, QuickProof, testing::Values("diagnosis", "fit", "louchet"),
                          [](const auto& info) { return info.param; });
 
 TEST(FitBench, EndsCloserThanItStarted) {
