@@ -210,7 +210,7 @@ GapTaken taken_by(const LookedAt& l, const HeldOut& noise, const Protocol& proto
   GapTaken out;
   for (const Share& part : l.parts) out.parts.push_back(part.value);
   const double before = std::pow(l.before.mm(), 2), right = std::pow(noise.mm(), 2) + std::pow(protocol.form_mm, 2);
-  if (before > 1.2 * right) out.explained = (before - std::pow(l.after.mm(), 2)) / (before - right);
+  if (before > protocol.explains_over * right) out.explained = (before - std::pow(l.after.mm(), 2)) / (before - right);
   return out;
 }
 

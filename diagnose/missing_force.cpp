@@ -13,11 +13,6 @@ namespace {
 
 constexpr int kAcross = 7;  // places along the width and down the height
 
-// What one smooth force of the study is at a place, N/m² for a coordinate of 1.
-Eigen::Vector3d force_at(const cloth::SmoothForce& f, const Eigen::Vector2d& uv, double width_m, double height_m) {
-  return std::cos(M_PI * f.along_u * uv.x() / width_m) * std::cos(M_PI * f.down_v * uv.y() / height_m) * f.peak_n_m2;
-}
-
 nlohmann::json rows(const Eigen::Matrix3Xd& columns) {
   nlohmann::json out = nlohmann::json::array();
   for (Index i = 0; i < columns.cols(); ++i) out.push_back({columns(0, i), columns(1, i), columns(2, i)});
@@ -50,7 +45,7 @@ MissingForce missing_force(const Study& study, const Windows& windows, const Evi
       const auto place = static_cast<Index>(i);
       Eigen::Matrix3Xd each(3, static_cast<Index>(forces.size()));
       for (size_t k = 0; k < forces.size(); ++k)
-        each.col(static_cast<Index>(k)) = s * force_at(forces[k], out.uv_m[i], first.width_m, first.height_m);
+        each.col(static_cast<Index>(k)) = s * forces[k].at(out.uv_m[i], first.width_m, first.height_m);
       const auto count = static_cast<Index>(forces.size());
       here.mean_n_m2.col(place) = each * found.mean.head(count);
       here.sd_n_m2.col(place) =

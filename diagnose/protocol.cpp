@@ -54,6 +54,7 @@ void to_json(nlohmann::json& json, const Protocol& p) {
           {"longest_step", p.longest_step},
           {"pairs_tried", p.pairs_tried},
           {"explains", p.explains},
+          {"explains_over", p.explains_over},
           {"leaders", p.leaders},
           {"form_mm", p.form_mm},
           {"rig_size_share", p.rig_size_share},

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 
 namespace selvedge::diagnose {
 
@@ -40,7 +41,7 @@ report::Points markers_at(const observe::MarkerTrack& track, size_t time, const 
   return out;
 }
 
-// The swatch at all samples of both runs of a trial, one view of the model.
+// The swatch at these times, each from the run of the trial that is free then.
 report::SheetView view_of(const Study& study, const Windows& windows, const Shown& model, size_t trial,
                           const std::vector<double>& times) {
   const model::Simulation& simulation = *study.simulation;
@@ -50,15 +51,19 @@ report::SheetView view_of(const Study& study, const Windows& windows, const Show
     for (int c = 0; c < kSheetAcross; ++c)
       points.push_back(surface_point(simulation.sheet(),
                                      {seen.width_m * c / (kSheetAcross - 1), seen.height_m * r / (kSheetAcross - 1)}));
-  std::vector<cloth::Trajectory> runs;
-  for (int phase = 0; phase < 2; ++phase)
-    runs.push_back(
-        simulation.trajectory(windows.held(simulation, study.state, phase), study.parameters, model.x, trial));
+  std::vector<int> phases;
+  for (const double t : times) phases.push_back(windows.phase_at(seen, t));
+  std::map<int, cloth::Trajectory> runs;
+  for (const int phase : phases)
+    if (!runs.contains(phase))
+      runs[phase] =
+          simulation.trajectory(windows.held(simulation, study.state, phase), study.parameters, model.x, trial);
   const std::vector<double>& sample_s = seen.experiment.sample_s;
   report::SheetView out{model.name, {}, {}};
-  for (const double t : times) {
-    const cloth::Trajectory& run = runs[static_cast<size_t>(windows.phase_at(seen, t))];
-    const auto after = static_cast<size_t>(std::lower_bound(sample_s.begin(), sample_s.end(), t) - sample_s.begin());
+  for (size_t i = 0; i < times.size(); ++i) {
+    const cloth::Trajectory& run = runs.at(phases[i]);
+    const auto after =
+        static_cast<size_t>(std::lower_bound(sample_s.begin(), sample_s.end(), times[i]) - sample_s.begin());
     const size_t at = std::min(after, run.samples.size() - 1);
     report::Points sheet;
     for (const cloth::SurfacePoint& p : points)
@@ -74,8 +79,10 @@ report::Points flat(const Matrix3Xd& columns) {
   return out;
 }
 
+// left_mm: what each model leaves, by trial.
 report::MovingSheet replay_of(const Study& study, const Windows& windows, const std::vector<Shown>& models,
-                              const MissingForce& force, size_t trial) {
+                              const std::vector<std::vector<VectorXd>>& left_mm, const MissingForce& force,
+                              size_t trial) {
   const model::ObservedTrial& seen = study.simulation->trials()[trial];
   const std::vector<double>& all = seen.markers ? seen.markers->time_s : seen.experiment.sample_s;
   const std::vector<size_t> places = shown_times(all.size());
@@ -88,10 +95,10 @@ report::MovingSheet replay_of(const Study& study, const Windows& windows, const 
     out.time_s.push_back(static_cast<float>(all[at]));
     out.seen.push_back(seen.markers ? markers_at(*seen.markers, at, {}) : report::Points());
   }
-  for (const Shown& model : models) {
-    report::SheetView view = view_of(study, windows, model, trial, times);
+  for (size_t k = 0; k < models.size(); ++k) {
+    report::SheetView view = view_of(study, windows, models[k], trial, times);
     if (seen.markers) {
-      const VectorXd off_mm = by_trial(study, windows, model.residual)[trial];
+      const VectorXd& off_mm = left_mm[k][trial];
       for (const size_t at : places) view.expected.push_back(markers_at(*seen.markers, at, off_mm));
     }
     out.views.push_back(std::move(view));
@@ -120,11 +127,13 @@ std::vector<VectorXd> by_trial(const Study& study, const Windows& windows, const
 
 std::vector<report::MovingSheet> replay(const Study& study, const Windows& windows, const std::vector<Shown>& models,
                                         const MissingForce& force) {
+  std::vector<std::vector<VectorXd>> left_mm;
+  for (const Shown& model : models) left_mm.push_back(by_trial(study, windows, model.residual));
   std::vector<report::MovingSheet> out;
   for (const std::vector<size_t>& group : study.groups)
     for (const size_t t : group)
       if (out.size() < kMostTrials && !study.simulation->trials()[t].still) {
-        out.push_back(replay_of(study, windows, models, force, t));
+        out.push_back(replay_of(study, windows, models, left_mm, force, t));
         break;
       }
   return out;

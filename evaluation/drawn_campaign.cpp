@@ -245,8 +245,7 @@ double DrawnCampaign::forces_held(double s, std::mt19937_64& random) {
     for (size_t i = 0; i < map.uv_m.size(); ++i) {
       Eigen::Vector3d truly = Eigen::Vector3d::Zero();
       for (const cloth::SmoothForce& f : p.experiment.smooth_forces)
-        truly += std::cos(M_PI * f.along_u * map.uv_m[i].x() / first.width_m) *
-                 std::cos(M_PI * f.down_v * map.uv_m[i].y() / first.height_m) * f.peak_n_m2;
+        truly += f.at(map.uv_m[i], first.width_m, first.height_m);
       const auto place = static_cast<Index>(i);
       for (Index a = 0; a < 3; ++a) {
         ++of;

@@ -284,8 +284,9 @@ OnGrids fit_on_grids(FitOutcome& out, const std::vector<model::ObservedTrial>& t
     from = from + 0.5 * (0.75 - from - 0.1);
     return 1e-3 * change.mm;
   };
+  const int most = most_cells(motion_s(trials));
   const cloth::spline::ChosenGrid grid =
-      cloth::spline::choose_grid(cells, options.cells > 0 ? options.cells : most_cells(motion_s(trials)), moved_m);
+      cloth::spline::choose_grid(cells, options.cells > 0 ? options.cells : most, moved_m);
   if (options.cells == 0 && grid.leaves_open())
     out.remarks.push_back(fmt::format(
         "a grid of {} cells leaves {:.1f} mm open; a finer one would take minutes an iteration for {:.0f} s of motion",
@@ -293,12 +294,12 @@ OnGrids fit_on_grids(FitOutcome& out, const std::vector<model::ObservedTrial>& t
   search.least_decrease = enough;
   search.steps_between = 0;
   search.max_iterations = 2;
-  // What a finer grid adds changes with the parameters: it is found where they were, and again where it led them.
   out.grid_mm = change.mm;
-  const int most = most_cells(motion_s(trials));
-  const int finer = 2 * grid.cells <= most ? 2 * grid.cells : cloth::spline::next_finer(grid.cells);
+  const bool is_twice = 2 * grid.cells <= most;
+  const int finer = is_twice ? 2 * grid.cells : cloth::spline::next_finer(grid.cells);
+  // What a finer grid adds changes with the parameters: it is found where they were, and again where it led them.
   for (int round = 0; round < 2; ++round) {
-    if (round > 0 || finer == 2 * grid.cells) change = change_on_finer(out, parameters, done.fit, finer, options);
+    if (round > 0 || is_twice) change = change_on_finer(out, parameters, done.fit, finer, options);
     out.state.grid_correction_mm = change.adds_mm;
     search.progress = part_of(options.progress, 0.75 + 0.025 * round, 0.775 + 0.025 * round, "what a finer grid adds");
     done.fit = minimise(*out.simulation, out.state, parameters, done.fit.coordinates, search);

@@ -43,7 +43,7 @@ MatrixXd damped_inverse(const Side& side, double damping) {
   const Index count = side.inverse.rows();
   const MatrixXd one = MatrixXd::Identity(count, count);
   MatrixXd out = (one + kImplicit * damping * side.inverse * side.bend).partialPivLu().solve(side.inverse);
-  Index reach = 6;
+  Index reach = reach_of(side.inverse);
   for (Index i = 0; i < count; ++i)
     for (Index j = 0; j < count; ++j)
       if (std::abs(out(i, j)) > kNegligible * out(i, i)) reach = std::max(reach, std::abs(i - j));

@@ -73,11 +73,8 @@ Eigen::Matrix3Xd smooth_forces_on(const SplineSheet& sheet, const Experiment& e)
   const VectorXd area = areas(sheet);
   Eigen::Matrix3Xd out = Eigen::Matrix3Xd::Zero(3, sheet.count());
   for (const SmoothForce& f : e.smooth_forces)
-    for (Index p = 0; p < area.size(); ++p) {
-      const Eigen::Vector2d& uv = points[static_cast<size_t>(p)];
-      out.col(p) += area(p) * std::cos(M_PI * f.along_u * uv.x() / sheet.swatch.width_m) *
-                    std::cos(M_PI * f.down_v * uv.y() / sheet.swatch.height_m) * f.peak_n_m2;
-    }
+    for (Index p = 0; p < area.size(); ++p)
+      out.col(p) += area(p) * f.at(points[static_cast<size_t>(p)], sheet.swatch.width_m, sheet.swatch.height_m);
   return out;
 }
 

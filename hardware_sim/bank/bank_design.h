@@ -6,6 +6,7 @@
 // with these: the membrane's of FabricTruth, bending's in proportion to its rigidity.
 #pragma once
 
+#include <array>
 #include <random>
 #include <vector>
 
@@ -34,6 +35,14 @@ BankDesign usual_design();
 
 // Dots 9 to 100, 30 to 240 Hz, 0.1 to 2 mm, three to twelve trials of 1 to 10 s, a third of them held by the edge.
 BankDesign draw_design(std::mt19937_64& generator);
+
+// Of ten fabrics, N/m (the same source): stiffness at small strain, both ways at a stretch of a sixth, and what one way
+// does to the other.
+struct MeasuredStretch {
+  const char* name;
+  double one_way, other_way, one_way_far, other_way_far, coupling, shear;
+};
+const std::array<MeasuredStretch, 10>& measured_stretch();
 
 FabricTruth draw_fabric(std::mt19937_64& generator);
 

@@ -8,6 +8,8 @@
 
 #include <Eigen/Geometry>
 
+#include "hardware_sim/bank/added_weights.h"
+
 namespace selvedge::hardware_sim {
 
 namespace {
@@ -163,20 +165,6 @@ class AddedMass : public LatticeExtra {
   double per_area_;
 };
 
-// Nodes made heavier: one spot, or the rim.
-class Weights : public LatticeExtra {
- public:
-  using Law = std::function<double(int row, int column, const LatticeView&)>;
-  explicit Weights(Law kg) : kg_(std::move(kg)) {}
-  void begin(const LatticeView& s) override {
-    for (int i = 0; i < s.columns * s.rows; ++i) s.mass[i] += kg_(i / s.columns, i % s.columns, s);
-  }
-  void add(const LatticeView&, double) override {}
-
- private:
-  Law kg_;
-};
-
 // Of something spread over 10 mm about a flat place, what a node has.
 double patch_share(const LatticeView& s, int row, int column, double u, double v) {
   const auto at = [&](int r, int c) {
@@ -221,7 +209,7 @@ class Hem : public LatticeExtra {
   void add(const LatticeView& s, double dt_s) override { stiff_->add(s, dt_s); }
 
  private:
-  Weights weights_;
+  AddedWeights weights_;
   std::unique_ptr<BendMoment> stiff_;
 };
 
@@ -294,7 +282,7 @@ Extra fabric_extra(const std::string& name, double size) {
   if (name == "hem") return {std::make_shared<Hem>(size), 0.4};
   if (name == "added_mass") return {std::make_shared<AddedMass>(size), 1};  // kg/m²
   if (name == "local_mass")  // kg, a patch a third from the right, near the lower edge
-    return {std::make_shared<Weights>([size](int r, int c, const LatticeView& s) {
+    return {std::make_shared<AddedWeights>([size](int r, int c, const LatticeView& s) {
               return size * patch_share(s, r, c, 2 * s.truth->width_m / 3, s.truth->height_m * 19 / 22);
             }),
             1};

@@ -6,6 +6,8 @@
 #include <memory>
 #include <vector>
 
+#include "hardware_sim/bank/added_weights.h"
+
 namespace selvedge::hardware_sim {
 
 namespace {
@@ -105,20 +107,6 @@ class StiffRim : public PointEffect {
         ++i;
       }
   }
-};
-
-// Mass beside the fabric's own, of each node.
-class AddedWeights : public LatticeExtra {
- public:
-  using Kg = std::function<double(int row, int column, const LatticeView&)>;
-  explicit AddedWeights(Kg kg) : kg_(std::move(kg)) {}
-  void begin(const LatticeView& s) override {
-    for (int i = 0; i < s.columns * s.rows; ++i) s.mass[i] += kg_(i / s.columns, i % s.columns, s);
-  }
-  void add(const LatticeView&, double) override {}
-
- private:
-  Kg kg_;
 };
 
 // One of two sliders of half the size, behind a spring that gives way over such a strain.

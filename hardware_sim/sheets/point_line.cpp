@@ -91,16 +91,6 @@ std::vector<double> PointLine::value_at(double place) const {
   return out;
 }
 
-std::vector<double> graded_ends(double length_m, int cells, double grading, bool both) {
-  std::vector<double> ends;
-  const double turn = both ? 2 * M_PI : M_PI;
-  for (int i = 0; i <= cells; ++i) {
-    const double share = static_cast<double>(i) / cells;
-    ends.push_back(length_m * (share - grading * std::sin(turn * share) / turn));
-  }
-  return ends;
-}
-
 PointLine sliding_line(const std::vector<double>& nodes) {
   PointLine line;
   line.node = nodes;

@@ -41,9 +41,6 @@ struct PointLine {
 
 constexpr int kDegree = 5;
 
-// Ends of n cells, smaller by `grading` at the start, and at the end too if both.
-std::vector<double> graded_ends(double length_m, int cells, double grading, bool both);
-
 PointLine sliding_line(const std::vector<double>& nodes);  // at least six
 PointLine element_line(const std::vector<double>& ends);   // of two elements or more
 

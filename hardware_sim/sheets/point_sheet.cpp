@@ -15,7 +15,6 @@ using Eigen::VectorXd;
 
 namespace {
 
-constexpr double kGrip_m = 0.0075;
 constexpr double kLag_s = 2e-3, kBendLag_s = 1e-3;  // of dashpots behind their springs
 constexpr double kSlidingGrading = 0.4;             // elements have their nodes nearer to each other at their ends
 constexpr int kSlidingCells = 32, kElements = 8;
@@ -26,29 +25,8 @@ constexpr double kStepShare = 0.9;
 PointLine line_of(PointKind kind, double length_m, double fineness, bool both) {
   const bool sliding = kind == PointKind::sliding;
   const int cells = static_cast<int>(std::lround(fineness * (sliding ? kSlidingCells : kElements)));
-  const std::vector<double> ends = graded_ends(length_m, cells, sliding ? kSlidingGrading : 0, both);
+  const std::vector<double> ends = graded_places(length_m, cells, sliding ? kSlidingGrading : 0, both);
   return sliding ? sliding_line(ends) : element_line(ends);
-}
-
-// ∫ over the first kGrip_m of a line, divided by it, of each node's share, and of it times the place in it.
-struct Moments {
-  VectorXd zeroth, first;
-};
-Moments moments_at_start(const PointLine& line) {
-  Moments m{VectorXd::Zero(line.nodes()), VectorXd::Zero(line.nodes())};
-  constexpr double place[3] = {-0.7745966692414834, 0, 0.7745966692414834}, weight[3] = {5.0 / 18, 8.0 / 18, 5.0 / 18};
-  for (int c = 0; line.node[static_cast<size_t>(c)] < kGrip_m - 1e-12; ++c) {
-    const double from = line.node[static_cast<size_t>(c)],
-                 length = std::min(line.node[static_cast<size_t>(c) + 1], kGrip_m) - from;
-    for (int g = 0; g < 3; ++g) {
-      const double at = from + 0.5 * length * (1 + place[g]);
-      const std::vector<double> value = line.value_at(at);
-      const VectorXd share = weight[g] * length / kGrip_m * Eigen::Map<const VectorXd>(value.data(), line.nodes());
-      m.zeroth += share;
-      m.first += at / kGrip_m * share;
-    }
-  }
-  return m;
 }
 
 }  // namespace
@@ -80,45 +58,26 @@ PointSheet::PointSheet(PointKind kind, const FabricTruth& truth, const SwatchOpt
   set_position(flat);
 }
 
-// Over the unit square, 7 − 6a − 6b takes from a function the value at (0, 0) of the plane nearest to it.
 void PointSheet::make_grips() {
-  const int columns = grid_.columns();
+  const PointLine &u = grid_.u(), &v = grid_.v();
   if (options_.hold == SwatchHold::top_edge) {
-    for (int c = 0; c < columns; ++c)
-      grips_.push_back({{c}, {1.0}, {}, grid_.u().node[static_cast<size_t>(c)] / truth_.width_m, Vector3d::Zero()});
+    for (int c = 0; c < grid_.columns(); ++c)
+      grips_.push_back({{c}, {1.0}, {}, u.node[static_cast<size_t>(c)] / truth_.width_m, Vector3d::Zero()});
   } else {
-    const Moments u = moments_at_start(grid_.u()), v = moments_at_start(grid_.v());
-    for (const bool right : {false, true}) {
-      Grip grip;
-      grip.along = right ? 1 : 0;
-      for (int r = 0; r < grid_.rows(); ++r)
-        for (int c = 0; c < columns; ++c) {
-          const double w = 7 * u.zeroth(c) * v.zeroth(r) - 6 * u.first(c) * v.zeroth(r) - 6 * u.zeroth(c) * v.first(r);
-          if (std::abs(w) < 1e-14) continue;
-          grip.node.push_back(r * columns + (right ? columns - 1 - c : c));
-          grip.weight.push_back(w);
-        }
-      grips_.push_back(std::move(grip));
-    }
+    const auto value_on = [](const PointLine& line) { return [&line](double place) { return line.value_at(place); }; };
+    for (const bool right : {false, true})
+      grips_.push_back(corner_grip(u.node, value_on(u), v.node, value_on(v), right));
   }
   set_responses();
 }
 
 void PointSheet::set_responses() {
-  for (Grip& grip : grips_) {
-    double sum = 0;
-    grip.response.clear();
-    for (size_t i = 0; i < grip.node.size(); ++i) {
-      grip.response.push_back(grip.weight[i] / mass_(grip.node[i]));
-      sum += grip.weight[i] * grip.response[i];
-    }
-    for (double& r : grip.response) r /= sum;
-  }
+  for (SheetGrip& grip : grips_) grip.set_responses(mass_.data());
 }
 
 // What grips hold gets their velocity, or none.
 void PointSheet::hold(MatrixX3d& of, bool at_rest) const {
-  for (const Grip& grip : grips_) {
+  for (const SheetGrip& grip : grips_) {
     Eigen::RowVector3d lacks = at_rest ? Eigen::RowVector3d::Zero() : Eigen::RowVector3d(grip.velocity.transpose());
     for (size_t i = 0; i < grip.node.size(); ++i) lacks -= grip.weight[i] * of.row(grip.node[i]);
     for (size_t i = 0; i < grip.node.size(); ++i) of.row(grip.node[i]) += grip.response[i] * lacks;
@@ -299,7 +258,7 @@ void PointSheet::runge_kutta(double dt, double brake) {
 }
 
 void PointSheet::advance(double duration_s, const Vector3d& left_end, const Vector3d& right_end, double brake) {
-  for (Grip& grip : grips_) {
+  for (SheetGrip& grip : grips_) {
     Vector3d here = Vector3d::Zero();
     for (size_t i = 0; i < grip.node.size(); ++i) here += grip.weight[i] * x_.row(grip.node[i]).transpose();
     grip.velocity = (left_end + grip.along * (right_end - left_end) - here) / duration_s;

@@ -69,13 +69,6 @@ class PointSheet : public SwatchSheet {
   double elastic_energy();  // J
 
  private:
-  // Sums over nodes that the rig moves.
-  struct Grip {
-    std::vector<int> node;
-    std::vector<double> weight, response;
-    double along = 0;  // 0: as the left corner, 1: as the right one
-    Eigen::Vector3d velocity = Eigen::Vector3d::Zero();
-  };
   void make_grips();
   void set_responses();
   double stable_step_s();
@@ -109,7 +102,7 @@ class PointSheet : public SwatchSheet {
   std::vector<float> before_[3], lag_[3], lag_now_[3];
   Eigen::MatrixX3d bent_before_, bent_lag_, bent_lag_now_;
   std::vector<float> place_, bent_, force_;
-  std::vector<Grip> grips_;
+  std::vector<SheetGrip> grips_;
   std::vector<std::shared_ptr<PointEffect>> effects_;
   std::vector<std::shared_ptr<LatticeExtra>> extras_;
 };

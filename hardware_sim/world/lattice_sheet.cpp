@@ -26,7 +26,6 @@ const std::vector<FabricParameter>& fabric_parameters() {
 
 namespace {
 
-constexpr double kGrip_m = 0.0075;
 constexpr int kDragEvery = 4;           // steps
 constexpr double kLongestLag_s = 2e-3;  // of a dashpot of the membrane behind its spring
 constexpr double kBendLag_s = 1e-3;     // of bending's
@@ -40,40 +39,6 @@ StrainLaw strain_law(double stiffness, double viscosity, double lag_s, double dt
   return {stiffness, keep, viscosity / dt * (1 - keep)};
 }
 
-// Nodes of a side of n cells, closer together at its start, and at its end too if both: by `grading`, relative to even
-// ones.
-std::vector<double> graded(double length, int cells, double grading, bool both) {
-  std::vector<double> places;
-  const double turn = both ? 2 * M_PI : M_PI;
-  for (int i = 0; i <= cells; ++i) {
-    const double share = static_cast<double>(i) / cells;
-    places.push_back(length * (share - grading * std::sin(turn * share) / turn));
-  }
-  return places;
-}
-
-// ∫ of each node's function, and of it times x, over the first x = 0 … 1 grips of a side.
-struct Moments {
-  std::vector<double> zeroth, first;
-};
-
-Moments moments_at_start(const std::vector<double>& nodes) {
-  Moments m{std::vector<double>(nodes.size(), 0.0), std::vector<double>(nodes.size(), 0.0)};
-  constexpr double place[3] = {-0.7745966692414834, 0, 0.7745966692414834}, share[3] = {5.0 / 18, 8.0 / 18, 5.0 / 18};
-  for (size_t cell = 0; nodes[cell] < kGrip_m - 1e-12; ++cell) {
-    const double length = std::min(nodes[cell + 1], kGrip_m) - nodes[cell];
-    for (int g = 0; g < 3; ++g) {
-      const double at = nodes[cell] + 0.5 * length * (1 + place[g]), w = share[g] * length / kGrip_m;
-      const LineCubic c = line_cubic(nodes, at);
-      for (size_t i = 0; i < 4; ++i) {
-        m.zeroth[static_cast<size_t>(c.first) + i] += w * c.weight[i];
-        m.first[static_cast<size_t>(c.first) + i] += w * c.weight[i] * at / kGrip_m;
-      }
-    }
-  }
-  return m;
-}
-
 // At nodes and half way between them.
 std::vector<LineCubic> halved(const std::vector<double>& nodes) {
   std::vector<LineCubic> out;
@@ -81,6 +46,14 @@ std::vector<LineCubic> halved(const std::vector<double>& nodes) {
     out.push_back(line_cubic(nodes, nodes[i]));
     if (i + 1 < nodes.size()) out.push_back(line_cubic(nodes, 0.5 * (nodes[i] + nodes[i + 1])));
   }
+  return out;
+}
+
+// Weights of all nodes in the value at a place.
+std::vector<double> value_at(const std::vector<double>& nodes, double place) {
+  std::vector<double> out(nodes.size(), 0.0);
+  const LineCubic c = line_cubic(nodes, place);
+  for (size_t i = 0; i < 4; ++i) out[static_cast<size_t>(c.first) + i] = c.weight[i];
   return out;
 }
 
@@ -98,8 +71,8 @@ LineCubic line_cubic(const std::vector<double>& nodes, double place) {
 
 LatticeSheet::LatticeSheet(const FabricTruth& truth, const LatticeOptions& options)
     : truth_(truth), options_(options), columns_(options.cells_across + 1), rows_(options.cells_down + 1),
-      forces_(SheetGrid(graded(truth.width_m, options.cells_across, options.grading, true),
-                        graded(truth.height_m, options.cells_down, options.grading, false))) {
+      forces_(SheetGrid(graded_places(truth.width_m, options.cells_across, options.grading, true),
+                        graded_places(truth.height_m, options.cells_down, options.grading, false))) {
   const SheetGrid& grid = forces_.grid();
   per_mass_.assign(grid.size(), 0.0f);
   for (SheetPlane<float>& plane : drag_) plane.assign(grid.size(), 0.0f);
@@ -113,15 +86,19 @@ LatticeSheet::LatticeSheet(const FabricTruth& truth, const LatticeOptions& optio
   seen_v_ = halved(grid.v.place);
   if (options.edge_held) {
     for (int c = 0; c < columns_; ++c) {
-      Grip& grip = grips_.emplace_back();
+      SheetGrip& grip = grips_.emplace_back();
       grip.node = {c};
       grip.weight = {1};
       grip.along = grid.u.place[static_cast<size_t>(c)] / truth.width_m;
-      set_responses(grip);
     }
   } else {
-    grips_ = {corner_grip(false), corner_grip(true)};
+    const auto value_on = [](const std::vector<double>& nodes) {
+      return [&nodes](double place) { return value_at(nodes, place); };
+    };
+    for (const bool right : {false, true})
+      grips_.push_back(corner_grip(grid.u.place, value_on(grid.u.place), grid.v.place, value_on(grid.v.place), right));
   }
+  for (SheetGrip& grip : grips_) grip.set_responses(mass_.data());
   step_s_ = stable_step_s();
 
   Eigen::Matrix3Xd flat(3, count());
@@ -131,41 +108,14 @@ LatticeSheet::LatticeSheet(const FabricTruth& truth, const LatticeOptions& optio
   set_position(flat);
 }
 
-// Over the unit square, 7 − 6a − 6b takes from a function the value at (0, 0) of the plane nearest to it.
-LatticeSheet::Grip LatticeSheet::corner_grip(bool right) const {
-  const Moments u = moments_at_start(forces_.grid().u.place), v = moments_at_start(forces_.grid().v.place);
-  Grip grip;
-  grip.along = right ? 1 : 0;
-  for (int r = 0; r < rows_; ++r)
-    for (int c = 0; c < columns_; ++c) {
-      const auto i = static_cast<size_t>(c), k = static_cast<size_t>(r);
-      const double w = 7 * u.zeroth[i] * v.zeroth[k] - 6 * u.first[i] * v.zeroth[k] - 6 * u.zeroth[i] * v.first[k];
-      if (w == 0) continue;
-      grip.node.push_back(r * columns_ + (right ? columns_ - 1 - c : c));
-      grip.weight.push_back(w);
-    }
-  set_responses(grip);
-  return grip;
-}
-
-void LatticeSheet::set_responses(Grip& grip) const {
-  double sum = 0;
-  grip.response.clear();
-  for (size_t i = 0; i < grip.node.size(); ++i) {
-    grip.response.push_back(grip.weight[i] / mass_[static_cast<size_t>(grip.node[i])]);
-    sum += grip.weight[i] * grip.response[i];
-  }
-  for (double& response : grip.response) response /= sum;
-}
-
-Eigen::Vector3d LatticeSheet::read(const Grip& grip, const Eigen::Matrix3Xd& nodes) {
+Eigen::Vector3d LatticeSheet::read(const SheetGrip& grip, const Eigen::Matrix3Xd& nodes) {
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   for (size_t i = 0; i < grip.node.size(); ++i) sum += grip.weight[i] * nodes.col(grip.node[i]);
   return sum;
 }
 
 // Velocities of the nodes that the grip holds, so that it moves as it is to.
-void LatticeSheet::hold(Grip& grip) {
+void LatticeSheet::hold(SheetGrip& grip) {
   for (size_t a = 0; a < 3; ++a) {
     double lacks = grip.velocity[static_cast<Eigen::Index>(a)];
     for (size_t i = 0; i < grip.node.size(); ++i)
@@ -362,7 +312,7 @@ LatticeView LatticeSheet::view() {
 void LatticeSheet::add_extra(std::shared_ptr<LatticeExtra> extra, double step_share) {
   extra->begin(view());
   for (int i = 0; i < count(); ++i) per_mass_[at(i)] = static_cast<float>(1 / mass_[static_cast<size_t>(i)]);
-  for (Grip& grip : grips_) set_responses(grip);
+  for (SheetGrip& grip : grips_) grip.set_responses(mass_.data());
   step_share_ *= step_share;
   step_s_ = stable_step_s();
   extras_.push_back(std::move(extra));
@@ -426,7 +376,7 @@ void LatticeSheet::step(double dt, double brake, bool held) {
     for (size_t i = first; i < last; ++i) v[i] = keep * (v[i] + h * ((f[i] + drag[i]) * per_mass[i] + g));
   }
   if (held)
-    for (Grip& grip : grips_) hold(grip);
+    for (SheetGrip& grip : grips_) hold(grip);
   for (size_t a = 0; a < 3; ++a) {
     const float* v = forces_.v[a].data();
     float* x = forces_.x[a].data();
@@ -452,7 +402,7 @@ void LatticeSheet::steps(double duration_s, double brake, bool held) {
 
 void LatticeSheet::advance(double duration_s, const Eigen::Vector3d& left_end, const Eigen::Vector3d& right_end,
                            double brake) {
-  for (Grip& grip : grips_) {
+  for (SheetGrip& grip : grips_) {
     Eigen::Vector3d here = origin_;
     for (size_t i = 0; i < grip.node.size(); ++i)
       for (size_t a = 0; a < 3; ++a)

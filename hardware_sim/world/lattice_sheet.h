@@ -18,6 +18,7 @@
 #include <Eigen/Core>
 
 #include "hardware_sim/world/sheet_forces.h"
+#include "hardware_sim/world/sheet_grip.h"
 
 namespace selvedge::hardware_sim {
 
@@ -144,17 +145,8 @@ class LatticeSheet {
   std::vector<std::array<int, 3>> triangles() const;
 
  private:
-  // A sum over nodes that the rig moves, and what one unit of its velocity moves each of them by.
-  struct Grip {
-    std::vector<int> node;
-    std::vector<double> weight, response;
-    double along = 0;  // 0: as the left corner, 1: as the right one
-    Eigen::Vector3d velocity = Eigen::Vector3d::Zero();
-  };
-  static Eigen::Vector3d read(const Grip& grip, const Eigen::Matrix3Xd& nodes);
-  Grip corner_grip(bool right) const;
-  void set_responses(Grip& grip) const;
-  void hold(Grip& grip);
+  static Eigen::Vector3d read(const SheetGrip& grip, const Eigen::Matrix3Xd& nodes);
+  void hold(SheetGrip& grip);
   SheetLaw law(double dt) const;
   double stable_step_s() const;
   size_t at(int node) const { return forces_.grid().at(node / columns_, node % columns_); }
@@ -180,7 +172,7 @@ class LatticeSheet {
   int since_drag_ = 0;
   SheetLaw law_;
   std::vector<double> mass_, area_;  // of each node; extras may add to the mass alone
-  std::vector<Grip> grips_;          // from left to right
+  std::vector<SheetGrip> grips_;     // from left to right
   std::vector<LineCubic> seen_u_, seen_v_;
   // What extras see.
   std::vector<double> x_seen_[3], v_seen_[3], f_seen_[3];

@@ -170,6 +170,16 @@ SheetLine::SheetLine(std::vector<double> places)
   }
 }
 
+std::vector<double> graded_places(double length_m, int cells, double grading, bool both) {
+  std::vector<double> places;
+  const double turn = both ? 2 * M_PI : M_PI;
+  for (int i = 0; i <= cells; ++i) {
+    const double share = static_cast<double>(i) / cells;
+    places.push_back(length_m * (share - grading * std::sin(turn * share) / turn));
+  }
+  return places;
+}
+
 SheetGrid::SheetGrid(std::vector<double> along_u, std::vector<double> along_v)
     : u(std::move(along_u)), v(std::move(along_v)), columns(u.nodes()), rows(v.nodes()),
       stride((columns + 2 * kBorder + 7) / 8 * 8) {}

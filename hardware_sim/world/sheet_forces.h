@@ -30,6 +30,10 @@ struct SheetLine {
   int nodes() const { return static_cast<int>(place.size()); }
 };
 
+// Nodes of a side of n cells, closer together at its start, and at its end too if both: by `grading`, relative to even
+// ones. m.
+std::vector<double> graded_places(double length_m, int cells, double grading, bool both);
+
 // Nodes of a plane of values and the room around them: kBorder on every side.
 struct SheetGrid {
   static constexpr int kBorder = 4;

@@ -26,7 +26,7 @@ FabricTruth soft_fabric() {
 class BothKinds : public testing::TestWithParam<PointKind> {
  protected:
   static PointLine line(int cells) {
-    const std::vector<double> ends = graded_ends(0.3, cells, 0.4, true);
+    const std::vector<double> ends = graded_places(0.3, cells, 0.4, true);
     return GetParam() == PointKind::sliding ? sliding_line(ends) : element_line(ends);
   }
 };

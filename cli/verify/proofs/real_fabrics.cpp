@@ -9,29 +9,13 @@
 
 #include <fmt/format.h>
 
+#include "hardware_sim/bank/bank_design.h"
+
 namespace selvedge::cli {
 
 namespace {
 
-// Of ten fabrics, N/m: Wang, O’Brien, Ramamoorthi, "Data-driven elastic models for cloth", 2011. Stiffness at small
-// strain, and both ways at a stretch of a sixth.
-struct Stretch {
-  const char* name;
-  double one_way, other_way, one_way_far, other_way_far, coupling, shear;
-};
-constexpr double kFar = 1.0 / 6;
-constexpr Stretch kTen[] = {
-    {"denim", 205, 1014, 226, 1052, 10, 53},
-    {"ponte roma", 31, 44, 144, 192, 0, 32},
-    {"interlock", 17, 34, 127, 406, 0, 37},
-    {"rib knit", 43, 65, 106, 255, 0, 83},
-    {"sweat", 12, 3, 92, 243, 0, 18},
-    {"ribbon", 152, 245, 97, 360, 106, 30},
-    {"royal target", 2017, 2035, 2110, 2153, 9, 105},
-    {"jet set", 43, 171, 227, 405, 54, 14},
-    {"white dots", 2002, 2027, 2107, 2150, 0, 19},
-    {"swim solid", 48, 105, 69, 124, 7, 61},
-};
+constexpr double kFar = 1.0 / 6;  // at what stretch the ten were measured last
 
 std::vector<std::vector<double>> rows_of(const std::string& path, std::ifstream& file) {
   std::vector<std::vector<double>> rows;
@@ -48,7 +32,7 @@ std::vector<std::vector<double>> rows_of(const std::string& path, std::ifstream&
   return rows;
 }
 
-cloth::Material fabric_of(const std::vector<double>& row, const Stretch& s) {
+cloth::Material fabric_of(const std::vector<double>& row, const hardware_sim::MeasuredStretch& s) {
   cloth::Material m;
   m.density = row[0];
   const double warp = 1e-9 * row[1], weft = 1e-9 * row[2];
@@ -79,7 +63,8 @@ std::optional<std::vector<DrawnFabric>> draw_real_fabrics(int count, unsigned se
   std::vector<DrawnFabric> out;
   for (int k = 0; k < count; ++k) {
     const size_t row = random() % rows.size();
-    const Stretch& stretch = kTen[random() % std::size(kTen)];
+    const auto& ten = hardware_sim::measured_stretch();
+    const hardware_sim::MeasuredStretch& stretch = ten[random() % ten.size()];
     out.push_back({fmt::format("row {} with the stretch of {}", row + 2, stretch.name), fabric_of(rows[row], stretch)});
   }
   return out;

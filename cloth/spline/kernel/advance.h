@@ -38,7 +38,7 @@ struct SharedInverse {
   static constexpr int reach = 6;
   V operator()(int i, int d) const { return V{} + band[13 * i + 6 + d]; }
 };
-template <class V, class T>
+template <class V>
 struct LaneInverse {
   const V* band;
   int reach;
@@ -82,7 +82,7 @@ template <class V, class T>
 void times_inverse_mass(const Run<T>& run, V* from, V* to) {
   scale_by_mass(run, from);
   if (run.inverse_u) {
-    const LaneInverse<V, T> along{lanes<V>(run.inverse_u), run.inverse_reach},
+    const LaneInverse<V> along{lanes<V>(run.inverse_u), run.inverse_reach},
         down{lanes<V>(run.inverse_v), run.inverse_reach};
     times_inverses(run, along, down, static_cast<const V*>(from), to);
   } else {
