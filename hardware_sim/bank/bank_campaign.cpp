@@ -94,10 +94,14 @@ std::vector<std::pair<std::string, double>> of_the_sheet(const BankKey& key) {
   return out;
 }
 
+Vector3d gravity_of(const BankKey& key) {
+  return Eigen::AngleAxisd(key.size_of("rig_tilt"), kTiltAxis) * Vector3d(0, 0, -9.81);
+}
+
 std::unique_ptr<SwatchSheet> sheet_of(const BankKey& key) {
   SwatchOptions options;
   options.hold = key.design.hold;
-  options.gravity_m_s2 = Eigen::AngleAxisd(key.size_of("rig_tilt"), kTiltAxis) * Vector3d(0, 0, -9.81);
+  options.gravity_m_s2 = gravity_of(key);
   options.air_m_s = key.size_of("draught") * kDraught;
   return make_swatch(key.world, key.truth, options, of_the_sheet(key));
 }
@@ -133,7 +137,7 @@ std::vector<Eigen::Matrix3Xd> dots_over_time(const BankKey& key, const Rig& rig,
     return tracked + rig.right_offset + slipped * pull;
   };
   const Vector3d left = motion.left(0) + rig.left_offset, right = motion.right(0) + rig.right_offset;
-  sheet->hang(left, right, {0, 1, 0});
+  hang(*sheet, HungCurve(left, right, {0, 1, 0}, gravity_of(key), key.truth.width_m));
   settle(*sheet, left, right);
   std::vector<Eigen::Matrix3Xd> shapes = {sheet->points(uv)};
   for (int i = 1; i < samples; ++i) {

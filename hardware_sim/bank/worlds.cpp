@@ -16,18 +16,15 @@ class LatticeSwatch : public SwatchSheet {
  public:
   LatticeSwatch(const FabricTruth& truth, const SwatchOptions& options,
                 const std::vector<std::pair<std::string, double>>& effects)
-      : options_(options), width_m_(truth.width_m), sheet_(truth, lattice_options(options)) {
+      : sheet_(truth, lattice_options(options)) {
     for (const auto& [name, size] : effects) {
       const Extra extra = named_extra(name, size, "effect");
       sheet_.add_extra(extra.extra, extra.step_share);
     }
   }
-  void hang(const Eigen::Vector3d& left, const Eigen::Vector3d& right, const Eigen::Vector3d& side) override {
-    const HungCurve curve(left, right, side, options_.gravity_m_s2, width_m_);
-    Eigen::Matrix3Xd position(3, sheet_.count());
-    const std::vector<Eigen::Vector2d> uv = sheet_.rest_uv();
-    for (size_t i = 0; i < uv.size(); ++i) position.col(static_cast<Eigen::Index>(i)) = curve.at(uv[i].x(), uv[i].y());
-    sheet_.set_position(position);
+  std::vector<Eigen::Vector2d> rest_uv() const override { return sheet_.rest_uv(); }
+  void place(const Eigen::Matrix3Xd& nodes) override {
+    sheet_.set_position(nodes);
     stop();
   }
   void advance(double duration_s, const Eigen::Vector3d& left_end, const Eigen::Vector3d& right_end,
@@ -53,8 +50,6 @@ class LatticeSwatch : public SwatchSheet {
     return out;
   }
 
-  SwatchOptions options_;
-  double width_m_;
   LatticeSheet sheet_;
 };
 

@@ -287,16 +287,14 @@ void PointSheet::set_position(const MatrixX3d& position) {
   stop();
 }
 
-void PointSheet::hang(const Vector3d& left, const Vector3d& right, const Vector3d& side) {
-  const HungCurve curve(left, right, side, options_.gravity_m_s2, truth_.width_m);
-  MatrixX3d position(count(), 3);
-  for (Index i = 0; i < count(); ++i)
-    position.row(i) = curve
-                          .at(grid_.u().node[static_cast<size_t>(i % grid_.columns())],
-                              grid_.v().node[static_cast<size_t>(i / grid_.columns())])
-                          .transpose();
-  set_position(position);
+std::vector<Eigen::Vector2d> PointSheet::rest_uv() const {
+  std::vector<Eigen::Vector2d> uv;
+  for (const double v : grid_.v().node)
+    for (const double u : grid_.u().node) uv.emplace_back(u, v);
+  return uv;
 }
+
+void PointSheet::place(const Eigen::Matrix3Xd& nodes) { set_position(nodes.transpose()); }
 
 Eigen::Matrix3Xd PointSheet::points(const std::vector<Eigen::Vector2d>& uv) const {
   Eigen::Matrix3Xd out(3, static_cast<Index>(uv.size()));

@@ -52,7 +52,8 @@ class PointSheet : public SwatchSheet {
   void add(std::shared_ptr<PointEffect> effect, double step_share);
   void add(std::shared_ptr<LatticeExtra> extra, double step_share);  // whose forces alone count
 
-  void hang(const Eigen::Vector3d& left, const Eigen::Vector3d& right, const Eigen::Vector3d& side) override;
+  std::vector<Eigen::Vector2d> rest_uv() const override;
+  void place(const Eigen::Matrix3Xd& nodes) override;
   void advance(double duration_s, const Eigen::Vector3d& left_end, const Eigen::Vector3d& right_end,
                double brake = 0) override;
   void stop() override;

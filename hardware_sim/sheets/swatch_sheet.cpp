@@ -44,6 +44,15 @@ Eigen::Vector3d HungCurve::at(double u_m, double v_m) const {
   return left_ + share * span_ + std::sin(M_PI * share) * bulge_m_ * across_ + v_m * down_;
 }
 
+void hang(SwatchSheet& sheet, const HungCurve& curve) {
+  const std::vector<Eigen::Vector2d> uv = sheet.rest_uv();
+  Eigen::Matrix3Xd nodes(3, static_cast<Eigen::Index>(uv.size()));
+  for (size_t i = 0; i < uv.size(); ++i) nodes.col(static_cast<Eigen::Index>(i)) = curve.at(uv[i].x(), uv[i].y());
+  sheet.place(nodes);
+}
+
+void lie_as(SwatchSheet& sheet, const SwatchSheet& other) { sheet.place(other.points(sheet.rest_uv())); }
+
 void settle(SwatchSheet& sheet, const Eigen::Vector3d& left, const Eigen::Vector3d& right) {
   constexpr double kLook_s = 0.004, kBraked_s = 0.4, kLongest_s = 3;
   constexpr int kStops = 60;

@@ -22,8 +22,8 @@ class SwatchSheet {
  public:
   virtual ~SwatchSheet() = default;
 
-  // Unstrained along a curve between the corners, bulging towards `side`; held by its edge, straight.
-  virtual void hang(const Eigen::Vector3d& left, const Eigen::Vector3d& right, const Eigen::Vector3d& side) = 0;
+  virtual std::vector<Eigen::Vector2d> rest_uv() const = 0;  // flat coordinates of the nodes, m
+  virtual void place(const Eigen::Matrix3Xd& nodes) = 0;     // there, m, without velocity
   // The corners move linearly to where they are at the end. brake: extra damping of all velocities, 1/s.
   virtual void advance(double duration_s, const Eigen::Vector3d& left_end, const Eigen::Vector3d& right_end,
                        double brake = 0) = 0;
@@ -33,7 +33,8 @@ class SwatchSheet {
   virtual Eigen::Matrix3Xd points(const std::vector<Eigen::Vector2d>& uv) const = 0;
 };
 
-// A flat sheet hung along a sine between two corners that are nearer to each other than its width, straight down.
+// Where a flat sheet lies that is hung unstrained along a sine between two corners that are nearer to each other than
+// its width, straight down.
 class HungCurve {
  public:
   HungCurve(const Eigen::Vector3d& left, const Eigen::Vector3d& right, const Eigen::Vector3d& side,
@@ -45,6 +46,10 @@ class HungCurve {
   double width_m_, bulge_m_ = 0;
   std::vector<double> length_m_;  // of the curve up to each of its pieces' ends
 };
+
+void hang(SwatchSheet& sheet, const HungCurve& curve);
+// In the shape of another sheet of that size, whatever its grid and kind.
+void lie_as(SwatchSheet& sheet, const SwatchSheet& other);
 
 // Lets a hung sheet come to rest, stopping it whenever its kinetic energy has passed a peak.
 void settle(SwatchSheet& sheet, const Eigen::Vector3d& left, const Eigen::Vector3d& right);

@@ -110,7 +110,7 @@ double apart_mm(const Eigen::Matrix3Xd& a, const Eigen::Matrix3Xd& b) {
 
 Eigen::Matrix3Xd after_a_swing(SwatchSheet& sheet, double apart) {
   const Vector3d left(-apart / 2, 0, 0), right(apart / 2, 0, 0);
-  sheet.hang(left, right, {0, 1, 0});
+  hang(sheet, HungCurve(left, right, {0, 1, 0}, {0, 0, -1}, soft_fabric().width_m));
   settle(sheet, left, right);
   for (int i = 1; i <= 40; ++i) sheet.advance(1.0 / 120, left, right + Vector3d(0, 0.03 * std::sin(0.06 * i), 0));
   return sheet.points(dots());
@@ -134,7 +134,7 @@ Eigen::Matrix3Xd falls(BankWorld world, SwatchHold hold, const std::vector<std::
   const auto sheet = make_swatch(world, soft_fabric(), options, effects);
   const double apart = hold == SwatchHold::corners ? 0.28 : 0.3;
   const Vector3d left(-apart / 2, 0, 0), right(apart / 2, 0, 0);
-  sheet->hang(left, right, {0, 1, 0});
+  hang(*sheet, HungCurve(left, right, {0, 1, 0}, {0, 0, -1}, soft_fabric().width_m));
   for (int i = 1; i <= 24; ++i)
     sheet->advance(1.0 / 120, left + Vector3d(0, 1e-3 * i, 0), right + Vector3d(0, 1e-3 * i, 0));
   std::vector<Eigen::Vector2d> uv = dots();

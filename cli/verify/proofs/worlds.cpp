@@ -33,20 +33,15 @@ struct Swing {
   double cpu_s = 0;                    // per simulated second, without coming to rest
 };
 
-Swing swing(BankWorld world, const hardware_sim::FabricTruth& fabric, SwatchHold hold, double fineness,
-            const hardware_sim::BankMotion& motion, double duration_s) {
-  hardware_sim::SwatchOptions options;
-  options.hold = hold;
-  options.fineness = fineness;
-  const auto sheet = make_swatch(world, fabric, options, {});
-  sheet->hang(motion.left(0), motion.right(0), {0, 1, 0});
-  settle(*sheet, motion.left(0), motion.right(0));
+// A fabric has several equilibria, and which one it falls into is no matter of the mesh: a finer sheet begins in the
+// shape of the usual one at rest.
+Swing swing(hardware_sim::SwatchSheet& at_rest, const hardware_sim::BankMotion& motion, double duration_s) {
   Swing out;
-  out.dots.push_back(sheet->points(dots()));
+  out.dots.push_back(at_rest.points(dots()));
   const double begin = thread_cpu_s();
   for (int i = 1; i <= duration_s * kSeen_hz; ++i) {
-    sheet->advance(1 / kSeen_hz, motion.left(i / kSeen_hz), motion.right(i / kSeen_hz));
-    out.dots.push_back(sheet->points(dots()));
+    at_rest.advance(1 / kSeen_hz, motion.left(i / kSeen_hz), motion.right(i / kSeen_hz));
+    out.dots.push_back(at_rest.points(dots()));
   }
   out.cpu_s = (thread_cpu_s() - begin) / duration_s;
   return out;
@@ -83,8 +78,18 @@ std::vector<Figure> prove_worlds(const FigureOptions& options) {
       options.progress((f + static_cast<double>(w) / static_cast<double>(seen.size())) / fabrics,
                        hardware_sim::bank_world_names()[w]);
       const auto world = static_cast<BankWorld>(w);
-      usual.push_back(swing(world, fabric, hold, 1, motion, duration_s));
-      const Swing finer = swing(world, fabric, hold, kFiner, motion, duration_s);
+      hardware_sim::SwatchOptions swatch;
+      swatch.hold = hold;
+      const auto sheet = make_swatch(world, fabric, swatch, {});
+      swatch.fineness = kFiner;
+      const auto finer_sheet = make_swatch(world, fabric, swatch, {});
+      const Eigen::Vector3d left = motion.left(0), right = motion.right(0);
+      hang(*sheet, hardware_sim::HungCurve(left, right, {0, 1, 0}, swatch.gravity_m_s2, fabric.width_m));
+      settle(*sheet, left, right);
+      lie_as(*finer_sheet, *sheet);
+      settle(*finer_sheet, left, right);
+      usual.push_back(swing(*sheet, motion, duration_s));
+      const Swing finer = swing(*finer_sheet, motion, duration_s);
       seen[w].rest_mm.push_back(dots_apart_mm(usual.back(), finer, 0, 1));
       seen[w].swing_mm.push_back(dots_apart_mm(usual.back(), finer, 1, usual.back().dots.size()));
       seen[w].cpu_s.push_back(usual.back().cpu_s);
