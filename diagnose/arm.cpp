@@ -73,6 +73,7 @@ Arm arm_at(const Study& study, const Linearisation& about, const std::vector<con
   arm.changes = about.changes;
   arm.x = about.x;
   arm.residual = about.residual;
+  arm.grid = about.grid;
   if (d.size() > 0) arm.x = moved(study, arm, d);
   return arm;
 }
@@ -90,12 +91,8 @@ VectorXd moved(const Study& study, const Arm& arm, const VectorXd& d) {
 VectorXd estimate_of(const Study& study, const Linearisation& about, const Arm& arm, const VectorXd& d) {
   VectorXd x = moved(study, arm, d);
   for (const Way& way : about.ways) {
-    if (way.unit.size() == 0 || arm.sizes[static_cast<size_t>(way.columns[0])] != Size::free) continue;
-    const auto first = static_cast<Index>(study.first_parameter[way.effect]);
-    const model::Parameter& p = study.parameters[static_cast<size_t>(first)];
-    const double neutral = model::to_coordinate(p, p.start);
-    x.segment(first, way.unit.size()) = way.unit;
-    x(first) = neutral + d(way.columns[0]) * (way.unit(0) - neutral);
+    if (way.units.empty() || arm.sizes[static_cast<size_t>(way.columns[0])] != Size::free) continue;
+    x.segment(static_cast<Index>(study.first_parameter[way.effect]), way.units[0].size()) = effect_at(study, way, d);
   }
   return clamped(study, x);
 }

@@ -19,6 +19,7 @@ struct Arm {
   std::vector<Size> sizes;   // of each column of the linearisation
   Eigen::VectorXd x;         // all coordinates
   Eigen::VectorXd residual;  // simulated there
+  Eigen::VectorXd grid;      // what a finer grid adds
   std::vector<Column> columns;
   Eigen::MatrixXd changes;  // by columns, about x
 };

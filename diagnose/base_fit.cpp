@@ -2,13 +2,16 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "diagnose/excerpts.h"
 #include "estimate/least_squares.h"
 #include "files/whole_file.h"
 #include "fit/stages.h"
+#include "model/held_markers.h"
 
 namespace selvedge::diagnose {
 
@@ -18,10 +21,15 @@ using Eigen::VectorXd;
 namespace {
 
 bool applies(const Effect& effect, const std::vector<model::ObservedTrial>& trials, model::Drag drag) {
-  if (effect.applies_to == AppliesTo::simple_drag) return drag != model::Drag::nonlinear;
-  if (effect.applies_to == AppliesTo::images)
-    return std::any_of(trials.begin(), trials.end(),
-                       [](const model::ObservedTrial& t) { return t.stripes != nullptr; });
+  const auto any = [&](const auto& holds) { return std::any_of(trials.begin(), trials.end(), holds); };
+  const auto has_images = [](const model::ObservedTrial& t) { return t.stripes != nullptr; };
+  switch (effect.applies_to) {
+    case AppliesTo::anything: return true;
+    case AppliesTo::simple_drag: return drag != model::Drag::nonlinear;
+    case AppliesTo::images: return any(has_images);
+    case AppliesTo::outlines: return any(has_images) || any(model::is_outline_grid);
+    case AppliesTo::grids: return any(model::is_outline_grid);
+  }
   return true;
 }
 
@@ -126,6 +134,26 @@ VectorXd near_usual(const Protocol& protocol, const std::vector<model::Parameter
   return x;
 }
 
+// What held markers show is where everything begins: the delay, and all of an outline's jumps that stand out of noise.
+void begin_with_measured(Study& study, const std::vector<model::ObservedTrial>& trials) {
+  const Measured& m = study.measured;
+  bool jumps = false;
+  for (size_t t = 0; t < trials.size(); ++t)
+    jumps = jumps || (trials[t].markers && m.middle_m[t] > trials[t].markers->noise_m);
+  for (size_t k = study.base_count; k < study.first_force; ++k) {
+    const model::Parameter& p = study.parameters[k];
+    double& x = study.base(static_cast<Index>(k));
+    if (p.name == "delay" && m.delay) x = model::to_coordinate(p, m.delay->delay_s);
+    if (p.name == "jitter_share" && jumps) x = model::to_coordinate(p, 1);
+  }
+}
+
+std::vector<Index> rows_of_base(const Study& study) {
+  std::vector<Index> out(study.base_count);
+  std::iota(out.begin(), out.end(), 0);
+  return out;
+}
+
 }  // namespace
 
 void write_base_fit(const std::filesystem::path& file, const BaseFit& fit, const std::string& input) {
@@ -165,10 +193,11 @@ FittedStudy make_study(const trial::Campaign& campaign, const std::vector<Effect
   Study& study = out.study;
   study.protocol = options.protocol;
   study.campaign = campaign.folder.filename().string();
-  const std::vector<model::ObservedTrial> trials =
+  std::vector<model::ObservedTrial> trials =
       fit::observe_campaign(campaign, options.protocol.rate_hz, options.protocol.image_rate_hz,
                             fit::part_of(options.progress, 0, 0.05, "campaign"), observe::Thinning::averaged);
-  const std::vector<model::Parameter> base = model::base_parameters(options.drag);
+  study.measured = measure(trials, options.protocol);
+  std::vector<model::Parameter> base = model::base_parameters(options.drag);
   study.base_count = base.size();
   study.parameters = base;
   for (const Effect& effect : effects) {
@@ -182,6 +211,10 @@ FittedStudy make_study(const trial::Campaign& campaign, const std::vector<Effect
   study.parameters.insert(study.parameters.end(), forces.begin(), forces.end());
   for (const trial::Trial& trial : campaign.trials) study.cameras.push_back(trial.camera);
   study.groups = group_trials(campaign, trials);
+  study.base = model::usual_coordinates(study.parameters);
+  begin_with_measured(study, trials);
+  if (!measured_effects(study).empty()) base = model::only(study.parameters, rows_of_base(study), study.base);
+  trials = excerpts(std::move(trials), study.measured.delay ? study.measured.delay->delay_s : 0, options.protocol);
 
   if (options.base_fit) out.base_fit = *options.base_fit;
   else if (options.fitted) out.base_fit = {*options.fitted, 0, {}};
@@ -196,7 +229,6 @@ FittedStudy make_study(const trial::Campaign& campaign, const std::vector<Effect
   study.fine = std::make_shared<const model::Simulation>(
       trials, on_grid_of(std::lround(study.protocol.finer * static_cast<double>(fit.cells))));
   study.fine_state = study.fine->state_of(*study.simulation, study.state);
-  study.base = model::usual_coordinates(study.parameters);
   study.base.head(fit.coordinates.size()) = near_usual(study.protocol, base, fit.coordinates);
   options.progress(1, fmt::format("{} cells along the width", fit.cells));
   return out;

@@ -25,16 +25,18 @@ double dimensions_of(const Study& study) {
   return has_markers ? 3 : 1;
 }
 
-void add_squares(const Study& study, const Windows& windows, HeldOut& out) {
+void add_squares(const Study& study, const Windows& windows, const Evidence& evidence, HeldOut& out) {
   const auto groups = static_cast<Index>(study.groups.size());
   out.square_mm2 = out.rows = VectorXd::Zero(groups);
   out.dimensions = dimensions_of(study);
-  for (const Window& w : windows.windows())
+  for (const Window& w : windows.windows()) {
+    const double trust = evidence.trust(w, study.protocol.form_mm / std::sqrt(out.dimensions));
     for (Index g = 0; g < groups; ++g)
       if (holds(study.groups[static_cast<size_t>(g)], w.trial)) {
-        out.square_mm2(g) += out.residual.segment(w.first, w.count).squaredNorm();
-        out.rows(g) += static_cast<double>(w.count);
+        out.square_mm2(g) += trust * out.residual.segment(w.first, w.count).squaredNorm();
+        out.rows(g) += trust * static_cast<double>(w.count);
       }
+  }
 }
 
 // Of the squared gap: what a set of so many effects takes, a bit an effect.
@@ -84,17 +86,28 @@ double HeldOut::mm(const std::vector<size_t>& groups) const {
 
 double HeldOut::mm() const { return std::sqrt(dimensions * square_mm2.sum() / std::max(rows.sum(), 1.0)); }
 
-HeldOut hold_out(const Study& study, const Windows& windows, const Evidence& evidence, const Arm& arm, size_t scale,
-                 const std::vector<size_t>& effects) {
-  HeldOut out;
-  out.residual = arm.residual;
-  out.coordinates.assign(study.groups.size(), arm.x);
+namespace {
+
+// With those of its effects that are not listed at neutral.
+Arm without(const Arm& arm, const std::vector<size_t>& effects) {
   Arm less = arm;
   for (size_t k = 0; k < arm.columns.size(); ++k) {
     const Column& c = arm.columns[k];
     if (!c.is_base && !c.is_force && holds(arm.effects, c.effect) && !holds(effects, c.effect))
       less.sizes[k] = Size::neutral;
   }
+  return less;
+}
+
+}  // namespace
+
+HeldOut hold_out(const Study& study, const Windows& windows, const Evidence& evidence, const Arm& arm, size_t scale,
+                 const std::vector<size_t>& effects, const VectorXd& beyond) {
+  HeldOut out;
+  out.residual = arm.residual;
+  if (beyond.size() > 0) out.residual += beyond;
+  out.coordinates.assign(study.groups.size(), arm.x);
+  const Arm less = without(arm, effects);
   tbb::parallel_for(size_t{0}, study.groups.size(), [&](size_t g) {
     std::vector<size_t> others;
     for (size_t t = 0; t < study.simulation->trials().size(); ++t)
@@ -105,14 +118,26 @@ HeldOut hold_out(const Study& study, const Windows& windows, const Evidence& evi
       if (holds(study.groups[g], w.trial))
         out.residual.segment(w.first, w.count) += arm.changes.middleRows(w.first, w.count) * d;
   });
-  add_squares(study, windows, out);
+  add_squares(study, windows, evidence, out);
   return out;
 }
 
-HeldOut noise_of(const Study& study, const Windows& windows) {
+VectorXd beyond_derivatives(Study& study, const Windows& windows, const Evidence& evidence, const Arm& arm,
+                            size_t scale, const std::vector<size_t>& effects) {
+  const std::vector<size_t> measured = measured_effects(study);
+  const bool is_far = std::any_of(arm.effects.begin(), arm.effects.end(),
+                                  [&](size_t e) { return holds(measured, e) && !holds(effects, e); });
+  if (!is_far) return {};
+  const VectorXd d = posterior_of(study, evidence, without(arm, effects), scale).mean, x = moved(study, arm, d),
+                 there = simulated(study, windows, x).col(0) + grid_share(study, x) * arm.grid;
+  const VectorXd beyond = there - arm.residual - arm.changes * d;
+  return beyond.allFinite() ? beyond : VectorXd();
+}
+
+HeldOut noise_of(const Study& study, const Windows& windows, const Evidence& evidence) {
   HeldOut out;
   out.residual = windows.noise_mm();
-  add_squares(study, windows, out);
+  add_squares(study, windows, evidence, out);
   return out;
 }
 
@@ -127,7 +152,7 @@ std::string cause_of(const std::map<std::string, double>& probability, const std
       ->first;
 }
 
-std::vector<Share> shares_of(const Study& study, const Windows& windows, const Evidence& evidence, const Arm& arm,
+std::vector<Share> shares_of(Study& study, const Windows& windows, const Evidence& evidence, const Arm& arm,
                              size_t scale, Share& unexplained) {
   const size_t count = arm.effects.size(), sets = size_t{1} << count;
   Taken taken;
@@ -135,9 +160,10 @@ std::vector<Share> shares_of(const Study& study, const Windows& windows, const E
     std::vector<size_t> effects;
     for (size_t e = 0; e < count; ++e)
       if (set >> e & 1) effects.push_back(arm.effects[e]);
-    taken.push_back(hold_out(study, windows, evidence, arm, scale, effects));
+    taken.push_back(hold_out(study, windows, evidence, arm, scale, effects,
+                             beyond_derivatives(study, windows, evidence, arm, scale, effects)));
   }
-  const HeldOut noise = noise_of(study, windows);
+  const HeldOut noise = noise_of(study, windows, evidence);
   const size_t groups = study.groups.size();
   std::vector<Share> out;
   for (size_t e = 0; e < count; ++e)

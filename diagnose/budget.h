@@ -14,9 +14,10 @@
 
 namespace selvedge::diagnose {
 
-// What an arm leaves of each group of trials that its coordinates were found without.
+// What an arm leaves of each group of trials that its coordinates were found without. Windows count by
+// Evidence::trust.
 struct HeldOut {
-  Eigen::VectorXd square_mm2, rows;          // a group: sum of squares, and how many rows
+  Eigen::VectorXd square_mm2, rows;          // a group: sum of squares, and of how many rows
   std::vector<Eigen::VectorXd> coordinates;  // a group: all coordinates, found without it
   Eigen::VectorXd residual;                  // mm, all rows, each predicted without its group
   // Root mean square over some groups: distance of a marker in space, or of a point of pictures.
@@ -25,12 +26,18 @@ struct HeldOut {
   double dimensions = 3;
 };
 
-// effects: of those that the arm has, which are to be in the set; the others of them are neutral.
+// effects: of those that the arm has, which are to be in the set; the others of them are neutral. beyond: added to all
+// rows, mm (beyond_derivatives); empty: nothing.
 HeldOut hold_out(const Study& study, const Windows& windows, const Evidence& evidence, const Arm& arm, size_t scale,
-                 const std::vector<size_t>& effects);
+                 const std::vector<size_t>& effects, const Eigen::VectorXd& beyond = {});
+
+// What a simulation without some of an arm's effects leaves beside what the arm's derivatives say: where an effect that
+// was measured before any physics is taken away, which is further than they reach. Empty where none is.
+Eigen::VectorXd beyond_derivatives(Study& study, const Windows& windows, const Evidence& evidence, const Arm& arm,
+                                   size_t scale, const std::vector<size_t>& effects);
 
 // What the sensor alone leaves of each group.
-HeldOut noise_of(const Study& study, const Windows& windows);
+HeldOut noise_of(const Study& study, const Windows& windows, const Evidence& evidence);
 
 struct Share {
   double value = 0, low = 0, high = 0;  // of the squared gap; 90 %, jackknife over groups of trials
@@ -54,7 +61,7 @@ std::string cause_of(const std::map<std::string, double>& probability, const std
                      const Budget& budget);
 
 // Of an arm's effects, in their order.
-std::vector<Share> shares_of(const Study& study, const Windows& windows, const Evidence& evidence, const Arm& arm,
+std::vector<Share> shares_of(Study& study, const Windows& windows, const Evidence& evidence, const Arm& arm,
                              size_t scale, Share& unexplained);
 
 }  // namespace selvedge::diagnose

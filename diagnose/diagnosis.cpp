@@ -66,6 +66,14 @@ Linearisation linearised_at(Study& study, const Windows& windows, const Evidence
   return out.residual.allFinite() ? out : about;
 }
 
+// Of the effects that were measured before any physics, one each.
+std::vector<const Way*> ways_of_measured(const Study& study, const Linearisation& about) {
+  std::vector<const Way*> out;
+  for (const size_t e : measured_effects(study))
+    out.push_back(&*std::find_if(about.ways.begin(), about.ways.end(), [e](const Way& w) { return w.effect == e; }));
+  return out;
+}
+
 // Pooled over groups, before and after.
 GapReduction reduction_of(const Study& study, const HeldOut& before, const HeldOut& after, const HeldOut& noise) {
   const auto fraction = [&](const std::vector<size_t>& groups) {
@@ -91,26 +99,23 @@ std::vector<SizedParameter> size_of(const Study& study, const Linearisation& abo
   const Effect& e = study.effects[effect];
   const double form_share = k90 * size_share(study.protocol, e.side);
   std::vector<SizedParameter> out;
-  for (size_t k = 0; k < about.columns.size(); ++k) {
-    const Column& c = about.columns[k];
-    if (c.is_base || c.is_force || c.effect != effect || arm.sizes[k] != Size::free) continue;
-    const auto at = static_cast<Index>(k);
-    const double d = posterior.mean(at), sd = posterior.sd(at);
-    const auto add = [&](const model::Parameter& p, double coordinate, double deviation) {
-      const double value = model::to_value(p, coordinate),
-                   half = std::hypot(k90 * std::abs(model::to_value(p, deviation)), form_share * std::abs(value));
-      out.push_back({p.name, p.unit, value, std::max(p.lower, value - half), std::min(p.upper, value + half)});
-    };
-    if (c.coordinate >= 0) {
-      add(study.parameters[static_cast<size_t>(c.coordinate)], std::clamp(arm.x(c.coordinate) + d, c.lower, c.upper),
-          sd);
+  const auto add = [&](const model::Parameter& p, double coordinate, double deviation) {
+    const double value = model::to_value(p, coordinate),
+                 half = std::hypot(k90 * std::abs(model::to_value(p, deviation)), form_share * std::abs(value));
+    out.push_back({p.name, p.unit, value, std::max(p.lower, value - half), std::min(p.upper, value + half)});
+  };
+  for (const Way& way : about.ways) {
+    if (way.effect != effect || arm.sizes[static_cast<size_t>(way.columns[0])] != Size::free) continue;
+    if (!way.units.empty()) {
+      const VectorXd at = effect_at(study, way, posterior.mean);
+      add(e.parameters[0], at(0), deviation_at(study, way, posterior));
+      for (Index j = 1; j < at.size(); ++j) add(e.parameters[static_cast<size_t>(j)], at(j), 0);
       continue;
     }
-    for (const Way& way : about.ways) {
-      if (way.columns[0] != at) continue;
-      const double neutral = model::to_coordinate(e.parameters[0], e.parameters[0].start);
-      add(e.parameters[0], neutral + d * (way.unit(0) - neutral), sd * (way.unit(0) - neutral));
-      for (size_t j = 1; j < e.parameters.size(); ++j) add(e.parameters[j], way.unit(static_cast<Index>(j)), 0);
+    for (const Index k : way.columns) {
+      const Column& c = about.columns[static_cast<size_t>(k)];
+      add(study.parameters[static_cast<size_t>(c.coordinate)],
+          std::clamp(arm.x(c.coordinate) + posterior.mean(k), c.lower, c.upper), posterior.sd(k));
     }
   }
   return out;
@@ -170,7 +175,7 @@ void fill_screened(const Study& study, const Linearisation& about, std::vector<E
 
 // What all looks at sets need.
 struct Weighed {
-  const Study& study;
+  Study& study;
   const Windows& windows;
   const Evidence& evidence;
   HeldOut noise;
@@ -195,7 +200,8 @@ LookedAt look_at(const Weighed& w, const Linearisation& about, const EffectSet& 
     if (neutral.sizes[k] == Size::free) neutral.sizes[k] = Size::neutral;
   out.posterior = posterior_of(w.study, w.evidence, out.arm, set.scale);
   out.after = hold_out(w.study, w.windows, w.evidence, out.arm, set.scale, out.arm.effects);
-  out.before = hold_out(w.study, w.windows, w.evidence, out.arm, set.scale, {});
+  out.before = hold_out(w.study, w.windows, w.evidence, out.arm, set.scale, {},
+                        beyond_derivatives(w.study, w.windows, w.evidence, out.arm, set.scale, {}));
   const VectorXd d = posterior_of(w.study, w.evidence, neutral, set.scale).mean;
   out.without = {"none", estimate_of(w.study, about, neutral, d), out.before.coordinates};
   out.with = {name_of(w.study, out.arm.effects), estimate_of(w.study, about, out.arm, out.posterior.mean),
@@ -249,6 +255,17 @@ void list_parameters(Diagnosis& out, const Study& study, const VectorXd& base, c
       out.remarks.push_back(
           fmt::format("{} of the base model ends at its bound {:.3g} {}", p.name, model::to_value(p, x), p.unit));
   }
+}
+
+void list_measured(Diagnosis& out, const Measured& measured) {
+  if (measured.held_m > 0)
+    out.remarks.push_back(fmt::format(
+        "markers on held points lie {:.1f} mm (root mean square) from the grips' path, which no physics lets "
+        "them leave",
+        1e3 * measured.held_m));
+  if (measured.delay)
+    out.remarks.push_back(fmt::format("they come {:.3f} s (standard deviation {:.3f} s) after that path",
+                                      measured.delay->delay_s, measured.delay->sd_s));
 }
 
 std::string settings_of(const StudyOptions& study) {
@@ -306,13 +323,18 @@ Diagnosis diagnose(const trial::Campaign& campaign, const std::vector<Effect>& e
     throw std::runtime_error(fmt::format("{}: the base model diverges at its fitted parameters", out.campaign));
   const VectorXd grid = grid_change(study, windows, study.base, at_fit);
   const MatrixXd forces = responses_to_forces(study, windows, study.base, at_fit);
-  const Evidence evidence(windows, model_error(study.protocol, windows, forces, grid));
   const Linearisation at_base = linearise(study, windows, study.base, grid, forces);
+  const auto error_about = [&](const Linearisation& about) {
+    return model_error(study.protocol, windows, forces, grid, about.second,
+                       frame_noise(study.measured, *study.simulation, windows));
+  };
+  const Evidence at_first(windows, error_about(at_base));
   stages.done("changing everything once");
 
   after(kBegin.linearised, "the base with what is negligible of every effect");
-  const Linearisation none =
-      linearised_at(study, windows, evidence, at_base, weigh_set(study, evidence, at_base, {}), forces);
+  const Linearisation none = linearised_at(
+      study, windows, at_first, at_base, weigh_set(study, at_first, at_base, ways_of_measured(study, at_base)), forces);
+  const Evidence evidence(windows, error_about(none));
   std::vector<EffectSet> sets = weigh_sets(study, evidence, none);
   Verdict verdict = judge(study, sets, evidence.error().scales, {});
   stages.done("the base where it is likeliest");
@@ -338,7 +360,7 @@ Diagnosis diagnose(const trial::Campaign& campaign, const std::vector<Effect>& e
   // The likeliest sets, each in trials that it was not fitted to, beside the base without their effects.
   after(kBegin.likeliest, "how much each effect takes");
   list_effects(out, study, none);
-  const Weighed weighed{study, windows, evidence, noise_of(study, windows)};
+  const Weighed weighed{study, windows, evidence, noise_of(study, windows, evidence)};
   std::vector<LookedAt> looked_at;
   std::map<std::vector<size_t>, GapTaken> taken;
   const auto look = [&](const std::vector<size_t>& effects_of) {
@@ -395,6 +417,7 @@ Diagnosis diagnose(const trial::Campaign& campaign, const std::vector<Effect>& e
       std::find_if(out.effects.begin(), out.effects.end(), [&](const EffectFinding& f) { return f.name == out.cause; });
   out.side = named == out.effects.end() ? out.cause : to_text(named->side);
   if (out.cause != "none") out.confusable = credible_set(out.probability, study.protocol.credible);
+  list_measured(out, study.measured);
   list_parameters(out, study, likeliest.without.x, likeliest.with.x);
   stages.done("budget");
 

@@ -1,10 +1,11 @@
 // The evidence for sets of effects: one linear model, everything Gaussian, in closed form.
 //
 // About where a model was simulated, with r its residual, the rows of one window are
-//   r = −X d + s D w + ε,   d ~ N(m, Λ),   w ~ N(0, 1),   ε ~ N(0, R + s² white),
+//   r = −X d + s D w + ε,   d ~ N(m, Λ),   w ~ N(0, 1),   ε ~ N(0, R + s² white),   R = noise² + F Fᵀ,
 // X: how the residual changes with the coordinates d of a model (Windows' rows: simulated less seen). D: what smooth
 // forces that no law gives do to a window, each of the size that a right model's errors have; windows do not share
-// their w. s: how much larger than that size the model error is. R: the sensor. So
+// their w. s: how much larger than that size the model error is. R: the sensor, F what errs together in a frame
+// (measured.h). So
 //   Σ = s² (D Dᵀ + white) + R,   A = Λ⁻¹ + Xᵀ Σ⁻¹ X,   b = Λ⁻¹ m − Xᵀ Σ⁻¹ r,
 //   ln p(r | s) = −½ (rᵀ Σ⁻¹ r + mᵀ Λ⁻¹ m − bᵀ A⁻¹ b) − ½ ln|Σ| − ½ ln|ΛA| + const,
 // and d given r is N(A⁻¹ b, A⁻¹) (Kaipio and Somersalo 2007 on approximation errors; Kennedy and O'Hagan 2001).
@@ -17,21 +18,26 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Core>
 
+#include "diagnose/measured.h"
 #include "diagnose/windows.h"
 
 namespace selvedge::diagnose {
 
 // What is unsure of a window's rows beside the model's coordinates.
 struct ModelError {
-  Eigen::MatrixXd forces;      // rows × forces, mm, at s = 1: D
-  Eigen::VectorXd white_mm;    // a row, at s = 1: what no smooth force makes
-  Eigen::VectorXd noise_mm;    // a row: the sensor's
+  Eigen::MatrixXd forces;    // rows × forces, mm, at s = 1: D
+  Eigen::VectorXd white_mm;  // a row, at s = 1: what no smooth force makes
+  Eigen::VectorXd noise_mm;  // a row: the sensor's
+  Eigen::MatrixXd bent;      // rows × base coordinates, mm: what derivatives miss; no columns: nothing
+  FrameNoise frames;
   std::vector<double> scales;  // s, ascending
 };
 
-// forces: what those of usual size do; grid: what a finer grid changes.
+// forces: what those of usual size do; grid: what a finer grid changes; second: half the second derivatives by the
+// base's coordinates. Where a fold snaps within a window these are a hundred times those of others, and no derivative
+// serves: such a window says little.
 ModelError model_error(const Protocol& protocol, const Windows& windows, const Eigen::MatrixXd& forces,
-                       const Eigen::VectorXd& grid);
+                       const Eigen::VectorXd& grid, const Eigen::MatrixXd& second, FrameNoise frames);
 
 // [X r]ᵀ Σ⁻¹ [X r] of some windows, the residual behind the columns.
 struct Gram {
@@ -52,6 +58,7 @@ struct Posterior {
   Eigen::LLT<Eigen::MatrixXd> scaled;  // of Λ^½ A Λ^½
 
   double sd(Eigen::Index i) const;
+  double sd_along(const Eigen::VectorXd& direction) const;  // of its product with d
 };
 
 class Evidence {
@@ -68,7 +75,11 @@ class Evidence {
   Gram gram(const Eigen::MatrixXd& columns, const Eigen::VectorXd& residual, size_t scale,
             const std::vector<size_t>& trials = {}) const;
 
-  // Of the forces in a window, at s: w given what they left of its rows.
+  // Of what is shared in a window, at s: the forces' w, then the frames', given what they left of its rows.
+  // How much of a window derivatives can say: 1 where they serve, 0 where a fold snaps. typical_mm: that a right model
+  // leaves of a row.
+  double trust(const Window& window, double typical_mm) const;
+
   struct Forces {
     Eigen::VectorXd mean;
     Eigen::MatrixXd covariance;
@@ -77,13 +88,15 @@ class Evidence {
 
  private:
   Eigen::VectorXd variance(const Window& w, double s) const;
+  // [s D F] of a window.
+  Eigen::MatrixXd shared(const Window& w, double s) const;
 
   const Windows& windows_;
   ModelError error_;
 };
 
-// Of all columns of a Gram matrix, with a prior each. Bounds count by the share of each coordinate's own
-// distribution that they leave.
+// Of all columns of a Gram matrix, with a prior each. In the evidence bounds count by the share of each coordinate's
+// own distribution that they leave; the mean is the likeliest within them.
 Posterior posterior(const Gram& gram, const std::vector<Prior>& priors);
 
 // ln Σ exp.

@@ -37,7 +37,10 @@ void list_columns(const Study& study, Linearisation& out) {
       const double origin = coordinate < 0 ? neutral_of(p) : 0;
       c.lower = (model::to_coordinate(p, p.lower) - origin) / unit;
       c.upper = (model::to_coordinate(p, p.upper) - origin) / unit;
-      c.sd = study.protocol.effect_sd;
+      // What was measured before any physics tells how large it may be.
+      c.scales = std::abs(unit);
+      c.sd = std::max(study.protocol.effect_sd, coordinate < 0 ? 0 : std::abs(study.base(coordinate) - c.neutral)) /
+             c.scales;
       out.columns.push_back(c);
       return static_cast<Index>(out.columns.size()) - 1;
     };
@@ -48,27 +51,33 @@ void list_columns(const Study& study, Linearisation& out) {
       out.ways.push_back(std::move(way));
     }
     for (const std::vector<double>& start : effect.starts) {
-      Way way{e, {}, VectorXd(static_cast<Index>(start.size()))};
+      VectorXd unit(static_cast<Index>(start.size()));
       for (size_t k = 0; k < start.size(); ++k)
-        way.unit(static_cast<Index>(k)) = model::to_coordinate(effect.parameters[k], start[k]);
-      way.columns = {add(effect.parameters[0], -1, way.unit(0) - neutral_of(effect.parameters[0]))};
-      out.ways.push_back(std::move(way));
+        unit(static_cast<Index>(k)) = model::to_coordinate(effect.parameters[k], start[k]);
+      const Index column = add(effect.parameters[0], -1, unit(0) - neutral_of(effect.parameters[0]));
+      if (!effect.starts_add || out.ways.empty() || out.ways.back().effect != e) out.ways.push_back({e, {}, {}});
+      out.ways.back().columns.push_back(column);
+      out.ways.back().units.push_back(std::move(unit));
     }
   }
 }
 
-// What is negligible of each effect, by what a unit of it leaves beyond a refit of the base.
+// What is negligible of each effect, by what a unit of it leaves beyond a refit of the base. Of starts that add up that
+// alone counts, shared among them: a scale of one leaves ten times what it does of another.
 void set_negligible(const Study& study, Linearisation& out) {
+  const Protocol& p = study.protocol;
   const auto n = static_cast<Index>(study.base_count);
   const MatrixXd beyond = BeyondBase(out.changes.leftCols(n)).of(out.changes);
   out.can_tell.assign(study.effects.size(), 0);
   for (size_t k = study.base_count; k < out.columns.size(); ++k) {
     Column& c = out.columns[k];
+    const Effect& effect = study.effects[c.effect];
     const double trace_mm =
         beyond.col(static_cast<Index>(k)).norm() / std::sqrt(static_cast<double>(beyond.rows()));  // of a unit
-    const double sd =
-        std::max(study.protocol.negligible_share, study.protocol.negligible_mm / std::max(trace_mm, 1e-9));
-    if (sd < study.protocol.tells * c.sd) out.can_tell[c.effect] = 1;
+    const double by_trace = p.negligible_mm / std::max(trace_mm, 1e-9);
+    const double sd = effect.starts_add ? by_trace / std::sqrt(static_cast<double>(effect.starts.size()))
+                                        : std::max(p.negligible_share / c.scales, by_trace);
+    if (sd < p.tells * c.sd) out.can_tell[c.effect] = 1;
     c.negligible_sd = std::min(sd, c.sd);
   }
 }
@@ -98,6 +107,28 @@ Prior prior_of(const Study& study, const Column& column, const VectorXd& x, Size
     prior.sd = size == Size::neutral ? kNothing : std::min(negligible, column.sd);
   }
   return prior;
+}
+
+VectorXd effect_at(const Study& study, const Way& way, const VectorXd& d) {
+  const double neutral = neutral_of(study.effects[way.effect].parameters[0]);
+  double sum = 0, weights = 0;
+  VectorXd mean = VectorXd::Zero(way.units[0].size());
+  for (size_t j = 0; j < way.columns.size(); ++j) {
+    const double first = d(way.columns[j]) * (way.units[j](0) - neutral);
+    sum += first;
+    weights += std::abs(first);
+    mean += std::abs(first) * way.units[j];
+  }
+  VectorXd out = weights > 0 ? VectorXd(mean / weights) : way.units[0];
+  out(0) = neutral + sum;
+  return out;
+}
+
+double deviation_at(const Study& study, const Way& way, const Posterior& posterior) {
+  const double neutral = neutral_of(study.effects[way.effect].parameters[0]);
+  VectorXd along = VectorXd::Zero(posterior.mean.size());
+  for (size_t j = 0; j < way.columns.size(); ++j) along(way.columns[j]) = way.units[j](0) - neutral;
+  return posterior.sd_along(along);
 }
 
 double grid_share(const Study& study, const VectorXd& x) {
@@ -145,11 +176,12 @@ Linearisation linearise(Study& study, const Windows& windows, const VectorXd& x,
     sets(k, 1 + all + k) -= h;
   }
   for (const Way& way : out.ways)
-    for (const Index k : way.columns) {
+    for (size_t j = 0; j < way.columns.size(); ++j) {
+      const Index k = way.columns[j];
       const Column& c = out.columns[static_cast<size_t>(k)];
-      const auto first = static_cast<Index>(study.first_parameter[way.effect]);
-      if (way.unit.size() > 0) {
-        sets.col(1 + k).segment(first, way.unit.size()) = way.unit;
+      if (!way.units.empty()) {
+        sets.col(1 + k).segment(static_cast<Index>(study.first_parameter[way.effect]), way.units[j].size()) =
+            way.units[j];
       } else {
         if (x(c.coordinate) + 1 > c.upper) step[static_cast<size_t>(k)] = -1;
         sets(c.coordinate, 1 + k) += step[static_cast<size_t>(k)];
@@ -166,6 +198,10 @@ Linearisation linearise(Study& study, const Windows& windows, const VectorXd& x,
     if (!c.is_base && study.effects[c.effect].name == kOfGrid)
       out.changes.col(k) = study.effects[c.effect].parameters[0].scale * grid;
   }
+  out.second = (r.middleCols(1, n) + r.middleCols(1 + all, n)).colwise() - 2 * out.residual;
+  out.second /= 2 * h * h;
+  for (Index k = 0; k < n; ++k)
+    if (!out.second.col(k).allFinite()) out.second.col(k).setZero();
   out.residual += grid_share(study, x) * grid;
   set_negligible(study, out);
   out.changes.conservativeResize(Eigen::NoChange, all + forces.cols());

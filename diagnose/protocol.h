@@ -20,6 +20,10 @@ struct Protocol {
   double finer = 1.5;                       // times as many, to see what the grid does
   double rate_hz = 30, image_rate_hz = 10;  // observations are averaged, or thinned, to these
 
+  // What recordings show by themselves (measured.h), and how much of them is looked at (excerpts.h).
+  double most_delay_s = 0.5;
+  double most_motion_s = 12, lead_s = 0.5;
+
   // The base fit, where no fit was made before: nudging gains towards markers, and what ends it.
   double nudging_per_s = 10, harder = 2;
   double enough = 1e-3, near_enough = 1e-2;  // of the cost: smaller decreases end it; that of its start
@@ -37,9 +41,10 @@ struct Protocol {
   // Model error (evidence.h). A smooth force of usual size is so large a share of the fabric's weight.
   long force_waves = 3;
   double force_share = 0.01, force_smoothness = 0.3;
-  double white_share = 0.3;  // of what the forces do to a row, that no smooth force makes
-  double grid_share = 0.5;   // of what a finer grid changes
-  double lasting_share = 1;  // of their usual size: smooth forces that are the same in all windows
+  double white_share = 0.3;       // of what the forces do to a row, that no smooth force makes
+  double grid_share = 0.5;        // of what a finer grid changes
+  double straight_within = 0.15;  // ln: how far the base is moved along derivatives
+  double lasting_share = 1;       // of their usual size: smooth forces that are the same in all windows
   double least_scale = 0.125, scale_ratio = 1.4142135623730951;
   long scales = 18;
   double right_scale = 1, right_sd = 0.3;  // median and ln deviation of s in a right model

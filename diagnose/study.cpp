@@ -10,6 +10,19 @@ std::vector<model::Parameter> base_of(const Study& study) {
   return {study.parameters.begin(), study.parameters.begin() + static_cast<std::ptrdiff_t>(study.base_count)};
 }
 
+std::vector<size_t> measured_effects(const Study& study) {
+  std::vector<size_t> out;
+  for (size_t e = 0; e < study.effects.size(); ++e)
+    for (size_t k = 0; k < study.effects[e].parameters.size(); ++k) {
+      const model::Parameter& p = study.effects[e].parameters[k];
+      const double neutral = model::to_coordinate(p, p.start);
+      if (study.base(static_cast<Eigen::Index>(study.first_parameter[e] + k)) == neutral) continue;
+      out.push_back(e);
+      break;
+    }
+  return out;
+}
+
 std::vector<model::Parameter> smooth_forces(const Protocol& protocol) {
   std::vector<model::Parameter> out;
   const auto waves = static_cast<int>(protocol.force_waves);

@@ -12,6 +12,7 @@
 
 #include "capture/trial/trial.h"
 #include "diagnose/effects/effect.h"
+#include "diagnose/measured.h"
 #include "diagnose/protocol.h"
 #include "geometry/projection.h"
 #include "model/simulation.h"
@@ -26,18 +27,23 @@ struct Study {
   size_t base_count = 0, first_force = 0;
   std::vector<size_t> first_parameter;                       // of each effect
   std::vector<std::optional<geometry::Projection>> cameras;  // of each trial
+  Measured measured;
   // Trials that are held out together: replicates, and all still ones that count.
   std::vector<std::vector<size_t>> groups;
   std::shared_ptr<const model::Simulation> simulation;
   model::State state;
   std::shared_ptr<const model::Simulation> fine;  // the same trials on the fine grid
   model::State fine_state;
-  Eigen::VectorXd base;  // coordinates of all parameters, effects neutral
+  // Coordinates of all parameters, effects neutral but for those that were measured before any physics.
+  Eigen::VectorXd base;
   int evaluations = 0;
 };
 
 // The base's parameters, of study.parameters.
 std::vector<model::Parameter> base_of(const Study& study);
+
+// Effects that do not stand at neutral in study.base.
+std::vector<size_t> measured_effects(const Study& study);
 
 // Parameters of smooth forces, all neutral at zero, in shares of the fabric's weight: three directions times cosines of
 // so many half waves along the width and the height. The further a wave is from the smoothest, the smaller its unit.

@@ -47,6 +47,7 @@ Windows::Windows(const model::Simulation& simulation, const Protocol& protocol) 
     for (Index i = 0; i < time_s.size(); ++i) {
       if (!is_seen(trial, i)) continue;
       const double since = time_s(i) - trial.experiment.start_s;
+      if (since < trial.lead_s - 1e-9) continue;
       int turn = 0, phase = 0;
       if (is_held(trial)) {
         turn = turn_at(protocol, since);

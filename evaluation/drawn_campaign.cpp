@@ -70,8 +70,10 @@ DrawnCampaign::DrawnCampaign(const trial::Campaign& campaign, const std::vector<
   if (!here.allFinite()) throw std::runtime_error("DrawnCampaign: the base diverges at its parameters");
   const VectorXd grid = grid_change(study_, *windows_, study_.base, here);
   const MatrixXd forces = responses_to_forces(study_, *windows_, study_.base, here);
-  evidence_ = std::make_unique<diagnose::Evidence>(*windows_, model_error(study_.protocol, *windows_, forces, grid));
   about_ = linearise(study_, *windows_, study_.base, grid, forces);
+  evidence_ = std::make_unique<diagnose::Evidence>(
+      *windows_, model_error(study_.protocol, *windows_, forces, grid, about_.second,
+                             frame_noise(study_.measured, *study_.simulation, *windows_)));
   for (size_t e = 0; e < study_.effects.size(); ++e)
     if (about_.can_tell[e]) tellable_.push_back(e);
 }
@@ -114,6 +116,8 @@ VectorXd DrawnCampaign::residual_of(const Draw& draw, std::mt19937_64& random) c
     VectorXd forces(error.forces.cols());
     for (Index k = 0; k < forces.size(); ++k) forces(k) = s * normal(random);
     r.segment(w.first, w.count) += error.forces.middleRows(w.first, w.count) * forces;
+    for (Index k = 0; k < error.bent.cols(); ++k)
+      r.segment(w.first, w.count) += normal(random) * error.bent.col(k).segment(w.first, w.count);
   }
   for (Index i = 0; i < r.size(); ++i) r(i) += std::hypot(error.noise_mm(i), s * error.white_mm(i)) * normal(random);
   return r;

@@ -12,6 +12,7 @@
 #include "estimate/journal.h"
 #include "cloth/spline/chosen_grid.h"
 #include "estimate/kept_input.h"
+#include "model/held_markers.h"
 #include "model/trial_error.h"
 #include "fit/stages.h"
 #include "observe/stripe_residual.h"
@@ -311,6 +312,19 @@ OnGrids fit_on_grids(FitOutcome& out, const std::vector<model::ObservedTrial>& t
   return done;
 }
 
+// No parameter of a fabric stands for markers that are stamped late: where those on held points come clearly after the
+// grips' path, the path is moved there.
+void put_clocks_together(FitOutcome& out, std::vector<model::ObservedTrial>& trials) {
+  constexpr double kMost_s = 0.5, kLeast_s = 0.02, kDeviations = 3;
+  const std::optional<model::HeldDelay> delay = model::held_delay(trials, kMost_s);
+  if (!delay || std::abs(delay->delay_s) < std::max(kLeast_s, kDeviations * delay->sd_s)) return;
+  for (model::ObservedTrial& trial : trials)
+    if (trial.markers)
+      for (double& t : trial.experiment.path.time_s) t += delay->delay_s;
+  out.remarks.push_back(fmt::format(
+      "markers on held points come {:.3f} s after the grips' path: the fit moves the path by as much", delay->delay_s));
+}
+
 const char* drag_text(model::Drag drag) {
   return drag == model::Drag::nonlinear ? "nonlinear drag" : drag == model::Drag::linear ? "linear drag" : "no drag";
 }
@@ -328,8 +342,10 @@ FitOutcome fit_campaign(const trial::Campaign& campaign, const FitOptions& optio
   const std::string recordings = estimate::recordings_hash(campaign);
   out.input = input_of(recordings, options.drag);
   const std::vector<model::Parameter> parameters = model::base_parameters(options.drag);
-  const std::vector<model::ObservedTrial> trials = observe_campaign(campaign, options.rate_hz, options.image_rate_hz,
-                                                                    part_of(options.progress, 0, 0.05, "campaign"));
+  std::vector<model::ObservedTrial> observed = observe_campaign(campaign, options.rate_hz, options.image_rate_hz,
+                                                                part_of(options.progress, 0, 0.05, "campaign"));
+  put_clocks_together(out, observed);
+  const std::vector<model::ObservedTrial>& trials = observed;
   const bool by_trials =
       options.hold_out == HoldOut::trials || (options.hold_out == HoldOut::automatic && moving(trials).size() >= 4);
   const bool of_none = options.hold_out == HoldOut::none;

@@ -6,6 +6,7 @@
 
 #include "capture/trial/trial_summary.h"
 #include "files/bad_input.h"
+#include "geometry/projection.h"
 
 namespace selvedge::model {
 
@@ -31,13 +32,13 @@ double travel(const Eigen::Matrix3Xd& corner) {
   return (high - low).norm();
 }
 
-std::vector<double> sample_times(double start, double end, double rate_hz) {
+}  // namespace
+
+std::vector<double> sample_times(double start_s, double end_s) {
   std::vector<double> times;
-  for (int k = 0; start + (k - 2) / rate_hz < end; ++k) times.push_back(start + k / rate_hz);
+  for (int k = 0; start_s + (k - 2) / kSampleRate_hz < end_s; ++k) times.push_back(start_s + k / kSampleRate_hz);
   return times;
 }
-
-}  // namespace
 
 ObservedTrial observe_trial(const trial::Trial& trial, const observe::ObserveOptions& options) {
   for (const auto* corner : {&trial.corners.left, &trial.corners.right})
@@ -62,6 +63,7 @@ ObservedTrial observe_trial(const trial::Trial& trial, const observe::ObserveOpt
   e.starts_at_rest = true;  // a trial that does not start at rest is led in from rest: its transient dies out
   e.start_s = trial.corners.time_s.front();
 
+  if (trial.camera) out.camera_centre = geometry::centre(*trial.camera);
   double last = e.start_s;
   if (trial.markers) {
     out.markers = observe::track_markers(trial, options, out.still);
@@ -73,7 +75,7 @@ ObservedTrial observe_trial(const trial::Trial& trial, const observe::ObserveOpt
   }
   if (!out.markers && !out.stripes)
     refuse(trial.folder.string(), "found neither markers.csv nor frames.csv, expected one of them");
-  e.sample_s = out.still ? std::vector<double>{e.start_s} : sample_times(e.start_s, last, kSampleRate_hz);
+  e.sample_s = out.still ? std::vector<double>{e.start_s} : sample_times(e.start_s, last);
   return out;
 }
 

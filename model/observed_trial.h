@@ -21,10 +21,15 @@ struct ObservedTrial {
   double width_m = 0, height_m = 0;
   std::optional<observe::MarkerTrack> markers;
   std::shared_ptr<const observe::StripeTrack> stripes;
+  std::optional<Eigen::Vector3d> camera_centre;  // m, where the trial tells of a camera
+  double lead_s = 0;  // of a piece out of a longer trial: for so long it begins otherwise than it was
 };
 
 // Simulated positions are kept at this rate and interpolated.
 inline constexpr double kSampleRate_hz = 120;
+
+// From a motion's start until two samples after its end.
+std::vector<double> sample_times(double start_s, double end_s);
 
 // Throws BadInput where the trial has neither markers nor images, or too little of them.
 ObservedTrial observe_trial(const trial::Trial& trial, const observe::ObserveOptions& options = {});

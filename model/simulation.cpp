@@ -8,7 +8,6 @@
 #include <tbb/parallel_for.h>
 
 #include "cloth/spline/chosen_grid.h"
-#include "geometry/cubic.h"
 #include "geometry/order_statistics.h"
 #include "model/ranks/bytes.h"
 #include "model/ranks/ranks.h"
@@ -26,33 +25,6 @@ Index residual_count(const ObservedTrial& trial) {
   if (trial.stripes)
     for (const observe::StripeFrame& f : trial.stripes->frames) count += f.points();
   return count;
-}
-
-// The two samples around a time and two more, for a cubic; clamped at the ends.
-struct Between {
-  size_t before = 0;
-  double share = 0;
-};
-
-Between between(const std::vector<double>& sample_s, double t) {
-  if (sample_s.size() < 2) return {};
-  const double step = sample_s[1] - sample_s[0];
-  const double at = std::clamp((t - sample_s[0]) / step, 0.0, static_cast<double>(sample_s.size() - 1) - 1e-9);
-  return {static_cast<size_t>(at), at - std::floor(at)};
-}
-
-template <class Pick>
-auto interpolated(const Between& b, size_t count, const Pick& pick) {
-  const auto clamped = [&](std::ptrdiff_t i) {
-    return pick(static_cast<size_t>(std::clamp<std::ptrdiff_t>(i, 0, static_cast<std::ptrdiff_t>(count) - 1)));
-  };
-  const auto i = static_cast<std::ptrdiff_t>(b.before);
-  return geometry::catmull_rom(b.share, clamped(i - 1), clamped(i), clamped(i + 1), clamped(i + 2));
-}
-
-// The time at which the fabric was as an observation stamped t shows it.
-double shown_at(const Prediction& p, double t) {
-  return t - p.sensor.delay_s - p.sensor.drift * (t - p.experiment.start_s);
 }
 
 std::vector<size_t> all_of(size_t count) {
@@ -86,21 +58,17 @@ int cells_of_bending_length(const ObservedTrial& trial, const std::vector<Parame
   return static_cast<int>(std::ceil(std::min(trial.width_m / length_m, 1e6) - 1e-9));
 }
 
-Eigen::Matrix3Xd position_at(const cloth::Experiment& e, const cloth::Trajectory& trajectory, double t_s) {
-  return interpolated(between(e.sample_s, t_s), trajectory.samples.size(),
-                      [&](size_t i) -> const Eigen::Matrix3Xd { return trajectory.samples[i]; });
-}
-
 Simulation::Simulation(std::vector<ObservedTrial> trials, const SimulationOptions& options)
     : sheet_(sheet_for(trials.front(), options.cells)), view_(sheet_), rim_(observe::rim_of(view_.mesh())),
       options_(options), trials_(std::move(trials)) {
   for (const ObservedTrial& trial : trials_) {
     std::vector<cloth::SurfacePoint> points;
-    std::shared_ptr<cloth::GuideTrack> track;
+    std::shared_ptr<const cloth::GuideTrack> track;
     if (trial.markers) {
       for (const Eigen::Vector2d& uv : trial.markers->uv) points.push_back(surface_point(sheet_, uv));
-      track = std::make_shared<cloth::GuideTrack>(
-          cloth::GuideTrack{points, trial.markers->time_s, trial.markers->position});
+      Prediction neutral;
+      neutral.experiment = trial.experiment;
+      track = guide_track(sheet_, trial, points, neutral);
     }
     marker_points_.push_back(std::move(points));
     guide_tracks_.push_back(std::move(track));
@@ -175,11 +143,12 @@ double Simulation::distance_at_first_sight_mm(size_t trial, Prediction predictio
   return median_absolute(residual_of(trial, first, prediction, still));
 }
 
-Eigen::Matrix3Xd Simulation::let_go_of(size_t trial, cloth::Experiment experiment) const {
+Eigen::Matrix3Xd Simulation::let_go_of(size_t trial, const Prediction& prediction) const {
+  cloth::Experiment experiment = prediction.experiment;
+  const std::shared_ptr<const cloth::GuideTrack> track = track_of(trial, prediction);
   experiment.start_shape = hung_shape(sheet_, experiment, 1);
   for (const double nudging_per_s : {100.0, 30.0, 10.0}) {
-    experiment.guide =
-        std::make_shared<cloth::Guide>(cloth::Guide{guide_tracks_[trial], nudging_per_s, 0, 0, experiment.start_s, {}});
+    experiment.guide = std::make_shared<cloth::Guide>(cloth::Guide{track, nudging_per_s, 0, 0, experiment.start_s, {}});
     cloth::Rest rest = relax(sheet_, {experiment}, options_.sheet).front();
     if (rest.position.allFinite()) experiment.start_shape = std::move(rest.position);
   }
@@ -193,7 +162,7 @@ Eigen::Matrix3Xd Simulation::branch_of(const State& state, size_t trial, const s
   std::vector<Eigen::Matrix3Xd> shapes;
   if (has_one) shapes.push_back(state.branch[trial]);
   if (guide_tracks_[trial]) {
-    shapes.push_back(let_go_of(trial, common.experiment));
+    shapes.push_back(let_go_of(trial, common));
   } else {
     for (const double side : {1.0, -1.0}) shapes.push_back(hung_shape(sheet_, common.experiment, side));
   }
@@ -218,6 +187,13 @@ Eigen::Matrix3Xd Simulation::branch_of(const State& state, size_t trial, const s
   return nearest;
 }
 
+std::shared_ptr<const cloth::GuideTrack> Simulation::track_of(size_t trial, const Prediction& prediction) const {
+  const observe::SensorModel& s = prediction.sensor;
+  const bool as_seen = s.delay_s == 0 && s.turn_rad.isZero(0) && s.shift_m.isZero(0) && s.depth_bias == 0 &&
+                       s.outline_jitter == 0 && s.outline_erosion_m == 0;
+  return as_seen ? guide_tracks_[trial] : guide_track(sheet_, trials_[trial], marker_points_[trial], prediction);
+}
+
 std::vector<Prediction> Simulation::predictions(const State& state, const std::vector<Parameter>& parameters,
                                                 const Eigen::MatrixXd& coordinates, size_t trial, Index first,
                                                 Index count) const {
@@ -228,10 +204,11 @@ std::vector<Prediction> Simulation::predictions(const State& state, const std::v
     p.experiment.start_shape = state.branch[trial];
     for (size_t k = 0; k < parameters.size(); ++k)
       parameters[k].apply(p, to_value(parameters[k], coordinates(static_cast<Index>(k), set)));
+    // In the stamps' clock a camera that lags is a path that comes later: then nothing else moves in time.
+    for (double& t : p.experiment.path.time_s) t += p.sensor.delay_s;
     if (state.nudging_per_s[trial] > 0 && guide_tracks_[trial])
-      p.experiment.guide = std::make_shared<cloth::Guide>(cloth::Guide{guide_tracks_[trial], state.nudging_per_s[trial],
-                                                                       p.sensor.delay_s, p.sensor.drift,
-                                                                       p.experiment.start_s, state.let_go});
+      p.experiment.guide = std::make_shared<cloth::Guide>(cloth::Guide{
+          track_of(trial, p), state.nudging_per_s[trial], 0, p.sensor.drift, p.experiment.start_s, state.let_go});
     out.push_back(std::move(p));
   }
   return out;
@@ -243,17 +220,10 @@ Eigen::VectorXd Simulation::residual_of(size_t index, const ObservedTrial& trial
   const cloth::Experiment& e = prediction.experiment;
   Index at = 0;
   if (trial.markers) {
-    const std::vector<cloth::SurfacePoint>& points = marker_points_[index];
-    const observe::MarkerTrack& m = *trial.markers;
-    for (size_t k = 0; k < m.uv.size(); ++k)
-      for (size_t j = 0; j < m.time_s.size(); ++j) {
-        const Between b = between(e.sample_s, shown_at(prediction, m.time_s[j]));
-        const Eigen::Vector3d x = interpolated(b, trajectory.samples.size(), [&](size_t i) -> Eigen::Vector3d {
-          return position_of(points[k], trajectory.samples[i]);
-        });
-        r.segment<3>(at) = 1e3 * (x - m.position.col(static_cast<Index>(k * m.time_s.size() + j)));
-        at += 3;
-      }
+    const Eigen::Matrix3Xd off =
+        1e3 * (seen_markers(sheet_, trial, marker_points_[index], prediction, trajectory) - trial.markers->position);
+    at = off.size();
+    r.head(at) = off.reshaped();
   }
   if (trial.stripes)
     for (const observe::StripeFrame& frame : trial.stripes->frames) {

@@ -20,6 +20,7 @@
 #include "cloth/surface_point.h"
 #include "model/observed_trial.h"
 #include "model/parameter.h"
+#include "model/seen_markers.h"
 
 namespace selvedge::model {
 
@@ -120,7 +121,9 @@ class Simulation {
   std::vector<cloth::Rest> rests_of(const Call& call, const std::vector<Run>& runs) const;
   // The shape that is left where markers pull the sheet to where they were first seen and let go of it bit by bit: it
   // depends neither on where the sheet hung before nor on which way a long step fell.
-  Eigen::Matrix3Xd let_go_of(size_t trial, cloth::Experiment experiment) const;
+  Eigen::Matrix3Xd let_go_of(size_t trial, const Prediction& prediction) const;
+  // What the hold of a trial follows.
+  std::shared_ptr<const cloth::GuideTrack> track_of(size_t trial, const Prediction& prediction) const;
   // A trial's branch: the present one of the state where there is one and none lies clearly nearer.
   Eigen::Matrix3Xd branch_of(const State& state, size_t trial, const std::vector<Parameter>& parameters,
                              const Eigen::VectorXd& coordinates) const;
@@ -141,8 +144,5 @@ class Simulation {
 // How many cells along the width make one a bending length, of a fabric with these parameters.
 int cells_of_bending_length(const ObservedTrial& trial, const std::vector<Parameter>& parameters,
                             const Eigen::VectorXd& coordinates);
-
-// Control points between the samples of a trajectory (cubic in time).
-Eigen::Matrix3Xd position_at(const cloth::Experiment& experiment, const cloth::Trajectory& trajectory, double t_s);
 
 }  // namespace selvedge::model

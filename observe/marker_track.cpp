@@ -1,6 +1,7 @@
 #include "observe/marker_track.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <map>
 #include <optional>
@@ -29,12 +30,16 @@ std::vector<double> thinned_times(const std::vector<double>& all, const ObserveO
   return times;
 }
 
-// What a parabola through a marker's samples about a time is there, and the share of a sample's deviation that this one
-// has.
+// What a parabola through a marker's samples about a time is there, the share of a sample's deviation that this one
+// has, and the variance of the samples about it, an axis.
 struct Smoothed {
   Eigen::Vector3d position;
   double noise_share = 1;
+  std::optional<double> variance_m2;
 };
+
+// Median of a mean square of so many Gaussian numbers of variance 1 (Wilson and Hilferty 1931).
+double median_square(double freedom) { return std::pow(1 - 2 / (9 * freedom), 3); }
 
 std::optional<Smoothed> smoothed(const std::vector<double>& since_s, const std::vector<Eigen::Vector3d>& position) {
   const auto n = static_cast<Eigen::Index>(since_s.size());
@@ -48,10 +53,17 @@ std::optional<Smoothed> smoothed(const std::vector<double>& since_s, const std::
     seen.row(i) = position[static_cast<size_t>(i)].transpose();
   }
   const Eigen::Matrix3d inverse = (powers.transpose() * powers).inverse();
-  return Smoothed{(inverse * (powers.transpose() * seen)).row(0).transpose(), std::sqrt(inverse(0, 0))};
+  const Eigen::Matrix3d parabola = inverse * (powers.transpose() * seen);
+  Smoothed out{parabola.row(0).transpose(), std::sqrt(inverse(0, 0)), std::nullopt};
+  if (n > 4) {
+    const auto freedom = static_cast<double>(3 * (n - 3));
+    out.variance_m2 = (seen - powers * parabola).squaredNorm() / freedom / median_square(freedom);
+  }
+  return out;
 }
 
-// Each kept sample by its neighbours; the track's noise becomes the usual one of them.
+// Each kept sample by its neighbours; the track's noise becomes the usual one of them. Where samples lie further from
+// their parabolas than the noise that was stated has it, theirs counts.
 void average(MarkerTrack& track, const trial::Markers& m, const std::map<int, Eigen::Index>& row_of,
              const ObserveOptions& options) {
   const double half_s = 0.5 / options.rate_hz + 1e-6;
@@ -61,7 +73,7 @@ void average(MarkerTrack& track, const trial::Markers& m, const std::map<int, Ei
     const Eigen::Vector3d at = m.position.col(static_cast<Eigen::Index>(i));
     if (at.allFinite()) seen[static_cast<size_t>(row_of.at(m.marker[i]))].emplace_back(m.time_s[i], at);
   }
-  std::vector<double> shares;
+  std::vector<double> shares, variances;
   for (size_t k = 0; k < seen.size(); ++k) {
     std::stable_sort(seen[k].begin(), seen[k].end(), [](const auto& a, const auto& b) { return a.first < b.first; });
     for (Eigen::Index j = 0; j < times; ++j) {
@@ -78,9 +90,11 @@ void average(MarkerTrack& track, const trial::Markers& m, const std::map<int, Ei
       if (!column.allFinite()) continue;
       const std::optional<Smoothed> by = smoothed(since, position);
       shares.push_back(by ? by->noise_share : 1);
+      if (by && by->variance_m2) variances.push_back(*by->variance_m2);
       if (by) column = by->position;
     }
   }
+  if (!variances.empty()) track.noise_m = std::max(track.noise_m, std::sqrt(geometry::median(std::move(variances))));
   if (!shares.empty()) track.noise_m *= geometry::median(std::move(shares));
 }
 

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <map>
 
+#include <Eigen/Geometry>
+
 #include "files/bad_input.h"
 #include "geometry/order_statistics.h"
 #include "render/row_map.h"
@@ -156,11 +158,15 @@ std::vector<int> rim_of(const geometry::TriangleMesh& mesh) {
 }
 
 void stripe_residuals(const StripeTrack& track, const StripeFrame& frame, const geometry::TriangleMesh& mesh,
-                      const std::vector<int>& rim, const Eigen::Matrix3Xd& position, const SensorModel& sensor,
+                      const std::vector<int>& rim, const Eigen::Matrix3Xd& shape, const SensorModel& sensor,
                       double* residual_mm) {
   geometry::Projection camera = track.camera;
   camera.distortion[0] += sensor.radial_distortion;
   render::RowMap map(camera, track.projector);
+  Eigen::Matrix3Xd position = shape;
+  if (!sensor.turn_rad.isZero(0) || !sensor.shift_m.isZero(0))
+    for (Eigen::Index i = 0; i < position.cols(); ++i)
+      position.col(i) += sensor.turn_rad.cross(Eigen::Vector3d(shape.col(i))) + sensor.shift_m;
   map.rasterise(position, mesh.triangles);
   // A moved projector or another lens puts the seen point elsewhere on its ray.
   const bool moved = sensor.radial_distortion != 0 || !sensor.projector_shift_m.isZero(0);
@@ -173,12 +179,16 @@ void stripe_residuals(const StripeTrack& track, const StripeFrame& frame, const 
       if (const auto at = triangulate(camera, projector, track.pattern, p.pixel, p.projector_px))
         depth_m = geometry::depth(camera, *at);
     *residual_mm++ =
-        sample ? std::clamp(1e3 * (sample->depth_m - depth_m) * p.ray_m_per_depth_m, -50.0, 50.0) : kUncoveredMm;
+        sample
+            ? std::clamp(1e3 * ((1 + sensor.depth_bias) * sample->depth_m - depth_m) * p.ray_m_per_depth_m, -50.0, 50.0)
+            : kUncoveredMm;
   }
   std::vector<Eigen::Vector2d> outline;
   for (const int v : rim) outline.push_back(geometry::project(camera, position.col(v)));
   for (const OutlinePoint& p : frame.outline)
-    *residual_mm++ = std::clamp((nearest_on(outline, p.pixel) - p.pixel).dot(p.normal) * p.mm_per_px, -50.0, 50.0);
+    *residual_mm++ = std::clamp(
+        (nearest_on(outline, p.pixel) - p.pixel).dot(p.normal) * p.mm_per_px - 1e3 * sensor.outline_erosion_m, -50.0,
+        50.0);
 }
 
 }  // namespace selvedge::observe

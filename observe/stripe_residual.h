@@ -68,7 +68,7 @@ std::vector<int> rim_of(const geometry::TriangleMesh& mesh);
 // cover counts kUncoveredMm. rim: the mesh's.
 inline constexpr double kUncoveredMm = 15;
 void stripe_residuals(const StripeTrack& track, const StripeFrame& frame, const geometry::TriangleMesh& mesh,
-                      const std::vector<int>& rim, const Eigen::Matrix3Xd& position, const SensorModel& sensor,
+                      const std::vector<int>& rim, const Eigen::Matrix3Xd& shape, const SensorModel& sensor,
                       double* residual_mm);
 
 }  // namespace selvedge::observe

@@ -7,8 +7,8 @@ Effect camera_delay() {
   return {"camera_delay",
           Side::measurement,
           "observations are stamped later than they were made",
-          {of_motion(effect_parameter("delay", "s", 0, -0.05, 0.05, 0.005,
-                                      [](model::Prediction& p, double v) { p.sensor.delay_s = v; }))}};
+          {effect_parameter("delay", "s", 0, -0.5, 0.5, 0.005,
+                            [](model::Prediction& p, double v) { p.sensor.delay_s = v; })}};
 }
 
 }  // namespace selvedge::diagnose::effects

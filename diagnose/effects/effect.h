@@ -19,6 +19,8 @@ const char* to_text(Side side);
 enum class AppliesTo {
   anything,
   images,       // what a camera sees: trials with markers alone say nothing of it
+  outlines,     // a seen outline: images, or markers that are nodes of a grid inside one
+  grids,        // markers that are nodes of a grid inside an outline
   simple_drag,  // base models whose drag is linear or none
 };
 
@@ -31,6 +33,7 @@ struct Effect {
   // Further starting points beside neutral + scale of each parameter, as values: where the prediction depends on
   // a parameter only once another is not neutral (the place of a weight).
   std::vector<std::vector<double>> starts = {};
+  bool starts_add = false;  // it may be there as a sum of them
 };
 
 // A parameter of an effect: acts linearly on its value, neutral at `neutral`.

@@ -62,6 +62,9 @@ TEST_F(EvidenceOfWindows, IsThatOfOneLargeNormalDistribution) {
   error.white_mm = VectorXd::Constant(rows, 0.2);
   error.noise_mm = VectorXd::Constant(rows, 0.3);
   error.scales = {0.5, 2};
+  // Every third row of a window is of one frame.
+  error.frames.shapes = MatrixXd::Random(rows, 2);
+  for (Index i = 0; i < rows; ++i) error.frames.frame.push_back(static_cast<int>(i % 3));
   const Evidence evidence(*windows_, error);
   const MatrixXd columns = MatrixXd::Random(rows, 3);
   const VectorXd residual = VectorXd::Random(rows);
@@ -72,6 +75,9 @@ TEST_F(EvidenceOfWindows, IsThatOfOneLargeNormalDistribution) {
     for (const Window& w : windows_->windows()) {
       const MatrixXd d = s * error.forces.middleRows(w.first, w.count);
       sigma.block(w.first, w.first, w.count, w.count) = d * d.transpose();
+      for (Index i = w.first; i < w.first + w.count; ++i)
+        for (Index j = w.first; j < w.first + w.count; ++j)
+          if (i % 3 == j % 3) sigma(i, j) += error.frames.shapes.row(i).dot(error.frames.shapes.row(j));
     }
     sigma.diagonal().array() += 0.3 * 0.3 + s * s * 0.2 * 0.2;
     // r = −X d + …: its mean is −X m.

@@ -1,0 +1,69 @@
+#include "diagnose/excerpts.h"
+
+#include <algorithm>
+
+namespace selvedge::diagnose {
+
+namespace {
+
+constexpr double kStep_s = 0.05;
+
+bool may_be_cut(const model::ObservedTrial& trial) { return trial.markers && !trial.still; }
+
+double duration_s(const model::ObservedTrial& trial) { return trial.markers->time_s.back() - trial.experiment.start_s; }
+
+// Squared speed of both ends of the held edge, summed over a piece.
+double excitation(const cloth::HeldPath& path, double from_s, double length_s) {
+  double sum = 0;
+  for (double t = from_s; t < from_s + length_s; t += kStep_s) sum += path.velocity_at(t).squaredNorm();
+  return sum;
+}
+
+// The beginning of the piece with most excitation, s.
+double most_excited(const model::ObservedTrial& trial, double length_s, double delay_s) {
+  const double first = trial.experiment.start_s, last = trial.markers->time_s.back() - length_s;
+  double best = first, most = -1;
+  for (double from = first; from <= last; from += kStep_s) {
+    const double here = excitation(trial.experiment.path, from - delay_s, length_s);
+    if (here <= most) continue;
+    most = here;
+    best = from;
+  }
+  return best;
+}
+
+observe::MarkerTrack piece_of(const observe::MarkerTrack& track, double from_s, double to_s) {
+  const auto first = std::lower_bound(track.time_s.begin(), track.time_s.end(), from_s) - track.time_s.begin(),
+             end = std::upper_bound(track.time_s.begin(), track.time_s.end(), to_s) - track.time_s.begin();
+  observe::MarkerTrack out = track;
+  out.time_s.assign(track.time_s.begin() + first, track.time_s.begin() + end);
+  const auto all = static_cast<Eigen::Index>(track.time_s.size()), markers = static_cast<Eigen::Index>(track.uv.size());
+  out.position.resize(3, (end - first) * markers);
+  for (Eigen::Index k = 0; k < markers; ++k)
+    out.position.middleCols(k * (end - first), end - first) = track.position.middleCols(k * all + first, end - first);
+  return out;
+}
+
+}  // namespace
+
+std::vector<model::ObservedTrial> excerpts(std::vector<model::ObservedTrial> trials, double delay_s,
+                                           const Protocol& protocol) {
+  double total_s = 0;
+  for (const model::ObservedTrial& trial : trials)
+    if (may_be_cut(trial)) total_s += duration_s(trial);
+  if (total_s <= protocol.most_motion_s) return trials;
+  for (model::ObservedTrial& trial : trials) {
+    if (!may_be_cut(trial)) continue;
+    const double length_s = duration_s(trial) * protocol.most_motion_s / total_s + protocol.lead_s;
+    if (length_s >= duration_s(trial)) continue;
+    cloth::Experiment& e = trial.experiment;
+    const double from_s = most_excited(trial, length_s, delay_s);
+    trial.markers = piece_of(*trial.markers, from_s, from_s + length_s);
+    e.start_s = from_s;
+    e.sample_s = model::sample_times(from_s, from_s + length_s);
+    trial.lead_s = protocol.lead_s;
+  }
+  return trials;
+}
+
+}  // namespace selvedge::diagnose

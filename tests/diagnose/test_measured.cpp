@@ -1,0 +1,187 @@
+// What recordings show of their own sensors, and effects of measurement: each is found with its size.
+#include <algorithm>
+#include <map>
+#include <set>
+
+#include <Eigen/Geometry>
+#include <gtest/gtest.h>
+
+#include "diagnose/diagnosis.h"
+#include "diagnose/effects/library.h"
+#include "diagnose/excerpts.h"
+#include "diagnose/measured.h"
+#include "geometry/projection.h"
+#include "model/seen_markers.h"
+#include "tests/diagnose/grid_campaign.h"
+
+namespace selvedge::diagnose {
+namespace {
+
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+Tracker truthful(unsigned /*seed*/) {
+  return [](const Surface& surface, const Vector2d& uv, double t) { return surface(uv, t); };
+}
+
+Tracker late(double by_s) {
+  return [=](const Surface& surface, const Vector2d& uv, double t) { return surface(uv, t - by_s); };
+}
+
+// The four corners of the outline jump at each time, and what is inside goes with them.
+std::function<Tracker(unsigned)> jumping(double by_m) {
+  return [=](unsigned seed) -> Tracker {
+    return [=](const Surface& surface, const Vector2d& uv, double t) -> Vector3d {
+      std::mt19937 generator(1000 * seed + static_cast<unsigned>(std::lround(120 * t)));
+      std::normal_distribution<double> jump(0, by_m);
+      Eigen::Matrix<double, 3, 4> corner;
+      for (double& x : corner.reshaped()) x = jump(generator);
+      const double u = uv.x() / kGridWidth_m, v = uv.y() / kGridWidth_m;
+      return surface(uv, t) + (1 - v) * ((1 - u) * corner.col(0) + u * corner.col(1)) +
+             v * ((1 - u) * corner.col(2) + u * corner.col(3));
+    };
+  };
+}
+
+model::ObservedTrial observed(const std::function<Tracker(unsigned)>& tracker) {
+  return model::observe_trial(grid_trial({.amplitude_m = 0.12, .frequency_hz = 1.4, .tracker = tracker}, "robot-1", 2));
+}
+
+TEST(Measured, FindsHowLateTheMarkersAre) {
+  for (const double by_s : {0.0, 0.31, -0.12}) {
+    std::vector<model::ObservedTrial> trials = {observed([=](unsigned) { return late(by_s); })};
+    const Measured m = measure(trials, {});
+    ASSERT_TRUE(m.delay);
+    EXPECT_NEAR(m.delay->delay_s, by_s, 0.003);
+  }
+}
+
+TEST(Measured, SaysNothingOfADelayWhereNoHeldPointIsSeen) {
+  std::vector<model::ObservedTrial> trials = {
+      model::observe_trial(simulated_trial({}, {.amplitude_m = 0.09, .samples = 97}, "waving-1", 1))};
+  EXPECT_FALSE(measure(trials, {}).delay);
+  EXPECT_FALSE(model::is_outline_grid(trials[0]));
+}
+
+TEST(Measured, TellsJumpsOfAnOutlineFromNoise) {
+  std::vector<model::ObservedTrial> still = {observed(truthful)}, jumps = {observed(jumping(0.01))};
+  const Measured none = measure(still, {}), some = measure(jumps, {});
+  EXPECT_LT(none.middle_m[0], 5e-4);
+  // The mean of two corners that jump by 10 mm each, and half of what lies between them.
+  EXPECT_NEAR(some.middle_m[0], 0.0071, 0.0025);
+  EXPECT_NEAR(some.ends_m[0], 0.0071, 0.0025);
+  EXPECT_LT(jumps[0].markers->noise_m, 5e-4);  // jumps are no noise of single markers
+}
+
+TEST(Measured, FindsMoreNoiseThanATrialStates) {
+  std::vector<model::ObservedTrial> trials = {observed([](unsigned seed) -> Tracker {
+    auto generator = std::make_shared<std::mt19937>(seed);
+    return [=](const Surface& surface, const Vector2d& uv, double t) -> Vector3d {
+      std::normal_distribution<double> noise(0, 2e-3);
+      return surface(uv, t) + Vector3d(noise(*generator), noise(*generator), noise(*generator));
+    };
+  })};
+  ASSERT_NEAR(trials[0].markers->noise_m, 2e-4, 1e-6);
+  measure(trials, {});
+  EXPECT_NEAR(trials[0].markers->noise_m, 2e-3, 4e-4);
+}
+
+// One frame that is 24 mm off would push the sheet with ω² 24 mm, 1 g.
+TEST(GuideTrack, HoldsBackAFrameThatJumps) {
+  model::ObservedTrial trial = observed(truthful);
+  const size_t times = trial.markers->time_s.size(), jumps = times / 2;
+  model::SimulationOptions options;
+  options.cells = 6;
+  const auto track_of = [&] {
+    return model::Simulation({trial}, options)
+        .predictions({{Eigen::Matrix3Xd()}, {20}, {}, {}}, {}, Eigen::MatrixXd(0, 1), 0, 0, 1)
+        .front()
+        .experiment.guide->track->position;
+  };
+  const Eigen::Matrix3Xd before = track_of();
+  EXPECT_LT((before - trial.markers->position).cwiseAbs().maxCoeff(), 1e-12);  // what moves is not held back
+  for (size_t k = 0; k < trial.markers->uv.size(); ++k)
+    trial.markers->position.col(static_cast<Eigen::Index>(k * times + jumps)) += Vector3d(0, 0.024, 0);
+  const Eigen::Matrix3Xd off = track_of() - before;
+  for (size_t k = 0; k < trial.markers->uv.size(); ++k) {
+    const auto first = static_cast<Eigen::Index>(k * times);
+    EXPECT_LT(off.col(first + static_cast<Eigen::Index>(jumps)).norm(), 0.006);
+    EXPECT_LT(off.col(first + static_cast<Eigen::Index>(jumps) + 2).norm(), 1e-4);
+  }
+}
+
+TEST(Excerpts, TakeTheMostMovedPieceOfALongCampaign) {
+  model::ObservedTrial trial = observed(truthful);
+  const double whole_s = trial.markers->time_s.back() - trial.experiment.start_s;
+  Protocol protocol;
+  protocol.most_motion_s = 10;
+  EXPECT_EQ(excerpts({trial}, 0, protocol)[0].lead_s, 0);
+  protocol.most_motion_s = 0.3;
+  protocol.lead_s = 0.1;
+  const model::ObservedTrial piece = excerpts({trial}, 0, protocol)[0];
+  EXPECT_EQ(piece.lead_s, 0.1);
+  const double from = piece.markers->time_s.front(), to = piece.markers->time_s.back();
+  EXPECT_LT(to - from, 0.4 + 1e-6);
+  EXPECT_LT(to - from, whole_s);
+  EXPECT_GT(from, 0.1 - 1e-9);  // before that the bar rests
+  EXPECT_EQ(piece.markers->position.cols(),
+            static_cast<Eigen::Index>(piece.markers->uv.size() * piece.markers->time_s.size()));
+  const auto at = std::find(trial.markers->time_s.begin(), trial.markers->time_s.end(), from);
+  ASSERT_NE(at, trial.markers->time_s.end());
+  EXPECT_EQ(piece.markers->position.col(0), trial.markers->position.col(at - trial.markers->time_s.begin()));
+}
+
+struct Fault {
+  std::string effect;
+  std::function<Tracker(unsigned)> tracker;
+  std::map<std::string, double> truth;
+};
+
+class FaultOfMeasurement : public testing::TestWithParam<size_t> {};
+
+std::vector<Fault> faults() {
+  const auto same = [](const Tracker& tracker) { return [=](unsigned) { return tracker; }; };
+  return {{"camera_delay", same(late(0.28)), {{"delay", 0.28}}},
+          {"outline_erosion",
+           same([](const Surface& surface, const Vector2d& uv, double t) -> Vector3d {
+             const double share = 1 - 2 * 0.006 / kGridWidth_m;
+             return surface(share * uv + Vector2d::Constant(0.006), t);
+           }),
+           {{"erosion", 0.006}}}};
+}
+
+TEST_P(FaultOfMeasurement, IsNamedAndSized) {
+  const Fault fault = faults()[GetParam()];
+  std::vector<Effect> measurement;
+  const std::set<std::string> tried = {"camera_delay",    "pose_error", "depth_bias", "smoothing", "outline_jitter",
+                                       "outline_erosion", "grid_drift", "draught",    "mass_error"};
+  for (const Effect& e : effect_library())
+    if (tried.contains(e.name)) measurement.push_back(e);
+  DiagnosisOptions options;
+  options.study.protocol.cells = 8;
+  options.study.protocol.rate_hz = 20;
+  const Diagnosis d = diagnose(grid_campaign(fault.tracker), measurement, options);
+  EXPECT_EQ(d.cause, fault.effect);
+  EXPECT_EQ(d.side, "measurement");
+  const auto found =
+      std::find_if(d.effects.begin(), d.effects.end(), [&](const EffectFinding& f) { return f.name == fault.effect; });
+  ASSERT_NE(found, d.effects.end());
+  ASSERT_FALSE(found->size.empty());
+  for (const SizedParameter& p : found->size) {
+    const auto truth = fault.truth.find(p.name);
+    if (truth == fault.truth.end()) continue;
+    EXPECT_LE(p.low, truth->second) << p.name;
+    EXPECT_GE(p.high, truth->second) << p.name;
+    EXPECT_NEAR(p.value, truth->second, 0.35 * std::abs(truth->second)) << p.name;
+  }
+  double part = 0;
+  for (const BudgetPart& p : d.budget.parts)
+    if (p.effect == fault.effect) part = p.share.value;
+  EXPECT_GT(part, 0.5);
+}
+
+INSTANTIATE_TEST_SUITE_P(Each, FaultOfMeasurement, testing::Range<size_t>(0, faults().size()),
+                         [](const auto& info) { return faults()[info.param].effect; });
+
+}  // namespace
+}  // namespace selvedge::diagnose
