@@ -41,6 +41,8 @@ std::vector<double> sample_times(double start_s, double end_s) {
 }
 
 ObservedTrial observe_trial(const trial::Trial& trial, const observe::ObserveOptions& options) {
+  if (trial::is_material_test(trial.experiment))
+    refuse(trial.folder.string(), "found a material test, expected a fabric that hangs from a rig");
   for (const auto* corner : {&trial.corners.left, &trial.corners.right})
     if (corner->array().isNaN().all())
       refuse((trial.folder / "corners.csv").string(),

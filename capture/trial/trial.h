@@ -12,16 +12,19 @@
 #include <Eigen/Core>
 
 #include "capture/trial/grey_png.h"
+#include "capture/trial/material_test.h"
 #include "geometry/projection.h"
 
 namespace selvedge::trial {
 
-enum class Experiment { static_hang, waving, robot };  // "static", "waving", "robot"
+// "static", "waving", "robot": a fabric that hangs from a rig; "cantilever", "cusick", "tensile": material tests.
+enum class Experiment { static_hang, waving, robot, cantilever, cusick, tensile };
 enum class Held { corners, top_edge, top_edge_clamped };
 // Whether the recording ran to its end; a trial that is cut or still being recorded holds what its files
 // hold up to their last whole line.
 enum class State { complete, cut, recording };
 
+// Of a disc, width and height are those of its bounding square.
 struct Fabric {
   std::string name;
   double width_m = 0;  // top edge
@@ -86,6 +89,10 @@ struct Trial {
   std::optional<Frames> frames;
   std::optional<Markers> markers;
   std::optional<Robot> robot;
+  // A material test has one of these, and nothing of a rig: no corners, cameras, frames, markers.
+  std::optional<Cantilever> cantilever;
+  std::optional<Cusick> cusick;
+  std::optional<Tensile> tensile;
   // What does not read any more and was passed over, a sentence each, naming the file; of trials with checksums alone.
   std::vector<std::string> damaged;
 };
@@ -96,6 +103,14 @@ struct Campaign {
   std::vector<Trial> trials;                         // campaign.json's order
   std::vector<std::vector<std::string>> replicates;  // names of trials meant to be the same motion
 };
+
+bool is_material_test(Experiment experiment);
+
+// kg/m²; of a Cusick test over the disc's area.
+double areal_mass(const Trial& trial);
+
+// The campaign's material tests alone, or what hangs from a rig alone; may hold no trial.
+Campaign only_tests(const Campaign& campaign, bool tests);
 
 // Reads and checks everything but the pixels (sizes of all images are checked from their headers).
 // Throws BadInput as docs/formats.md lists, naming file, line or key and what was expected. In a trial that has

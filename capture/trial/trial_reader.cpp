@@ -5,6 +5,7 @@
 
 #include "capture/trial/checked_trial.h"
 #include "capture/trial/grey_png.h"
+#include "capture/trial/material_test_files.h"
 #include "capture/trial/trial.h"
 #include "capture/trial/trial_writer.h"
 #include "files/bad_input.h"
@@ -20,7 +21,7 @@ using files::JsonReader;
 
 namespace {
 
-const std::vector<std::string> experiment_texts = {"static", "waving", "robot"};
+const std::vector<std::string> experiment_texts = {"static", "waving", "robot", "cantilever", "cusick", "tensile"};
 const std::vector<std::string> held_texts = {"corners", "top_edge", "top_edge_clamped"};
 const std::vector<std::string> state_texts = {"complete", "cut", "recording"};
 
@@ -118,6 +119,7 @@ void read_trial_json(const JsonReader& json, Trial& trial) {
   if (json.has("state")) trial.state = static_cast<State>(json.choice("state", state_texts));
   read_holding(json, trial);
   trial.fabric = read_fabric(json.child("fabric"));
+  if (is_material_test(trial.experiment)) read_material_test(json, trial);
   trial.starts_at_rest = json.truth_or("starts_at_rest", false);
   if (json.has("gravity_m_s2")) trial.gravity_m_s2 = to_vector(json.numbers("gravity_m_s2", 3));
   if (json.has("camera")) trial.camera = read_projection(json.child("camera"));
@@ -300,7 +302,8 @@ Trial read_trial(const fs::path& folder) {
   // What a mended trial had lost before.
   if (json.has("damaged"))
     for (const std::string& sentence : json.texts("damaged")) trial.damaged.push_back(sentence);
-  read_tables(json, TableReader(folder, trial.state, json.object(), trial.damaged), trial);
+  if (is_material_test(trial.experiment)) read_material_tables(json, trial);
+  else read_tables(json, TableReader(folder, trial.state, json.object(), trial.damaged), trial);
   return trial;
 }
 

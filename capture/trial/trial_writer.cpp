@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include "capture/trial/material_test_files.h"
 #include "files/csv_table.h"
 #include "files/whole_file.h"
 
@@ -113,20 +114,23 @@ json trial_to_json(const Trial& trial) {
   json value = {{"format", "trial/1"},
                 {"experiment", to_text(trial.experiment)},
                 {"state", to_text(trial.state)},
-                {"held", to_text(trial.held)},
                 {"fabric",
                  {{"name", trial.fabric.name},
                   {"width_m", trial.fabric.width_m},
                   {"height_m", trial.fabric.height_m},
                   {"mass_kg", trial.fabric.mass_kg},
                   {"mass_known", trial.fabric.mass_known}}},
-                {"starts_at_rest", trial.starts_at_rest},
-                {"gravity_m_s2", to_json(trial.gravity_m_s2)},
-                {"frames",
-                 {{"rate_hz", trial.frame_rate_hz},
-                  {"exposure_s", trial.exposure_s},
-                  {"count", trial.frames ? trial.frames->number.size() : 0}}},
-                {"mocap", {{"rate_hz", trial.mocap_rate_hz}}}};
+                {"gravity_m_s2", to_json(trial.gravity_m_s2)}};
+  if (is_material_test(trial.experiment)) {
+    add_material_test(trial, value);
+    return value;
+  }
+  value["held"] = to_text(trial.held);
+  value["starts_at_rest"] = trial.starts_at_rest;
+  value["frames"] = {{"rate_hz", trial.frame_rate_hz},
+                     {"exposure_s", trial.exposure_s},
+                     {"count", trial.frames ? trial.frames->number.size() : 0}};
+  value["mocap"] = {{"rate_hz", trial.mocap_rate_hz}};
   if (trial.held == Held::top_edge_clamped) value["clamp_direction"] = to_json(trial.clamp_direction);
   if (trial.camera) value["camera"] = to_json(*trial.camera);
   if (trial.projector) value["projector"] = to_json(*trial.projector);
@@ -144,7 +148,8 @@ void write_trial(const Trial& trial, const fs::path& folder, const std::vector<G
   }
   if (trial.markers) files::write_whole(folder / "markers.csv", markers_csv(*trial.markers));
   if (trial.robot) files::write_whole(folder / "robot.csv", robot_csv(*trial.robot));
-  files::write_whole(folder / "corners.csv", corners_csv(trial.corners));
+  write_material_tables(trial, folder);
+  if (!is_material_test(trial.experiment)) files::write_whole(folder / "corners.csv", corners_csv(trial.corners));
   files::write_json(folder / "trial.json", trial_to_json(trial));
 }
 

@@ -34,11 +34,11 @@ std::string seen_by(const geometry::Projection& projection) {
                      distorted ? "distorted" : "without distortion");
 }
 
-std::string fabric_line(const trial::Fabric& fabric) {
+std::string fabric_line(const Trial& trial) {
+  const trial::Fabric& fabric = trial.fabric;
   return fmt::format("{}, {} x {} m, {} g{}, {} g/m²", fabric.name.empty() ? "(no name)" : fabric.name,
                      short_number(fabric.width_m), short_number(fabric.height_m), short_number(1e3 * fabric.mass_kg),
-                     fabric.mass_known ? "" : " (guessed)",
-                     short_number(1e3 * fabric.mass_kg / (fabric.width_m * fabric.height_m), 3));
+                     fabric.mass_known ? "" : " (guessed)", short_number(1e3 * trial::areal_mass(trial), 3));
 }
 
 std::string noise_line(const Trial& trial) {
@@ -59,13 +59,37 @@ std::string markers_line(const trial::MarkerSummary& markers) {
                      span(markers.sampling), percent(markers.hidden_share), gaps(markers.sampling));
 }
 
+// Of a material test.
+std::vector<std::string> test_row(const Trial& trial) {
+  const auto mm = [](double m) { return short_number(1e3 * m, 4) + " mm"; };
+  if (const auto& t = trial.cantilever)
+    return {"strip", fmt::format("{}° from the warp, {} beyond the edge, bending length {}, midline of {} points",
+                                 short_number(t->angle_deg), mm(t->overhang_m),
+                                 t->bending_length_m ? mm(*t->bending_length_m) : "not given", t->midline_m.cols())};
+  if (const auto& t = trial.cusick)
+    return {"disc", fmt::format("{} across on a support of {}, {} captures", mm(t->disc_m), mm(t->support_m),
+                                t->outlines.size())};
+  size_t rows = 0;
+  for (const trial::Pull& pull : trial.tensile->pulls) rows += pull.time_s.size();
+  return {"strip",
+          fmt::format("{}° from the warp, {} x {}, {} pulls, {} samples, force in {}",
+                      short_number(trial.tensile->angle_deg), mm(trial.tensile->width_m), mm(trial.tensile->length_m),
+                      trial.tensile->pulls.size(), rows, trial.tensile->force_unit)};
+}
+
 void print_trial(const Trial& trial) {
+  if (trial::is_material_test(trial.experiment)) {
+    fmt::print("{}", report::text_table(
+                         {"trial", trial.name},
+                         {{"experiment", to_text(trial.experiment)}, {"fabric", fabric_line(trial)}, test_row(trial)}));
+    return;
+  }
   const trial::Sampling corners = trial::sampling(trial.corners.time_s);
   std::vector<std::vector<std::string>> rows = {
       {"experiment", to_text(trial.experiment)},
       {"state", to_text(trial.state)},
       {"held", to_text(trial.held)},
-      {"fabric", fabric_line(trial.fabric)},
+      {"fabric", fabric_line(trial)},
       {"start", trial.starts_at_rest ? "at rest" : "not known to be at rest"},
       {"gravity", fmt::format("{} m/s²", fmt::join(trial.gravity_m_s2, ", "))},
       {"camera", trial.camera ? seen_by(*trial.camera) : "none"},
@@ -86,6 +110,13 @@ void print_trial(const Trial& trial) {
 }
 
 std::vector<std::string> campaign_row(const Trial& trial) {
+  if (trial::is_material_test(trial.experiment)) {
+    std::vector<std::string> row(15, "-");
+    row[0] = trial.name;
+    row[1] = to_text(trial.experiment);
+    row[3] = to_text(trial.state);
+    return row;
+  }
   const trial::Sampling corners = trial::sampling(trial.corners.time_s);
   const trial::MarkerSummary markers = trial.markers ? trial::summary(*trial.markers) : trial::MarkerSummary{};
   const double hidden = (trial::hidden_share(trial.corners.left) + trial::hidden_share(trial.corners.right)) / 2;
@@ -118,7 +149,7 @@ void drop_empty_columns(std::vector<std::string>& header, std::vector<std::vecto
 void print_campaign(const trial::Campaign& campaign) {
   const Trial& first = campaign.trials.front();
   fmt::print("campaign of {} trials\nfabric: {}\ncamera: {}\nprojector: {}\nnoise: {}\n", campaign.trials.size(),
-             fabric_line(first.fabric), first.camera ? seen_by(*first.camera) : "none",
+             fabric_line(first), first.camera ? seen_by(*first.camera) : "none",
              first.projector ? seen_by(*first.projector) : "none", noise_line(first));
   for (const auto& group : campaign.replicates) fmt::print("same motion: {}\n", fmt::join(group, ", "));
   std::vector<std::vector<std::string>> rows;
@@ -128,6 +159,8 @@ void print_campaign(const trial::Campaign& campaign) {
                                      "missing",    "markers",    "times", "Hz",     "hidden"};
   drop_empty_columns(header, rows);
   fmt::print("\n{}", report::text_table(header, rows));
+  for (const Trial& trial : campaign.trials)
+    if (trial::is_material_test(trial.experiment)) fmt::print("{}: {}\n", trial.name, test_row(trial)[1]);
 }
 
 // What was passed over on reading.

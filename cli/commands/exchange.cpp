@@ -32,6 +32,8 @@ void run_export(const ExportArguments& a) {
   }
   if (a.hdf5.empty() && a.obj.empty()) return;
   const trial::Trial trial = trial::read_trial(a.trial);
+  if (trial::is_material_test(trial.experiment))
+    refuse((a.trial / "trial.json").string(), "found a material test, expected a trial with motion to export");
   if (!a.hdf5.empty()) {
     station::export_hdf5(trial, a.hdf5);
     fmt::print("wrote {}\n", a.hdf5.string());
