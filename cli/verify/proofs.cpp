@@ -12,6 +12,7 @@ std::vector<Figure> prove_fit(const FigureOptions& options);
 std::vector<Figure> prove_format(const FigureOptions& options);
 std::vector<Figure> prove_louchet(const FigureOptions& options);
 std::vector<Figure> prove_metric(const FigureOptions& options);
+std::vector<Figure> prove_real(const FigureOptions& options);
 std::vector<Figure> prove_recorder(const FigureOptions& options);
 std::vector<Figure> prove_rig(const FigureOptions& options);
 std::vector<Figure> prove_spline_fit(const FigureOptions& options);
@@ -48,6 +49,10 @@ const std::vector<FigureSet>& proofs() {
       {"louchet", "the 17x17 sheet of 1995 identified from its motion, by its evolution strategy and by ours",
        prove_louchet},
       {"metric", "the fold metric recovers stripes of known direction", prove_metric},
+      {"real",
+       "material tests that others made of real fabric, beside what they or the replicates say: strips over an edge, "
+       "pulls; of ../shared",
+       prove_real},
       {"recorder",
        "after a thousand power cuts whatever the recorder called durable reads; one that says so too early is caught",
        prove_recorder},

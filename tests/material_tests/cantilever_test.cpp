@@ -5,7 +5,7 @@
 
 #include <gtest/gtest.h>
 
-#include "tests/material_tests/strip_of_nodes.h"
+#include "cli/verify/proofs/strip_of_nodes.h"
 #include "tests/refusal.h"
 
 namespace selvedge::material_tests {
@@ -18,7 +18,7 @@ trial::Trial strip_trial(const BendingLaw& law, double density, double overhang_
   t.experiment = trial::Experiment::cantilever;
   t.fabric = {"made up", 0.025, 0.2, density * 0.025 * 0.2, true};
   t.cantilever = trial::Cantilever{angle_deg, overhang_m, std::nullopt,
-                                   every_nth(strip_of_nodes(law, 9.81 * density, overhang_m, 800), 20)};
+                                   cli::every_nth(cli::strip_of_nodes(law, 9.81 * density, overhang_m, 800), 20)};
   std::mt19937 random(seed);
   std::normal_distribution<double> normal(0, 1);
   t.cantilever->midline_m.array() +=

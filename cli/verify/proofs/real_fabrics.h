@@ -2,6 +2,7 @@
 // mass and bending, ten fabrics of Wang, O'Brien and Ramamoorthi 2011 for stretch and shear.
 #pragma once
 
+#include <filesystem>
 #include <optional>
 #include <string>
 #include <vector>
@@ -14,6 +15,10 @@ struct DrawnFabric {
   std::string name;
   cloth::Material material;
 };
+
+// Rows of fabrics.csv: areal mass (kg/m²); linear bending of warp, weft, bias (1e-9 N·m); second-order bending of the
+// same (1e-12 N·m²). Throws std::runtime_error where a row is not seven numbers.
+std::vector<std::vector<double>> read_fabric_rows(const std::filesystem::path& path);
 
 // `count` fabrics, seeded; nothing where the file is not there. A row of the file gives mass and bending both ways with
 // its softening, one of the ten stretch with its stiffening, shear and coupling. Losses, which nobody measured with

@@ -9,11 +9,11 @@
 
 #include "material_tests/heavy_strip.h"
 
-namespace selvedge::material_tests {
+namespace selvedge::cli {
 
 // 2×(n + 1): along, down. Slopes θ_0 … θ_{n−1} of the rods; at node k between rods k − 1 and k (k = 0: the edge, half a
 // rod from a level one) M_k = κ (B + B₂ |κ|), and M_k − M_{k+1} = w h (L − s_{k+½}) cos θ_k.
-inline Eigen::Matrix2Xd strip_of_nodes(const BendingLaw& law, double weight, double overhang_m, int n) {
+inline Eigen::Matrix2Xd strip_of_nodes(const material_tests::BendingLaw& law, double weight, double overhang_m, int n) {
   const double h = overhang_m / n;
   std::vector<double> slope(n, 0.0), lower(n), diagonal(n), upper(n), right(n);
   const auto span = [&](int k) { return k == 0 ? h / 2 : h; };
@@ -58,4 +58,4 @@ inline Eigen::Matrix2Xd every_nth(const Eigen::Matrix2Xd& points, int n) {
   return out;
 }
 
-}  // namespace selvedge::material_tests
+}  // namespace selvedge::cli

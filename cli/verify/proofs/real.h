@@ -1,0 +1,14 @@
+// The rows of `./selvedge prove real`: each takes a folder of ../shared/real, which lies outside the project.
+#pragma once
+
+#include <filesystem>
+#include <vector>
+
+#include "cli/verify/figures.h"
+
+namespace selvedge::cli {
+
+// 618 fabrics of a drape tester: strips simulated with their rigidities, and fitted again.
+std::vector<Figure> prove_real_bending(const std::filesystem::path& folder, const FigureOptions& options);
+
+}  // namespace selvedge::cli
