@@ -1,8 +1,15 @@
 #include "material_tests/answer.h"
 
 #include <cmath>
+#include <stdexcept>
 
 namespace selvedge::material_tests {
+
+const Determined& named(const Answer& answer, const std::string& parameter) {
+  for (const Determined& p : answer.parameters)
+    if (p.name == parameter) return p;
+  throw std::out_of_range("named: found no parameter " + parameter);
+}
 
 std::pair<double, double> interval_of(const Answer& answer, size_t parameter) {
   const auto at = static_cast<Eigen::Index>(parameter);

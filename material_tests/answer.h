@@ -39,6 +39,9 @@ struct Answer {
   std::vector<std::pair<std::string, std::string>> pictures;  // SVG and caption: measured beside simulated
 };
 
+// Throws std::out_of_range where the test does not determine it.
+const Determined& named(const Answer& answer, const std::string& parameter);
+
 // 90 % interval of the parameter in its own unit.
 std::pair<double, double> interval_of(const Answer& answer, size_t parameter);
 

@@ -106,38 +106,40 @@ std::vector<double> unit_in_newton(const std::string& unit) {
 // How far up the sheet's law holds: the longest of a few stretches to which it lies within the pulls' scatter.
 StretchFit sheet_law(const std::vector<PullCurve>& curves, const Scatter& scatter) {
   constexpr double kWithin = 1.5;  // times the scatter
+  constexpr size_t kFewest = 4;    // points a curve, on average
   StretchFit best;
   for (const double longest : {1.03, 1.05, 1.08, 1.12, 1.2, 1.3, 1.5, 2.0, 5.0}) {
+    size_t compared = 0;
+    for (const PullCurve& c : curves) compared += static_cast<size_t>((c.along <= longest).count());
+    if (compared < kFewest * curves.size()) continue;
     const StretchFit fit = fit_stretch_law(curves, scatter, false, longest);
     bool holds = true;
-    size_t compared = 0;
-    for (int d = 0; d < 2; ++d)
+    for (size_t d = 0; d < 2; ++d)
       for (size_t channel = 0; channel < 2; ++channel)
-        holds =
-            holds && !(fit.rms[static_cast<size_t>(d)][channel] > kWithin * scatter[static_cast<size_t>(d)][channel]);
-    for (const PullCurve& c : curves) compared += static_cast<size_t>((c.along <= longest).count());
-    const bool enough = compared >= 4 * curves.size();
-    if ((holds && enough) || best.longest == 0) best = fit;
-    if (enough && !holds) break;
+        holds = holds && !(fit.rms[d][channel] > kWithin * scatter[d][channel]);
+    if (holds || best.longest == 0) best = fit;
+    if (!holds) break;
   }
   return best;
 }
 
-void add_parameters(Answer& answer, const StretchFit& sheet, bool both, bool scaled, const std::string& per_m) {
+// only: the direction that was pulled, −1 where both were. scaled: force is in newton.
+void add_parameters(Answer& answer, const StretchFit& sheet, int only, bool scaled) {
   const SmallFit& fit = sheet.fit;
   // ln k_u, ln k_v, ν, β to ln stretch, a, ν, β.
   Eigen::Matrix4d to = Eigen::Matrix4d::Identity();
-  to.topLeftCorner<2, 2>() << 0.5, 0.5, 0.5, -0.5;
+  if (only < 0) to.topLeftCorner<2, 2>() << 0.5, 0.5, 0.5, -0.5;
+  if (only == 1) to.topLeftCorner<2, 2>() << 0, 1, 1, 0;
   const Eigen::Vector4d x = to * fit.x.head<4>();
   const double worse = std::max(1.0, fit.cost / std::max(1.0, static_cast<double>(fit.residuals.size()) - 8));
   const Eigen::Matrix4d all = worse * to * fit.covariance * to.transpose();
-  const Determined rows[] = {{"stretch", per_m, std::exp(x(0)), true},
+  const Determined rows[] = {{"stretch", "N/m", std::exp(x(0)), true},
                              {"stretch_anisotropy", "", x(1), false},
                              {"coupling", "", x(2), false},
                              {"stretch_stiffening", "", x(3), false}};
   std::vector<Index> kept;
   for (Index k = 0; k < 4; ++k)
-    if ((both || k != 1) && (scaled || k != 0)) kept.push_back(k);
+    if ((only < 0 || k != 1) && (scaled || k != 0)) kept.push_back(k);
   for (const Index k : kept) answer.parameters.push_back(rows[k]);
   answer.covariance = all(kept, kept);
 }
@@ -178,7 +180,11 @@ void add_picture(Answer& answer, const std::vector<PullCurve>& curves, const Str
 // What a reader should know of the pulls: how far the laws hold, losses.
 void add_findings(Answer& answer, const std::vector<PullCurve>& curves, const Scatter& scatter, const StretchFit& sheet,
                   const StretchFit& large) {
-  answer.reported.push_back({"stretch up to which the sheet's law holds", "", sheet.longest, 0});
+  double reached = 1;
+  for (const PullCurve& c : curves)
+    for (const double s : c.along)
+      if (s > reached) reached = s;
+  answer.reported.push_back({"stretch up to which the sheet's law holds", "", std::min(sheet.longest, reached), 0});
   for (int d = 0; d < 2; ++d) {
     if (!has_direction(curves, d)) continue;
     const auto at = static_cast<size_t>(d);
@@ -275,19 +281,19 @@ Answer fit_tensile(const std::vector<const Trial*>& strips) {
   for (PullCurve& c : curves)
     if (!newton.empty()) c.force *= newton.front();
   const Scatter scatter = scatter_of(curves);
-  const bool both = has_direction(curves, 0) && has_direction(curves, 1);
+  const int only = !has_direction(curves, 1) ? 0 : !has_direction(curves, 0) ? 1 : -1;
   const StretchFit sheet = sheet_law(curves, scatter), large = fit_stretch_law(curves, scatter, true);
   Answer answer;
   const std::string shown = newton.empty() ? unit : "N";
-  add_parameters(answer, sheet, both, !newton.empty(), "N/m");
+  add_parameters(answer, sheet, only, !newton.empty());
   if (newton.empty())
     answer.remarks.push_back(fmt::format(
         "force was recorded in {}, which is no unit of force known here: stretch in N/m is not determined, its "
         "anisotropy, coupling and stiffening are",
         in_quotes(unit)));
-  if (!both)
-    answer.remarks.push_back(fmt::format("pulled along the {} alone: the other direction is taken to be as it is",
-                                         kDirection[has_direction(curves, 0) ? 0 : 1]));
+  if (only >= 0)
+    answer.remarks.push_back(
+        fmt::format("pulled along the {} alone: the other direction is taken to be as it is", kDirection[only]));
   for (int d = 0; d < 2; ++d) {
     if (newton.empty() && has_direction(curves, d))
       answer.reported.push_back(

@@ -41,12 +41,6 @@ std::vector<trial::Trial> strips(const BendingLaw& law, double density, double a
   return out;
 }
 
-const Determined& named(const Answer& answer, const std::string& name) {
-  for (const Determined& p : answer.parameters)
-    if (p.name == name) return p;
-  throw std::out_of_range(name);
-}
-
 TEST(Cantilever, GivesBothRigiditiesBack) {
   const BendingLaw law{1.2e-5, -3.5e-8};
   const DirectionBend found = fit_direction(pointers(strips(law, 0.19, 0, 0)));
