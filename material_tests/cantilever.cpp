@@ -26,6 +26,8 @@ namespace {
 constexpr double kSoftening_sd = 0.5;    // prior of B₂ / (B c): real fabrics lie between −0.7 and 0
 constexpr double kInstrument_sd = 0.03;  // of ln(bending length): what one reading of the instrument repeats within
 constexpr double kLeastNoise_m = 1e-7;
+constexpr double kEdge_m = 1.5e-4, kTilt = 0.005;  // what a midline's edge and level are known to, deviations
+constexpr double kScale = 0.007;  // and its lengths, relative: rendered photographs come back within 4 % of B
 
 double weight_of(const Trial& t) { return trial::areal_mass(t) * t.gravity_m_s2.norm(); }
 
@@ -35,23 +37,59 @@ double mirrored(double angle_deg) {
   return a > 90 ? 180 - a : a;
 }
 
-// From the polyline, positive below it; behind the last point the distance from that.
-double distance_from(const Matrix2Xd& line, const Vector2d& p) {
-  double best = std::numeric_limits<double>::infinity(), sign = 1;
+struct Nearest {
+  double distance = 0;  // positive below the line
+  Vector2d normal;      // unit, downwards
+};
+
+// Behind the last point the distance is that from it.
+Nearest nearest_on(const Matrix2Xd& line, const Vector2d& p) {
+  double best = std::numeric_limits<double>::infinity();
+  Nearest out;
   for (Index i = 0; i + 1 < line.cols(); ++i) {
     const Vector2d along = line.col(i + 1) - line.col(i), from = p - line.col(i);
     const double share = std::clamp(from.dot(along) / along.squaredNorm(), 0.0, 1.0);
-    const double d = (from - share * along).squaredNorm();
-    if (d >= best) continue;
-    best = d;
-    sign = along.x() * from.y() - along.y() * from.x() < 0 ? -1 : 1;
+    const Vector2d off = from - share * along;
+    if (off.squaredNorm() >= best) continue;
+    best = off.squaredNorm();
+    const Vector2d across = Vector2d(-along.y(), along.x()).normalized();
+    const double side = across.dot(off) < 0 ? -1 : 1;
+    out.distance = side * off.norm();
+    out.normal = off.norm() > 1e-12 ? Vector2d(side / off.norm() * off) : across;
   }
-  return sign * std::sqrt(best);
+  return out;
+}
+
+// Distances of a midline from a strip, in units of noise_m, once the midline is moved and turned as its measurement may
+// be off (kEdge_m, kTilt): what that takes comes last, in its own deviations.
+VectorXd off_midline(const Matrix2Xd& midline, const Matrix2Xd& strip, double noise_m) {
+  const Index n = midline.cols();
+  VectorXd r(n);
+  Eigen::MatrixX3d moves(n, 3);
+  for (Index i = 0; i < n; ++i) {
+    const Nearest at = nearest_on(strip, midline.col(i));
+    r(i) = at.distance / noise_m;
+    const Vector2d turned(-midline(1, i), midline(0, i));
+    moves.row(i) << at.normal.x() * kEdge_m / noise_m, at.normal.y() * kEdge_m / noise_m,
+        at.normal.dot(turned) * kTilt / noise_m;
+  }
+  const Eigen::Matrix3d normal = moves.transpose() * moves + Eigen::Matrix3d::Identity();
+  const Eigen::Vector3d moved = normal.ldlt().solve(moves.transpose() * r);
+  VectorXd out(n + 3);
+  out << r - moves * moved, moved;
+  return out;
 }
 
 BendingLaw law_at(const VectorXd& x) { return {std::exp(x(0)), std::exp(x(0)) * x(1)}; }
 
-// x: ln B, B₂ / B. Residuals in units of `noise_m`, the last one the prior's.
+// Residuals of a strip: its midline's, and how it was moved; or its bending length's.
+constexpr Index kMoves = 3;
+Index rows_of(const Trial& t) {
+  const Index points = t.cantilever->midline_m.cols();
+  return points > 0 ? points + kMoves : 1;
+}
+
+// x: ln B, B₂ / B. The last residual is the prior's.
 VectorXd residuals_of(const std::vector<const Trial*>& strips, const VectorXd& x, double noise_m) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   const BendingLaw law = law_at(x);
@@ -64,8 +102,9 @@ VectorXd residuals_of(const std::vector<const Trial*>& strips, const VectorXd& x
       continue;
     }
     const auto strip = hanging_strip(law, weight_of(*t), c.overhang_m);
-    for (Index i = 0; i < c.midline_m.cols(); ++i)
-      r.push_back(strip ? distance_from(strip->point_m, c.midline_m.col(i)) / noise_m : nan);
+    VectorXd off = VectorXd::Constant(c.midline_m.cols() + kMoves, nan);
+    if (strip) off = off_midline(c.midline_m, strip->point_m, noise_m);
+    r.insert(r.end(), off.begin(), off.end());
   }
   r.push_back(x(1) / bending_length(law, weight_of(*strips.front())) / kSoftening_sd);
   return Eigen::Map<VectorXd>(r.data(), static_cast<Index>(r.size()));
@@ -96,18 +135,21 @@ double start_of(const std::vector<const Trial*>& strips, double noise_m) {
   return best;
 }
 
-// Neighbouring points of a midline err together: how many of them count as one.
+// Neighbouring points of a midline err together, and one hand or threshold drew it all: how many of them count as one.
+// No midline counts as more than kAlone points.
 double points_as_one(const std::vector<const Trial*>& strips, const VectorXd& residuals) {
-  double together = 0, alone = 0;
+  constexpr double kAlone = 10;
+  double together = 0, alone = 0, lines = 0;
   Index at = 0;
   for (const Trial* t : strips) {
-    const Index n = std::max<Index>(1, t->cantilever->midline_m.cols());
+    const Index n = t->cantilever->midline_m.cols();
     for (Index i = at; i + 1 < at + n; ++i) together += residuals(i) * residuals(i + 1);
     alone += residuals.segment(at, n).squaredNorm();
-    at += n;
+    at += rows_of(*t);
+    if (n > 0) ++lines;
   }
-  const double r = std::clamp(together / std::max(alone, 1e-300), 0.0, 0.97);
-  return (1 + r) / (1 - r);
+  const double r = std::clamp(together / std::max(alone, 1e-300), 0.0, 0.98);
+  return std::max((1 + r) / (1 - r), static_cast<double>(midline_points(strips)) / (kAlone * std::max(1.0, lines)));
 }
 
 struct Fitted {
@@ -133,7 +175,7 @@ Fitted fit_law(const std::vector<const Trial*>& strips) {
     for (const Trial* t : strips) {
       const Index n = t->cantilever->midline_m.cols();
       sum += out.fit.residuals.segment(at, n).squaredNorm();
-      at += std::max<Index>(1, n);
+      at += rows_of(*t);
     }
     out.noise_m = std::max(kLeastNoise_m, out.noise_m * std::sqrt(sum / static_cast<double>(points - 2)));
   }
@@ -267,7 +309,8 @@ DirectionBend fit_direction(const std::vector<const Trial*>& strips) {
   out.angle_deg = mirrored(strips.front()->cantilever->angle_deg);
   out.law = law_at(fitted.fit.x);
   out.covariance = fitted.fit.covariance;
-  out.covariance(0, 0) = std::max(out.covariance(0, 0), std::pow(scatter_of_strips(strips), 2));
+  out.covariance(0, 0) =
+      std::max(out.covariance(0, 0), std::pow(scatter_of_strips(strips), 2)) + std::pow(3 * kScale, 2);
   const double c = bending_length(out.law, weight_of(*strips.front()));
   out.second_order_is_seen = midline_points(strips) > 0 && std::sqrt(out.covariance(1, 1)) < 0.3 * kSoftening_sd * c;
   out.rms_m = midline_points(strips) > 0 ? fitted.noise_m : 0;

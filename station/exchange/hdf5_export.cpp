@@ -4,33 +4,13 @@
 #include <stdexcept>
 #include <vector>
 
-#include <hdf5.h>
+#include "station/exchange/hdf5_handle.h"
 
 namespace selvedge::station {
 
 namespace {
 
 namespace fs = std::filesystem;
-
-// A handle of the library that is closed with what holds it.
-class Handle {
- public:
-  Handle(hid_t id, herr_t (*close)(hid_t), const std::string& what) : id_(id), close_(close) {
-    if (id < 0) throw std::runtime_error("HDF5: " + what + " failed");
-  }
-  ~Handle() { close_(id_); }
-  Handle(const Handle&) = delete;
-  Handle& operator=(const Handle&) = delete;
-  operator hid_t() const { return id_; }
-
- private:
-  hid_t id_;
-  herr_t (*close_)(hid_t);
-};
-
-void require(herr_t status, const std::string& what) {
-  if (status < 0) throw std::runtime_error("HDF5: " + what + " failed");
-}
 
 template <class Number>
 hid_t type_of();
