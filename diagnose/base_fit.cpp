@@ -9,8 +9,10 @@
 
 #include "diagnose/excerpts.h"
 #include "estimate/least_squares.h"
+#include "files/bad_input.h"
 #include "files/whole_file.h"
 #include "fit/stages.h"
+#include "fit/tested_parameters.h"
 #include "model/held_markers.h"
 
 namespace selvedge::diagnose {
@@ -193,11 +195,16 @@ FittedStudy make_study(const trial::Campaign& campaign, const std::vector<Effect
   Study& study = out.study;
   study.protocol = options.protocol;
   study.campaign = campaign.folder.filename().string();
+  const trial::Campaign rig = trial::only_tests(campaign, false);
+  if (rig.trials.empty())
+    refuse(campaign.folder.string(), "found material tests alone, expected a fabric that hangs from a rig");
   std::vector<model::ObservedTrial> trials =
-      fit::observe_campaign(campaign, options.protocol.rate_hz, options.protocol.image_rate_hz,
+      fit::observe_campaign(rig, options.protocol.rate_hz, options.protocol.image_rate_hz,
                             fit::part_of(options.progress, 0, 0.05, "campaign"), observe::Thinning::averaged);
   study.measured = measure(trials, options.protocol);
-  std::vector<model::Parameter> base = model::base_parameters(options.drag);
+  const fit::TestedParameters tested = fit::tested_parameters(campaign, options.drag);
+  std::vector<model::Parameter> base = tested.parameters;
+  study.remarks = tested.remarks;
   study.base_count = base.size();
   study.parameters = base;
   for (const Effect& effect : effects) {
@@ -209,8 +216,8 @@ FittedStudy make_study(const trial::Campaign& campaign, const std::vector<Effect
   study.first_force = study.parameters.size();
   const std::vector<model::Parameter> forces = smooth_forces(study.protocol);
   study.parameters.insert(study.parameters.end(), forces.begin(), forces.end());
-  for (const trial::Trial& trial : campaign.trials) study.cameras.push_back(trial.camera);
-  study.groups = group_trials(campaign, trials);
+  for (const trial::Trial& trial : rig.trials) study.cameras.push_back(trial.camera);
+  study.groups = group_trials(rig, trials);
   study.base = model::usual_coordinates(study.parameters);
   begin_with_measured(study, trials);
   if (!measured_effects(study).empty()) base = model::only(study.parameters, rows_of_base(study), study.base);

@@ -36,6 +36,7 @@ struct Study {
   model::State fine_state;
   // Coordinates of all parameters, effects neutral but for those that were measured before any physics.
   Eigen::VectorXd base;
+  std::vector<std::string> remarks;  // what material tests gave the base
   int evaluations = 0;
 };
 

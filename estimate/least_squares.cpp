@@ -57,7 +57,8 @@ MatrixXd gradient_squares(const MatrixXd& jacobian, const VectorXd& weighted, co
 VectorXd prior_precision(const std::vector<model::Parameter>& parameters, const LeastSquaresOptions& options) {
   VectorXd out(static_cast<Index>(parameters.size()));
   for (size_t k = 0; k < parameters.size(); ++k) {
-    const double sd = options.prior_sd.value_or(parameters[k].prior_sd);
+    const bool measured = parameters[k].measured;
+    const double sd = measured ? parameters[k].prior_sd : options.prior_sd.value_or(parameters[k].prior_sd);
     out(static_cast<Index>(k)) = 1 / (sd * sd);
   }
   return out;
@@ -73,6 +74,9 @@ class Minimiser {
     problem_.longest = VectorXd::Constant(start.size(), kLongestStep);
     at_.x = start.cwiseMax(problem_.lower).cwiseMin(problem_.upper);
     problem_.prior_centre = options.prior_centre.value_or(at_.x);
+    for (size_t k = 0; k < parameters.size(); ++k)
+      if (parameters[k].measured)
+        problem_.prior_centre(static_cast<Index>(k)) = to_coordinate(parameters[k], parameters[k].start);
     if (options.journal) name_ = options.journal->next("minimise");
   }
 

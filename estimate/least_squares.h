@@ -1,9 +1,9 @@
 // Trust-region least squares over many trials: Levenberg–Marquardt with derivatives by finite differences.
 //
 // Minimises Σ ρ((r/sd)²) with Cauchy's ρ, so that samples that are centimetres off do not steer the fit, plus
-// a pull (prior_sd in coordinates) towards the start, or prior_centre, that keeps undetermined parameters where they
-// are; weak, or evidence like the rest. Parameter sets of one iteration run side by side in SIMD lanes: the
-// differences, then four dampings at once.
+// a pull (prior_sd in coordinates) towards the start, prior_centre or what was measured (Parameter::measured), that
+// keeps undetermined parameters where they are; weak, or evidence like the rest. Parameter sets of one iteration run
+// side by side in SIMD lanes: the differences, then four dampings at once.
 #pragma once
 
 #include <optional>

@@ -11,10 +11,12 @@
 
 #include "estimate/journal.h"
 #include "cloth/spline/chosen_grid.h"
+#include "files/bad_input.h"
 #include "estimate/kept_input.h"
 #include "model/held_markers.h"
 #include "model/trial_error.h"
 #include "fit/stages.h"
+#include "fit/tested_parameters.h"
 #include "observe/stripe_residual.h"
 
 namespace selvedge::fit {
@@ -89,10 +91,12 @@ std::optional<double> plate_error(const model::ObservedTrial& trial) {
 
 // One line: what would make it another fit.
 std::string identity_of(const FitOptions& o, const std::string& recordings) {
+  const std::string like = o.like ? fmt::format(" like {} {:.9g}", o.like->name, mean_bend(*o.like)) : "";
   const std::string settings =
       fmt::format("{} drag {} cells {} after {} rates {} {} iterations {} hold-out {}",
                   o.search ? "start of a search" : "least_squares", static_cast<int>(o.drag), o.cells, o.coarse_cells,
-                  o.rate_hz, o.image_rate_hz, o.max_iterations, static_cast<int>(o.hold_out));
+                  o.rate_hz, o.image_rate_hz, o.max_iterations, static_cast<int>(o.hold_out)) +
+      like;
   return settings + " input " + estimate::input_hash(recordings, settings);
 }
 
@@ -129,13 +133,18 @@ void judge_parameters(FitOutcome& out, const std::vector<model::Parameter>& para
     // Where the trials say less of it than the pull to the start, its whole range is open.
     const double pull = std::pow(fit.scale / p.prior_sd, 2);
     const bool unseen = fit.information(at, at) < 2 * pull;
-    if (unseen) {
+    if (unseen && p.measured) {
+      f.lower_interval = to_value(p, to_coordinate(p, p.start) - 1.645 * p.prior_sd);
+      f.upper_interval = to_value(p, to_coordinate(p, p.start) + 1.645 * p.prior_sd);
+      out.remarks.push_back(fmt::format("{} is known from material tests alone: these motions do not show it", p.name));
+    } else if (unseen) {
       f.lower_interval = p.lower;
       f.upper_interval = p.upper;
       out.remarks.push_back(
           fmt::format("{} is undetermined: these trials do not show it, it stays where the search left it", p.name));
     }
-    f.determined = !f.at_bound && !unseen && f.upper_interval < 1.25 * f.value && f.lower_interval > f.value / 1.25;
+    f.determined = !f.at_bound && (!unseen || p.measured) && f.upper_interval < 1.25 * f.value &&
+                   f.lower_interval > f.value / 1.25;
     if (f.at_bound) out.remarks.push_back(fmt::format("{} ends at its bound {:.3g} {}", p.name, f.value, p.unit));
     out.parameters.push_back(std::move(f));
   }
@@ -341,9 +350,16 @@ FitOutcome fit_campaign(const trial::Campaign& campaign, const FitOptions& optio
   out.campaign = campaign.folder.filename().string();
   const std::string recordings = estimate::recordings_hash(campaign);
   out.input = input_of(recordings, options.drag);
-  const std::vector<model::Parameter> parameters = model::base_parameters(options.drag);
-  std::vector<model::ObservedTrial> observed = observe_campaign(campaign, options.rate_hz, options.image_rate_hz,
-                                                                part_of(options.progress, 0, 0.05, "campaign"));
+  TestedParameters tested = tested_parameters(campaign, options.drag);
+  if (options.like) begin_like(*options.like, tested);
+  const std::vector<model::Parameter>& parameters = tested.parameters;
+  out.tests = tested.tests;
+  out.remarks = tested.remarks;
+  const trial::Campaign rig = trial::only_tests(campaign, false);
+  if (rig.trials.empty())
+    refuse(campaign.folder.string(), "found material tests alone, expected a fabric that hangs from a rig");
+  std::vector<model::ObservedTrial> observed =
+      observe_campaign(rig, options.rate_hz, options.image_rate_hz, part_of(options.progress, 0, 0.05, "campaign"));
   put_clocks_together(out, observed);
   const std::vector<model::ObservedTrial>& trials = observed;
   const bool by_trials =

@@ -16,6 +16,8 @@
 #include <vector>
 
 #include "estimate/least_squares.h"
+#include "material_tests/fabric_library.h"
+#include "material_tests/fit_tests.h"
 #include "model/trial_error.h"
 #include "estimate/optimisers/search.h"
 
@@ -36,7 +38,8 @@ struct FitOptions {
   double image_rate_hz = 10;              // frames likewise
   HoldOut hold_out = HoldOut::automatic;  // trials where at least four move, else the last third of the frames
   int max_iterations = 10;
-  CampaignSearchFunction search;  // where set, takes the place of step 3 (campaign_search.h)
+  std::optional<material_tests::LibraryFabric> like;  // where rigidity begins, and what it is loosely drawn to
+  CampaignSearchFunction search;                      // where set, takes the place of step 3 (campaign_search.h)
   std::filesystem::path journal;  // of what is found before a search, and by least squares (fit_journal.h); empty: none
   std::shared_ptr<model::Ranks> ranks;  // that share out evaluations (model/ranks/ranks.h); empty: this process alone
   report::ProgressCallback progress = [](double, const std::string&) {};
@@ -80,12 +83,16 @@ struct FitOutcome {
   std::shared_ptr<const model::Simulation> simulation;  // on the final grid
   double grid_mm = 0;  // rms between the final grid and the next finer one, over all residuals; NaN: not looked at
   model::State state;  // in which it ended
-  std::vector<std::string> remarks;  // what a reader should know: bounds, combinations not told apart
+  std::vector<material_tests::KindAnswer> tests;  // of the campaign's material tests, where it holds some
+  std::vector<std::string> remarks;               // what a reader should know: bounds, combinations not told apart
 };
 
 // The hash of what a fit with this drag law rests on: recordings (their hash) and code (estimate/kept_input.h).
 std::string input_of(const std::string& recordings, model::Drag drag);
 
+// Material tests in the campaign give the parameters that they determine their start and their prior
+// (tested_parameters.h); what else there is lists the trials that hang from a rig alone. Throws BadInput where there is
+// none of those.
 FitOutcome fit_campaign(const trial::Campaign& campaign, const FitOptions& options = {});
 
 // Held-out error over all trials, root mean square, mm; of the model and of the rigid plate.

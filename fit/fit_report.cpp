@@ -180,6 +180,7 @@ json to_json(const FitOutcome& out) {
   out_json["grid"] = {{"cells", out.simulation->options().cells},
                       {"next_finer_moves_mm", files::finite_or_null(out.grid_mm)}};
   out_json["input"] = out.input;
+  if (!out.tests.empty()) out_json["material_tests"] = material_tests::to_json(out.tests);
   if (const auto plate = rigid_plate_mm(out)) out_json["held_out"]["rigid_plate_error"] = *plate;
   return out_json;
 }
@@ -207,9 +208,13 @@ void write_fit(const FitOutcome& out, const trial::Campaign& campaign, const std
   add_errors(html, out);
   add_pictures(html, out, campaign);
   add_progress(html, out);
+  material_tests::add_to_report(html, out.tests);
   std::filesystem::create_directories(folder);
   html.write(folder / "report.html");
-  files::write_json(folder / "fit.json", to_json(out));
+  json fit = to_json(out);
+  const trial::Trial& first = campaign.trials.front();
+  fit["fabric"] = {{"name", first.fabric.name}, {"areal_mass", trial::areal_mass(first)}};
+  files::write_json(folder / "fit.json", fit);
 }
 
 }  // namespace selvedge::fit

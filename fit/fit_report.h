@@ -17,7 +17,8 @@ nlohmann::json to_json(const FitOutcome& outcome);
 // What grid it was fitted on, and what that leaves open.
 std::string grid_sentence(const FitOutcome& outcome);
 
-// Writes DIR/fit.json and DIR/report.html. The campaign's frames are read again for the pictures.
+// Writes DIR/fit.json and DIR/report.html. campaign: of what hangs from a rig, without material tests. Its frames are
+// read again for the pictures.
 void write_fit(const FitOutcome& outcome, const trial::Campaign& campaign, const std::filesystem::path& folder);
 
 // Coordinates of base_parameters(drag) as a fit.json holds them. Nothing where it was fitted to other recordings than

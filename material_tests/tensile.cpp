@@ -249,19 +249,24 @@ StretchFit fit_stretch_law(const std::vector<PullCurve>& curves, const Scatter& 
   StretchFit best;
   best.fit.cost = std::numeric_limits<double>::infinity();
   const auto at = [&](const VectorXd& x) { return law_at(both ? x : with_one_direction(x, only, large), large); };
-  // The search ends in different places: from softer and stiffer, earlier and later locking.
+  // The search ends in different places: from softer and stiffer, earlier and later locking, knits that give way after
+  // a stiff beginning.
+  const std::vector<double> laters = large ? std::vector<double>{-0.3, 0.1, 0.5} : std::vector<double>{0};
   for (const double stiffer : {-0.7, 0.7})
-    for (const double later : large ? std::vector<double>{-0.3, 0.1, 0.5} : std::vector<double>{0.0}) {
-      VectorXd start = centre;
-      start.head(2).array() += stiffer;
-      if (large) start.tail(2).array() += later;
-      const SmallFit fit = least_squares(
-          [&](const VectorXd& x) {
-        return with_prior(residuals_of(at(x), curves, scatter, longest), x, centre, large);
-          },
-          start, 1e-4, low, high);
-      if (fit.cost < best.fit.cost) best.fit = fit;
-    }
+    for (const double later : laters)
+      for (const double softening : {0.0, 1.0, 4.0}) {
+        VectorXd start = centre;
+        start.head(2).array() += stiffer;
+        if (large) start.tail(2).array() += later;
+        start(3) = -softening;
+        if (large) start(4) = -softening;
+        const SmallFit fit = least_squares(
+            [&](const VectorXd& x) {
+          return with_prior(residuals_of(at(x), curves, scatter, longest), x, centre, large);
+            },
+            start, 1e-4, low, high);
+        if (fit.cost < best.fit.cost) best.fit = fit;
+      }
   best.law = at(best.fit.x);
   best.longest = longest;
   for (int d = 0; d < 2; ++d) best.rms[static_cast<size_t>(d)] = misfit(best.law, curves, d, longest);

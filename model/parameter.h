@@ -30,6 +30,7 @@ struct Parameter {
   bool at_rest = true;             // false: it acts on motion alone, where the fabric hangs does not depend on it
   double prior_sd = 2.5;           // in coordinates
   bool shows_soon = false;         // the beginning of a motion determines it
+  bool measured = false;           // start and prior_sd come from a test of the fabric: every fit is drawn to start
   std::vector<double> tried = {};  // by a coarse search; empty: none
 };
 

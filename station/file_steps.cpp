@@ -27,8 +27,9 @@ json fit_fabric(const SessionFile& file, const fs::path& folder, const report::P
   options.progress = progress;
   options.journal = folder / "iterations.txt";
   const fit::FitOutcome outcome = fit::fit_campaign(campaign, options);
-  fit::write_fit(outcome, campaign, folder);
-  write_simulated_motions(outcome, campaign, folder);
+  const trial::Campaign rig = trial::only_tests(campaign, false);
+  fit::write_fit(outcome, rig, folder);
+  write_simulated_motions(outcome, rig, folder);
   fs::remove(options.journal);  // of a fit that ended, nothing is to be gone on with
   return {{"held_out_mm", files::finite_or_null(fit::held_out_mm(outcome))}, {"simulations", outcome.evaluations}};
 }

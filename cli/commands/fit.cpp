@@ -9,10 +9,12 @@
 
 #include "capture/trial/trial.h"
 #include "cli/command.h"
+#include "cli/commands/fit_of_tests.h"
 #include "cli/output_folder.h"
 #include "files/bad_input.h"
 #include "fit/campaign_search.h"
 #include "fit/fit_report.h"
+#include "material_tests/fabric_library.h"
 #include "model/ranks/ranks.h"
 #include "report/progress.h"
 #include "station/simulated_motion.h"
@@ -22,7 +24,8 @@ namespace selvedge::cli {
 namespace {
 
 struct FitArguments {
-  std::filesystem::path path, out;
+  std::filesystem::path path, out, library;
+  std::string like;
   std::string base = "nonlinear_drag", hold_out = "automatic";
   std::string optimiser = "least_squares", error = "residuals";
   fit::CampaignSearch search;
@@ -69,7 +72,7 @@ void fall_silent() {
 void fit_and_write(FitArguments& a, const CLI::App& command, bool speaks) {
   if (a.optimiser == "least_squares") refuse_what_least_squares_has_not(command);
   expect_folder("--out", a.out);
-  const trial::Campaign campaign = trial::read_campaign(a.path);
+  const trial::Campaign campaign = trial::read_campaign(a.path), rig = trial::only_tests(campaign, false);
   for (const trial::Trial& t : campaign.trials)
     for (const std::string& sentence : t.damaged)
       fmt::print(stderr, "passed over as damaged: {}: {}\n", t.name, sentence);
@@ -77,20 +80,30 @@ void fit_and_write(FitArguments& a, const CLI::App& command, bool speaks) {
   a.options.hold_out = a.hold_out == "trials"   ? fit::HoldOut::trials
                        : a.hold_out == "frames" ? fit::HoldOut::frames
                                                 : fit::HoldOut::automatic;
+  if (rig.trials.empty()) {
+    if (speaks) fit_tests_and_write(campaign, a.library, a.out);
+    return;
+  }
+  if (!a.like.empty()) {
+    const std::filesystem::path folder = material_tests::library_folder(a.library);
+    a.options.like = material_tests::fabric_named(material_tests::read_library(folder), a.like, folder);
+  }
   if (speaks) a.options.progress = report::terminal_progress("fit " + campaign.folder.filename().string());
   a.options.journal = a.out / "iterations.txt";
   const bool searches = a.optimiser != "least_squares";
   if (searches) {
     a.search.optimiser = a.optimiser;
     a.search.error = a.error == "folds" ? fit::SearchError::folds : fit::SearchError::residuals;
-    a.options = fit::with_search(a.options, a.search, campaign, a.out);
+    a.options = fit::with_search(a.options, a.search, rig, a.out);
   }
   fit::FitOutcome out = fit::fit_campaign(campaign, a.options);
   if (a.options.ranks) a.options.ranks->end();
   if (!speaks) return;
   out.optimiser = a.optimiser;
-  fit::write_fit(out, campaign, a.out);
-  station::write_simulated_motions(out, campaign, a.out);
+  for (const fit::FittedParameter& p : out.parameters)
+    if (p.parameter.name == "bend") add_place(out.remarks, p.value, trial::areal_mass(rig.trials.front()), a.library);
+  fit::write_fit(out, rig, a.out);
+  station::write_simulated_motions(out, rig, a.out);
   std::filesystem::remove(a.options.journal);  // of a fit that ended, nothing is to be gone on with
   print_outcome(out);
   fmt::print("wrote {} and {}\n", (a.out / "fit.json").string(), (a.out / "report.html").string());
@@ -111,8 +124,8 @@ void run_fit(FitArguments& a, const CLI::App& command) {
 }  // namespace
 
 void add_fit(CLI::App& app, int&) {
-  auto* command =
-      app.add_subcommand("fit", "fit a trial or campaign: parameters with intervals, held-out error, report");
+  auto* command = app.add_subcommand(
+      "fit", "fit a trial or campaign: parameters with intervals, held-out error, report; of material tests too");
   auto a = std::make_shared<FitArguments>();
   command->add_option("PATH", a->path, "folder of a trial or campaign")->required();
   command->add_option("--out", a->out, "folder for fit.json and report.html")->required();
@@ -123,6 +136,9 @@ void add_fit(CLI::App& app, int&) {
       ->add_option("--cells", a->options.cells,
                    "of the sheet of splines along the width (6 to 64); by default as many as the fabric asks for")
       ->check(CLI::Range(6, 64));
+  command->add_option("--like", a->like, "a fabric of the library: rigidity begins there and is loosely drawn to it");
+  command->add_option("--library", a->library,
+                      "folder of measured fabrics; by default the user's own (./selvedge fabrics)");
   command->add_option("--hold-out", a->hold_out, "what is held out")
       ->check(CLI::IsMember({"automatic", "frames", "trials"}))
       ->capture_default_str();

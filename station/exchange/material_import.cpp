@@ -229,7 +229,7 @@ Trial import_tensile(const MaterialImport& from) {
                       from.force_unit,
                       {}};
   if (is_kind(from.file, {".h5", ".hdf5"})) {
-    PullsOfFile found = read_pulls_hdf5(from);
+    PullsOfFile found = read_pulls_hdf5(from.file, from.hdf5);
     test.width_m = t.fabric.width_m = found.width_m;
     test.length_m = t.fabric.height_m = found.gauge_m;
     test.pulls = std::move(found.pulls);

@@ -18,6 +18,7 @@
 #include <Eigen/Core>
 
 #include "capture/trial/trial.h"
+#include "station/exchange/pulls_hdf5.h"
 
 namespace selvedge::station {
 
@@ -35,10 +36,8 @@ struct MaterialImport {
   // tensile
   std::string force_unit = "N";
   double gauge_m = 0.1;
-  std::optional<double> clamp_m;                        // HDF5: what clampSize is
-  double frame_rate_hz = 30;                            // HDF5
-  std::pair<int, int> along = {2, 3}, across = {0, 1};  // HDF5: points whose distances give the stretches
-  std::map<std::string, std::string> columns;           // ours to theirs
+  PullsHdf5Options hdf5;
+  std::map<std::string, std::string> columns;  // ours to theirs
 };
 
 // Trials of a strip over an edge; a table of bending lengths gives one a row. picture: of what was found in a

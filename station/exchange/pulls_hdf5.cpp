@@ -66,11 +66,11 @@ std::vector<double> distances(const Numbers& traj, std::pair<int, int> points) {
   return out;
 }
 
-trial::Pull read_pull(hid_t group, const MaterialImport& from, const std::string& where, double& gauge_px) {
+trial::Pull read_pull(hid_t group, const PullsHdf5Options& options, const std::string& where, double& gauge_px) {
   const Numbers forces = read_numbers(group, "forces", 1, where), traj = read_numbers(group, "traj", 3, where);
   const hsize_t n = forces.size[0];
-  const auto points =
-      static_cast<hsize_t>(std::max({from.along.first, from.along.second, from.across.first, from.across.second}) + 1);
+  const auto points = static_cast<hsize_t>(
+      std::max({options.along.first, options.along.second, options.across.first, options.across.second}) + 1);
   if (traj.size[0] < points || traj.size[1] != 2 || traj.size[2] != n)
     refuse(where, "traj: found {}x{}x{}, expected {} points or more x 2 x {} as forces has", traj.size[0], traj.size[1],
            traj.size[2], points, n);
@@ -78,12 +78,12 @@ trial::Pull read_pull(hid_t group, const MaterialImport& from, const std::string
   for (hsize_t f = 0; f < n; ++f) frames.values[f] = static_cast<double>(f);
   if (H5Lexists(group, "frames", H5P_DEFAULT) > 0) frames = read_numbers(group, "frames", 1, where);
   if (frames.size[0] != n) refuse(where, "frames: found {} numbers, expected {} as forces has", frames.size[0], n);
-  const std::vector<double> along = distances(traj, from.along), across = distances(traj, from.across);
+  const std::vector<double> along = distances(traj, options.along), across = distances(traj, options.across);
   gauge_px = along.front();
   trial::Pull pull;
   for (hsize_t f = 0; f < n; ++f) {
     if (!std::isfinite(forces.values[f]) || !(along[f] > 0) || !std::isfinite(along[f])) continue;
-    pull.time_s.push_back((frames.values[f] - frames.values[0]) / from.frame_rate_hz);
+    pull.time_s.push_back((frames.values[f] - frames.values[0]) / options.frame_rate_hz);
     pull.force.push_back(forces.values[f]);
     pull.stretch_along.push_back(along[f] / along.front());
     pull.stretch_across.push_back(across[f] > 0 ? across[f] / across.front() : std::nan(""));
@@ -93,9 +93,9 @@ trial::Pull read_pull(hid_t group, const MaterialImport& from, const std::string
 
 }  // namespace
 
-PullsOfFile read_pulls_hdf5(const MaterialImport& from) {
-  const std::string where = from.file.string();
-  if (!from.clamp_m) refuse("--clamp-mm", "found nothing, expected the clamp's width: the file's lengths are in px");
+PullsOfFile read_pulls_hdf5(const std::filesystem::path& path, const PullsHdf5Options& options) {
+  const std::string where = path.string();
+  if (!options.clamp_m) refuse("--clamp-mm", "found nothing, expected the clamp's width: the file's lengths are in px");
   H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
   if (H5Fis_hdf5(where.c_str()) <= 0) refuse(where, "found no HDF5 file, expected one");
   const Handle file(H5Fopen(where.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose, where);
@@ -103,13 +103,13 @@ PullsOfFile read_pulls_hdf5(const MaterialImport& from) {
                fabric_px = read_numbers(file, "fabricSize", 1, where).values.front();
   if (!(clamp_px > 0 && fabric_px > 0))
     refuse(where, "found a clampSize of {} and a fabricSize of {} px, expected them above 0", clamp_px, fabric_px);
-  const double m_per_px = *from.clamp_m / clamp_px;
+  const double m_per_px = *options.clamp_m / clamp_px;
   PullsOfFile out;
   out.width_m = fabric_px * m_per_px;
   for (const std::string& name : groups_of(file)) {
     const Handle group(H5Gopen2(file, name.c_str(), H5P_DEFAULT), H5Gclose, name);
     double gauge_px = 0;
-    trial::Pull pull = read_pull(group, from, where + ": " + name, gauge_px);
+    trial::Pull pull = read_pull(group, options, where + ": " + name, gauge_px);
     pull.number = static_cast<int>(out.pulls.size()) + 1;
     out.gauge_m += gauge_px * m_per_px;
     out.pulls.push_back(std::move(pull));

@@ -12,6 +12,8 @@
 #include "files/whole_file.h"
 #include "fit/campaign_search.h"
 #include "fit/fit_report.h"
+#include "fit/tested_parameters.h"
+#include "material_tests/heavy_strip.h"
 #include "tests/fit/simulated_trial.h"
 
 namespace selvedge::fit {
@@ -80,6 +82,57 @@ TEST_F(FitCampaign, RecoversWhatTheTrialsDetermine) {
   damaged["parameters"].erase("bend");
   files::write_json(folder_ / "damaged.json", damaged);
   EXPECT_THROW(read_fit(folder_ / "damaged.json", recordings, model::Drag::nonlinear), BadInput);
+}
+
+// A strip of the same fabric over an edge, its midline from the model itself: here the joining is what is tried.
+trial::Trial strip_trial(const std::string& name, double overhang_m) {
+  const double density = true_material().density;
+  trial::Trial t;
+  t.name = name;
+  t.experiment = trial::Experiment::cantilever;
+  t.fabric = {"test knit", 0.025, 0.2, density * 0.025 * 0.2, true};
+  const auto strip = material_tests::hanging_strip({true_material().bend, 0}, 9.81 * density, overhang_m);
+  t.cantilever = trial::Cantilever{0, overhang_m, std::nullopt, strip->point_m};
+  return t;
+}
+
+TEST_F(FitCampaign, MaterialTestsGiveStartAndPrior) {
+  FitOptions options;
+  options.coarse_cells = 6;
+  options.cells = 8;
+  options.max_iterations = 3;
+  trial::Campaign campaign = trial::read_campaign(folder_ / "static-1");
+  campaign.trials.insert(campaign.trials.begin(), strip_trial("strip", 0.05));
+  campaign.trials.push_back(strip_trial("strip-2", 0.06));
+  const TestedParameters tested = tested_parameters(campaign, options.drag);
+  const model::Parameter& bend = tested.parameters[place_of(tested.parameters, "bend")];
+  EXPECT_NEAR(bend.start / true_material().bend, 1, 0.05);
+  EXPECT_LT(bend.prior_sd, 0.1);
+  EXPECT_TRUE(bend.measured);
+  EXPECT_FALSE(tested.parameters[place_of(tested.parameters, "shear")].measured);
+
+  const FitOutcome out = fit_campaign(campaign, options);
+  ASSERT_EQ(out.trials.size(), 1u);
+  EXPECT_EQ(out.trials[0].name, "static-1");
+  for (const FittedParameter& p : out.parameters) {
+    if (p.parameter.name != "bend") continue;
+    EXPECT_NEAR(p.value / true_material().bend, 1, 0.1);
+    EXPECT_TRUE(p.determined) << p.lower_interval << " " << p.upper_interval;
+  }
+  EXPECT_NE(out.remarks.front().find("cantilever"), std::string::npos) << out.remarks.front();
+  EXPECT_EQ(to_json(out).at("material_tests").at("cantilever").at("trials").size(), 2u);
+
+  campaign.trials.erase(campaign.trials.begin() + 1);
+  EXPECT_THROW(fit_campaign(campaign, options), BadInput);  // nothing that hangs is left
+}
+
+TEST_F(FitCampaign, AFabricOfTheLibraryIsWhereRigidityBegins) {
+  TestedParameters parameters = tested_parameters(trial::read_campaign(folder_ / "static-1"), model::Drag::nonlinear);
+  begin_like({"denim", "table", 0.4, 4e-5, 1e-5, {}, {}}, parameters);
+  const model::Parameter& bend = parameters.parameters[place_of(parameters.parameters, "bend")];
+  EXPECT_NEAR(bend.start, 2e-5, 1e-9);
+  EXPECT_TRUE(bend.measured && bend.tried.empty());
+  EXPECT_NE(parameters.remarks.back().find("denim"), std::string::npos);
 }
 
 TEST_F(FitCampaign, StillTrialAloneLeavesDampingUndetermined) {

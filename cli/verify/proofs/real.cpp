@@ -17,6 +17,7 @@ struct Row {
 
 const Row rows[] = {
     {"bending", prove_real_bending},
+    {"tensile", prove_real_tensile},
 };
 
 }  // namespace

@@ -11,4 +11,7 @@ namespace selvedge::cli {
 // 618 fabrics of a drape tester: strips simulated with their rigidities, and fitted again.
 std::vector<Figure> prove_real_bending(const std::filesystem::path& folder, const FigureOptions& options);
 
+// Knits pulled both ways: one orthotropic law, fitted to three pulls a direction, predicts the others.
+std::vector<Figure> prove_real_tensile(const std::filesystem::path& folder, const FigureOptions& options);
+
 }  // namespace selvedge::cli

@@ -1,5 +1,4 @@
-// ./selvedge export TRIAL --hdf5 FILE | --lcm FILE | --obj DIR, and ./selvedge import MAPPING --out DIR: trials to and
-// from formats of others.
+// ./selvedge export TRIAL --hdf5 FILE | --lcm FILE | --obj DIR: trials to formats of others.
 #include <filesystem>
 #include <memory>
 
@@ -10,7 +9,6 @@
 #include "cli/output_folder.h"
 #include "files/bad_input.h"
 #include "station/exchange/hdf5_export.h"
-#include "station/exchange/import_mapping.h"
 #include "station/exchange/lcm_export.h"
 #include "station/exchange/obj_sequence.h"
 
@@ -46,7 +44,7 @@ void run_export(const ExportArguments& a) {
 
 }  // namespace
 
-void add_exchange(CLI::App& app, int&) {
+void add_export(CLI::App& app, int&) {
   auto* out = app.add_subcommand("export",
                                  "a trial as HDF5 or as the bus's messages (LCM log), its fitted motion as OBJ files");
   auto a = std::make_shared<ExportArguments>();
@@ -57,15 +55,6 @@ void add_exchange(CLI::App& app, int&) {
   out->add_option("--obj", a->obj, "folder to write: the fitted motion, one file a frame");
   out->add_option("--fit", a->fit, "folder of the fit, for --obj; default: the one that the trial lies in");
   out->callback([a] { run_export(*a); });
-
-  auto* in = app.add_subcommand("import", "a folder of images or a marker CSV as a trial, by a small mapping file");
-  auto from = std::make_shared<std::pair<std::filesystem::path, std::filesystem::path>>();
-  in->add_option("MAPPING", from->first, "what is what (TOML), see docs/exchange.md")->required();
-  in->add_option("--out", from->second, "folder in which the trial's folder is made")->required();
-  in->callback([from] {
-    expect_folder("--out", from->second);
-    fmt::print("wrote {}\n", station::import_recording(from->first, from->second).string());
-  });
 }
 
 }  // namespace selvedge::cli
