@@ -26,10 +26,11 @@ double stress(const StretchLaw& law, int direction, double strain) {
   return law.stiffness[d] * strain * bent * locked;
 }
 
-// A table that rises throughout, so that it can be read the other way: a stress that falls is passed over.
+// A table that rises throughout from 0, so that it can be read the other way: a stress that falls is passed over.
 void make_rising(ArrayXd& values) {
-  const double tiny = 1e-9 * std::max(1e-300, values.abs().maxCoeff());
-  for (Index i = 1; i < values.size(); ++i) values(i) = std::max(values(i), values(i - 1) + tiny);
+  constexpr double kLeast = 1e-9;  // relative
+  for (Index i = 1; i < values.size(); ++i)
+    values(i) = std::max(values(i), values(i - 1) * (1 + kLeast) + kLeast * std::abs(values(1)) + 1e-300);
 }
 
 }  // namespace
@@ -55,7 +56,8 @@ Pulled pulled(const StretchLaw& law, int direction, const ArrayXd& force_per_wid
   Pulled out{ArrayXd(force_per_width.size()), ArrayXd(force_per_width.size())};
   for (Index i = 0; i < force_per_width.size(); ++i) {
     out.along(i) = interpolated(force, along, force_per_width(i));
-    out.across(i) = interpolated(along, across, out.along(i));
+    out.across(i) =
+        1 + law.narrowing_seen[static_cast<size_t>(direction)] * (interpolated(along, across, out.along(i)) - 1);
   }
   return out;
 }

@@ -22,6 +22,8 @@ struct StretchLaw {
   std::array<double, 2> stiffening = {0, 0};
   bool large = false;  // Green's strain; else the sheet's law, whose two stiffenings are one
   std::array<double, 2> locking = {std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity()};
+  // Of a strip that is wider than its clamps the wings hardly narrow: what share of it is seen, pulled along u and v.
+  std::array<double, 2> narrowing_seen = {1, 1};
 };
 
 struct Pulled {

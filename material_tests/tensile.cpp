@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <random>
 
 #include <fmt/format.h>
 
@@ -17,7 +18,8 @@ using trial::Trial;
 
 namespace {
 
-constexpr double kPulls = 3;  // what a curve's points are worth together: one slack, one slope, one end
+constexpr double kNarrowing_sd = 0.5;  // of ln(narrowing seen one way over the other)
+constexpr double kPulls = 3;           // what a curve's points are worth together: one slack, one slope, one end
 constexpr const char* kDirection[] = {"warp", "weft"};
 
 bool has_direction(const std::vector<PullCurve>& curves, int direction) {
@@ -31,6 +33,8 @@ StretchLaw law_at(const VectorXd& x, bool large) {
   law.stiffening = {x(3), x(large ? 4 : 3)};
   law.large = large;
   if (large) law.locking = {std::exp(x(5)), std::exp(x(6))};
+  const double seen = x(x.size() - 1);
+  law.narrowing_seen = {std::min(1.0, std::exp(-seen)), std::min(1.0, std::exp(seen))};
   return law;
 }
 
@@ -40,6 +44,7 @@ VectorXd with_one_direction(VectorXd x, int direction, bool large) {
   x(other) = x(direction);
   if (large) x(3 + other) = x(3 + direction);
   if (large) x(5 + other) = x(5 + direction);
+  x(x.size() - 1) = 0;
   return x;
 }
 
@@ -91,6 +96,7 @@ VectorXd with_prior(VectorXd residuals, const VectorXd& x, const VectorXd& centr
   sd(2) = 0.5;
   sd(3) = 20;
   if (large) sd(4) = 20;
+  sd(x.size() - 1) = kNarrowing_sd;
   residuals.conservativeResize(n + x.size());
   residuals.tail(x.size()) = (x - centre).cwiseQuotient(sd);
   return residuals;
@@ -132,7 +138,7 @@ void add_parameters(Answer& answer, const StretchFit& sheet, int only, bool scal
   if (only == 1) to.topLeftCorner<2, 2>() << 0, 1, 1, 0;
   const Eigen::Vector4d x = to * fit.x.head<4>();
   const double worse = std::max(1.0, fit.cost / std::max(1.0, static_cast<double>(fit.residuals.size()) - 8));
-  const Eigen::Matrix4d all = worse * to * fit.covariance * to.transpose();
+  const Eigen::Matrix4d all = worse * to * fit.covariance.topLeftCorner<4, 4>() * to.transpose();
   const Determined rows[] = {{"stretch", "N/m", std::exp(x(0)), true},
                              {"stretch_anisotropy", "", x(1), false},
                              {"coupling", "", x(2), false},
@@ -234,39 +240,46 @@ std::array<double, 2> misfit(const StretchLaw& law, const std::vector<PullCurve>
 StretchFit fit_stretch_law(const std::vector<PullCurve>& curves, const Scatter& scatter, bool large, double longest) {
   const bool both = has_direction(curves, 0) && has_direction(curves, 1);
   const int only = has_direction(curves, 0) ? 0 : 1;
-  const Index n = large ? 7 : 4;
+  const Index n = large ? 8 : 5;
   VectorXd low(n), high(n), centre(n);
   const Reach u = reach_of(curves, both ? 0 : only, longest), v = reach_of(curves, both ? 1 : only, longest);
   centre.head(4) << std::log(u.stiffness), std::log(v.stiffness), 0.3, 0;
   low.head(4) << -25, -25, -0.3, -20;
   high.head(4) << 25, 25, 0.95, 200;
+  centre(n - 1) = 0;
+  low(n - 1) = -1.5;
+  high(n - 1) = 1.5;
   const auto strain = [](double e) { return std::log(e + 0.5 * e * e); };
   if (large) {
-    centre.tail(3) << 0, strain(u.strain), strain(v.strain);
-    low.tail(3) << -20, -4, -4;
-    high.tail(3) << 200, 6, 6;
+    centre.segment(4, 3) << 0, strain(u.strain), strain(v.strain);
+    low.segment(4, 3) << -20, -4, -4;
+    high.segment(4, 3) << 200, 6, 6;
   }
   StretchFit best;
   best.fit.cost = std::numeric_limits<double>::infinity();
   const auto at = [&](const VectorXd& x) { return law_at(both ? x : with_one_direction(x, only, large), large); };
+  const auto fit_from = [&](const VectorXd& start) {
+    SmallFit fit = least_squares(
+        [&](const VectorXd& x) { return with_prior(residuals_of(at(x), curves, scatter, longest), x, centre, large); },
+        start, 1e-4, low, high);
+    if (fit.cost < best.fit.cost) best.fit = std::move(fit);
+  };
   // The search ends in different places: from softer and stiffer, earlier and later locking, knits that give way after
-  // a stiff beginning.
-  const std::vector<double> laters = large ? std::vector<double>{-0.3, 0.1, 0.5} : std::vector<double>{0};
+  // a stiff beginning; and once more from about the best.
   for (const double stiffer : {-0.7, 0.7})
-    for (const double later : laters)
+    for (const double later : large ? std::vector<double>{-0.3, 0.1, 0.5} : std::vector<double>{0})
       for (const double softening : {0.0, 1.0, 4.0}) {
         VectorXd start = centre;
         start.head(2).array() += stiffer;
-        if (large) start.tail(2).array() += later;
-        start(3) = -softening;
-        if (large) start(4) = -softening;
-        const SmallFit fit = least_squares(
-            [&](const VectorXd& x) {
-          return with_prior(residuals_of(at(x), curves, scatter, longest), x, centre, large);
-            },
-            start, 1e-4, low, high);
-        if (fit.cost < best.fit.cost) best.fit = fit;
+        start.segment(3, large ? 2 : 1).setConstant(-softening);
+        if (large) start.segment(5, 2).array() += later;
+        fit_from(start);
       }
+  std::mt19937 random(1);
+  std::normal_distribution<double> normal(0, 0.15);
+  for (int again = 0; again < (large ? 16 : 4); ++again)
+    fit_from(best.fit.x + VectorXd(best.fit.x.cwiseAbs().cwiseMax(1).array() *
+                                   VectorXd::NullaryExpr(n, [&] { return normal(random); }).array()));
   best.law = at(best.fit.x);
   best.longest = longest;
   for (int d = 0; d < 2; ++d) best.rms[static_cast<size_t>(d)] = misfit(best.law, curves, d, longest);
