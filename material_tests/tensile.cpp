@@ -196,6 +196,9 @@ void add_findings(Answer& answer, const std::vector<PullCurve>& curves, const Sc
     const auto at = static_cast<size_t>(d);
     if (large.law.locking[at] < 50)
       answer.reported.push_back({fmt::format("locking strain {}", kDirection[d]), "", large.law.locking[at], 0});
+    if (large.law.narrowing_seen[at] < 0.9)
+      answer.reported.push_back({fmt::format("share of the narrowing that is seen, pulled along the {}", kDirection[d]),
+                                 "", large.law.narrowing_seen[at], 0});
     size_t samples = 0;
     for (const PullCurve& c : curves)
       if (c.direction == d) samples += static_cast<size_t>(c.force.size());

@@ -17,8 +17,9 @@ namespace selvedge::material_tests {
 
 struct StretchFit {
   StretchLaw law;
-  SmallFit fit;  // of ln k_u, ln k_v, ν, β (β_u, β_v, ln ℓ_u, ln ℓ_v with large), ln of narrowing_seen; residuals in
-                 // scatters
+  // Of ln k_u, ln k_v, ν, β (β_u, β_v, ln ℓ_u, ln ℓ_v with large), and ln of the narrowing seen along v over that along
+  // u; residuals in scatters.
+  SmallFit fit;
   double longest = 0;  // stretch along up to which curves were compared
   Scatter rms{};       // of what is compared, in stretch; 0 where nothing was
 };
