@@ -18,8 +18,9 @@ using trial::Trial;
 
 namespace {
 
-constexpr double kNarrowing_sd = 0.5;  // of ln(narrowing seen one way over the other)
-constexpr double kPulls = 3;           // what a curve's points are worth together: one slack, one slope, one end
+constexpr double kNarrowing_sd = 0.5;   // of ln(narrowing seen one way over the other)
+constexpr double kMostNarrowing = 1.5;  // its bound
+constexpr double kPulls = 3;            // what a curve's points are worth together: one slack, one slope, one end
 constexpr const char* kDirection[] = {"warp", "weft"};
 
 bool has_direction(const std::vector<PullCurve>& curves, int direction) {
@@ -199,6 +200,11 @@ void add_findings(Answer& answer, const std::vector<PullCurve>& curves, const Sc
     if (large.law.narrowing_seen[at] < 0.9)
       answer.reported.push_back({fmt::format("share of the narrowing that is seen, pulled along the {}", kDirection[d]),
                                  "", large.law.narrowing_seen[at], 0});
+    if (large.law.narrowing_seen[at] < 1.01 * std::exp(-kMostNarrowing))
+      answer.remarks.push_back(fmt::format(
+          "the share of the narrowing that is seen, pulled along the {}, ends at its bound: no law with one "
+          "coupling for both directions holds",
+          kDirection[d]));
     size_t samples = 0;
     for (const PullCurve& c : curves)
       if (c.direction == d) samples += static_cast<size_t>(c.force.size());
@@ -250,8 +256,8 @@ StretchFit fit_stretch_law(const std::vector<PullCurve>& curves, const Scatter& 
   low.head(4) << -25, -25, -0.3, -20;
   high.head(4) << 25, 25, 0.95, 200;
   centre(n - 1) = 0;
-  low(n - 1) = -1.5;
-  high(n - 1) = 1.5;
+  low(n - 1) = -kMostNarrowing;
+  high(n - 1) = kMostNarrowing;
   const auto strain = [](double e) { return std::log(e + 0.5 * e * e); };
   if (large) {
     centre.segment(4, 3) << 0, strain(u.strain), strain(v.strain);
