@@ -9,6 +9,7 @@
 #include "estimate/kept_input.h"
 #include "files/whole_file.h"
 #include "material_tests/cantilever.h"
+#include "material_tests/cusick.h"
 #include "material_tests/tensile.h"
 #include "report/html.h"
 
@@ -27,6 +28,7 @@ struct Kind {
 
 const Kind kinds[] = {
     {Experiment::cantilever, fit_cantilever},
+    {Experiment::cusick, fit_cusick},
     {Experiment::tensile, fit_tensile},
 };
 
@@ -151,9 +153,13 @@ void write_fit_of_tests(const std::vector<KindAnswer>& answers, const trial::Cam
   for (const std::string& remark : remarks) html.paragraph(remark + ".");
   for (const Trial& t : tests.trials)
     if (std::filesystem::exists(t.folder / "found.png"))
-      html.picture(files::read_whole(t.folder / "found.png"),
-                   fmt::format("{}: the strip that was found (red), the table's edge (cross), the tip (ring)", t.name),
-                   800);
+      html.picture(
+          files::read_whole(t.folder / "found.png"),
+          fmt::format(
+              fmt::runtime(t.cusick ? "{}: the outline that was found (red), the support (blue)"
+                                    : "{}: the strip that was found (red), the table's edge (cross), the tip (ring)"),
+              t.name),
+          800);
   add_to_report(html, answers);
   std::filesystem::create_directories(folder);
   html.write(folder / "report.html");

@@ -12,6 +12,7 @@
 #include "files/whole_file.h"
 #include "station/exchange/import_mapping.h"
 #include "station/exchange/material_import.h"
+#include "station/exchange/outline_import.h"
 
 namespace selvedge::cli {
 
@@ -23,7 +24,8 @@ struct ImportArguments {
   std::string as, scale;
   double areal_mass = 0, angle_deg = 0, overhang_mm = 0, bending_length_mm = 0, clamp_mm = 0;
   std::vector<double> edge_px, strip_mm;
-  double gauge_mm = 100;
+  double gauge_mm = 100, disc_mm = 300, support_mm = 180;
+  std::vector<double> centre_px;
   std::vector<int> along, across;
   std::vector<std::string> columns;
   bool fit = false;
@@ -57,8 +59,23 @@ station::MaterialImport material_import(const ImportArguments& a, const CLI::App
   return from;
 }
 
+void import_discs(const ImportArguments& a, const station::MaterialImport& common) {
+  station::OutlineImport from{
+      common.file, common.fabric, common.areal_mass, 1e-3 * a.disc_mm, 1e-3 * a.support_mm, common.mm_per_px, {}};
+  if (!a.centre_px.empty()) from.centre_px = Eigen::Vector2d(a.centre_px[0], a.centre_px[1]);
+  const station::ImportedOutlines found = station::import_cusick(from);
+  const auto folders = station::add_to_campaign(found.trials, a.out);
+  for (size_t i = 0; i < folders.size(); ++i) {
+    fmt::print("wrote {}: {} captures\n", folders[i].string(), found.trials[i].cusick->outlines.size());
+    if (i < found.pictures.size()) files::write_whole(folders[i] / "found.png", found.pictures[i].second);
+  }
+  fmt::print("{}\n", found.scale);
+  if (a.fit) fit_tests_and_write(trial::read_campaign(a.out), {}, a.out / "fit");
+}
+
 void import_test(const ImportArguments& a, const CLI::App& command) {
   const station::MaterialImport from = material_import(a, command);
+  if (a.as == "cusick") return import_discs(a, from);
   const station::ImportedStrips tests = a.as == "tensile" ? station::ImportedStrips{{station::import_tensile(from)}, ""}
                                                           : station::import_cantilever(from);
   for (const auto& folder : station::add_to_campaign(tests.trials, a.out)) {
@@ -72,9 +89,9 @@ void import_test(const ImportArguments& a, const CLI::App& command) {
 }
 
 void add_options_of_tests(CLI::App& in, ImportArguments& a) {
-  const std::string strips = "cantilever: ", pulls = "tensile: ";
+  const std::string strips = "cantilever: ", discs = "cusick: ", pulls = "tensile: ";
   in.add_option("--as", a.as, "the material test that SOURCE is of; without it SOURCE is a mapping file")
-      ->check(CLI::IsMember({"cantilever", "tensile"}));
+      ->check(CLI::IsMember({"cantilever", "cusick", "tensile"}));
   in.add_flag("--fit", a.fit, "fits what was imported too: fit.json and report.html in the trial's folder, below fit");
   in.add_option("--name", a.from.name, "of the trial; by default the file's");
   in.add_option("--fabric", a.from.fabric, "the fabric's name");
@@ -84,9 +101,19 @@ void add_options_of_tests(CLI::App& in, ImportArguments& a) {
   in.add_option("--columns", a.columns, "OURS=THEIRS, …: what columns of a CSV are called there")->delimiter(',');
   in.add_option("--overhang-mm", a.overhang_mm, strips + "length beyond the edge; by default that of the midline");
   in.add_option("--bending-length-mm", a.bending_length_mm, strips + "as an instrument gave it beside the midline");
-  in.add_option("--mm-per-px", a.from.mm_per_px, strips + "the scale of a photograph");
+  in.add_option("--mm-per-px", a.from.mm_per_px,
+                strips + "the scale of a photograph; of discs too, by default from the support's rim");
   in.add_option("--scale", a.scale, strips + "the same by two points of it: X1,Y1,X2,Y2=MM");
   in.add_option("--edge-px", a.edge_px, strips + "X,Y of the table's edge in it, where that is not seen")
+      ->delimiter(',')
+      ->expected(2);
+  in.add_option("--disc-mm", a.disc_mm, discs + "the disc's diameter")
+      ->capture_default_str()
+      ->check(CLI::PositiveNumber);
+  in.add_option("--support-mm", a.support_mm, discs + "the support's diameter")
+      ->capture_default_str()
+      ->check(CLI::PositiveNumber);
+  in.add_option("--centre-px", a.centre_px, discs + "X,Y of the support's centre; by default the pictures' middle")
       ->delimiter(',')
       ->expected(2);
   in.add_option("--force-unit", a.from.force_unit, pulls + "unit of the force as it was recorded")

@@ -17,6 +17,7 @@ struct Row {
 
 const Row rows[] = {
     {"bending", prove_real_bending},
+    {"cusick", prove_real_cusick},
     {"tensile", prove_real_tensile},
 };
 

@@ -14,4 +14,7 @@ std::vector<Figure> prove_real_bending(const std::filesystem::path& folder, cons
 // Knits pulled both ways: one orthotropic law, fitted to three pulls a direction, predicts the others.
 std::vector<Figure> prove_real_tensile(const std::filesystem::path& folder, const FigureOptions& options);
 
+// Five fabrics draped over a support: fitted to half of the samples, the others' drape coefficient predicted.
+std::vector<Figure> prove_real_cusick(const std::filesystem::path& folder, const FigureOptions& options);
+
 }  // namespace selvedge::cli
