@@ -138,6 +138,25 @@ void add_to_report(report::HtmlReport& html, const std::vector<KindAnswer>& answ
   }
 }
 
+namespace {
+
+// The pictures that trials were taken from, with what was found in them.
+void show_found(report::HtmlReport& html, const trial::Campaign& tests) {
+  constexpr int kWidth_px = 400;
+  bool any = false;
+  for (const Trial& t : tests.trials) {
+    const std::filesystem::path file = t.folder / "found.png";
+    if (!std::filesystem::exists(file)) continue;
+    if (!any) html.heading("What was found in the pictures");
+    any = true;
+    const char* what = t.cusick ? "the outline that was found (red), the support (blue)"
+                                : "the strip that was found (red), the table's edge (cross), the tip (ring)";
+    html.picture(files::read_whole(file), fmt::format("{}: {}", t.name, what), kWidth_px);
+  }
+}
+
+}  // namespace
+
 void write_fit_of_tests(const std::vector<KindAnswer>& answers, const trial::Campaign& tests, double wall_s,
                         const std::vector<std::string>& remarks, const std::filesystem::path& folder) {
   json parameters = json::object(), trials = json::object();
@@ -151,16 +170,8 @@ void write_fit_of_tests(const std::vector<KindAnswer>& answers, const trial::Cam
   const std::string name = std::filesystem::weakly_canonical(tests.folder).filename().string();
   report::HtmlReport html("Fit of " + name);
   for (const std::string& remark : remarks) html.paragraph(remark + ".");
-  for (const Trial& t : tests.trials)
-    if (std::filesystem::exists(t.folder / "found.png"))
-      html.picture(
-          files::read_whole(t.folder / "found.png"),
-          fmt::format(
-              fmt::runtime(t.cusick ? "{}: the outline that was found (red), the support (blue)"
-                                    : "{}: the strip that was found (red), the table's edge (cross), the tip (ring)"),
-              t.name),
-          800);
   add_to_report(html, answers);
+  show_found(html, tests);
   std::filesystem::create_directories(folder);
   html.write(folder / "report.html");
   files::write_json(
