@@ -1,5 +1,7 @@
 #include "example_trial.h"
 
+#include <cmath>
+
 #include "capture/trial/checked_trial.h"
 #include "capture/trial/trial_writer.h"
 #include "files/checked_lines.h"
@@ -74,6 +76,27 @@ void write_example_trial(const fs::path& folder, bool checked) {
     about["rows"][name] = 2;
   }
   trial::write_checked_json(folder, about);
+}
+
+void write_material_test(const std::filesystem::path& folder, size_t which) {
+  trial::Trial t;
+  t.fabric = {"denim", 0.05, 0.2, 0.002, true};
+  if (which == 0) {
+    t.experiment = trial::Experiment::cantilever;
+    t.cantilever = trial::Cantilever{90, 0.05, 0.031, Eigen::Matrix2Xd(2, 4)};
+    t.cantilever->midline_m << 0, 0.012, 0.024, 0.035, 0, 0.001, 0.0045, 0.0095;
+  } else if (which == 1) {
+    t.experiment = trial::Experiment::cusick;
+    t.cusick = trial::Cusick{0.3, 0.18, {{1, Eigen::Matrix2Xd(2, 12)}}};
+    for (Eigen::Index i = 0; i < 12; ++i) {
+      const double angle = 2 * M_PI * static_cast<double>(i) / 12;
+      t.cusick->outlines[0].point_m.col(i) << 0.12 * std::cos(angle), 0.12 * std::sin(angle);
+    }
+  } else {
+    t.experiment = trial::Experiment::tensile;
+    t.tensile = trial::Tensile{0, 0.05, 0.1, "gf", {{3, {0, 0.1, 0.2}, {0, 1, 2.5}, {1, 1.1, 1.2}, {1, 0.97, 0.9}}}};
+  }
+  trial::write_trial(t, folder);
 }
 
 }  // namespace selvedge::fuzz

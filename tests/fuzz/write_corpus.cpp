@@ -161,6 +161,17 @@ void trials(const fs::path& scratch) {
   keep("csv", "plain", flagged(0, "t_s,frame,x,other\n0,1,,a\n0.5,2,1e-3,b\n"));
 }
 
+void material_tests(const fs::path& scratch) {
+  for (size_t which = 0; which < std::size(fuzz::kMaterialTables); ++which) {
+    const std::string table = fuzz::kMaterialTables[which];
+    const fs::path folder = scratch / table;
+    fuzz::write_material_test(folder, which);
+    const int flags = static_cast<int>(which) << 1;
+    keep("material", table, flagged(flags, files::read_whole(folder / table)));
+    keep("material", "header-of-" + table, flagged(flags | 1, files::read_whole(folder / "trial.json")));
+  }
+}
+
 void journals(const fs::path& scratch) {
   const fs::path search = scratch / "search.csv", fitted = scratch / "fit.csv", session = scratch / "session";
   {
@@ -300,6 +311,7 @@ int main(int count, char** words) {
   projectors();
   ring();
   trials(scratch);
+  material_tests(scratch);
   journals(scratch);
   texts();
   results();
