@@ -60,8 +60,8 @@ station::MaterialImport material_import(const ImportArguments& a, const CLI::App
 }
 
 void import_discs(const ImportArguments& a, const station::MaterialImport& common) {
-  station::OutlineImport from{
-      common.file, common.fabric, common.areal_mass, 1e-3 * a.disc_mm, 1e-3 * a.support_mm, common.mm_per_px, {}};
+  station::OutlineImport from{common.file,         common.fabric,    common.areal_mass, 1e-3 * a.disc_mm,
+                              1e-3 * a.support_mm, common.mm_per_px, common.columns,    {}};
   if (!a.centre_px.empty()) from.centre_px = Eigen::Vector2d(a.centre_px[0], a.centre_px[1]);
   const station::ImportedOutlines found = station::import_cusick(from);
   const auto folders = station::add_to_campaign(found.trials, a.out);

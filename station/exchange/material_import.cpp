@@ -2,23 +2,21 @@
 
 #include <algorithm>
 #include <cmath>
-#include <sstream>
 
 #include <opencv2/imgcodecs.hpp>
 
 #include "capture/trial/trial_writer.h"
 #include "files/bad_input.h"
-#include "files/csv_table.h"
 #include "files/json_reader.h"
 #include "files/whole_file.h"
 #include "material_tests/strip_photo.h"
+#include "station/exchange/named_columns.h"
 #include "station/exchange/pulls_hdf5.h"
 
 namespace selvedge::station {
 
 namespace fs = std::filesystem;
 using Eigen::Index;
-using files::CsvTable;
 using trial::Trial;
 
 namespace {
@@ -31,52 +29,6 @@ std::string lower(std::string text) {
 bool is_kind(const fs::path& file, const std::vector<std::string>& endings) {
   return std::count(endings.begin(), endings.end(), lower(file.extension().string())) > 0;
 }
-
-// The columns of a lab's CSV by our names, as far as they are there.
-class NamedColumns {
- public:
-  explicit NamedColumns(const MaterialImport& from) : from_(from) {
-    const std::string text = files::read_whole(from.file), first = text.substr(0, text.find('\n'));
-    std::istringstream names(first);
-    for (std::string name; std::getline(names, name, ',');) {
-      const size_t begin = name.find_first_not_of(" \r\xEF\xBB\xBF"), end = name.find_last_not_of(" \r");
-      if (begin != std::string::npos) header_.push_back(name.substr(begin, end - begin + 1));
-    }
-  }
-
-  bool has(const std::string& ours) const { return std::count(header_.begin(), header_.end(), theirs(ours)) > 0; }
-
-  // Throws BadInput naming file and column.
-  std::vector<double> operator()(const std::string& ours, bool may_be_empty = false) const {
-    const CsvTable table = files::read_csv(from_.file, {{theirs(ours), may_be_empty}});
-    return table.values;
-  }
-
-  // The first of these that is there, and its values times its factor. Throws BadInput where none is.
-  std::vector<double> first_of(const std::vector<std::pair<std::string, double>>& ours) const {
-    for (const auto& [name, factor] : ours) {
-      if (!has(name)) continue;
-      std::vector<double> values = (*this)(name);
-      for (double& v : values) v *= factor;
-      return values;
-    }
-    std::string names;
-    for (const auto& [name, factor] : ours) names += (names.empty() ? "" : ", ") + name;
-    refuse(from_.file.string(),
-           "found none of the columns {}, expected one of them (--columns OURS=THEIRS says what "
-           "another is called)",
-           names);
-  }
-
- private:
-  std::string theirs(const std::string& ours) const {
-    const auto at = from_.columns.find(ours);
-    return at == from_.columns.end() ? ours : at->second;
-  }
-
-  const MaterialImport& from_;
-  std::vector<std::string> header_;
-};
 
 template <class Value>
 Value needed(const std::optional<Value>& value, const char* option, const char* what) {
@@ -179,7 +131,7 @@ std::vector<double> stretch_across(const NamedColumns& columns, size_t rows) {
 }
 
 std::vector<trial::Pull> pulls_of_csv(const MaterialImport& from) {
-  const NamedColumns columns(from);
+  const NamedColumns columns(from.file, from.columns);
   const std::vector<double> force = columns.first_of({{"force", 1}, {"force_n", 1}}),
                             along = stretch_along(from, columns), across = stretch_across(columns, force.size());
   std::vector<double> number(force.size(), 1), time(force.size());
@@ -215,7 +167,7 @@ void write_checked(const Trial& t, const fs::path& out) {
 
 ImportedStrips import_cantilever(const MaterialImport& from) {
   if (is_kind(from.file, {".jpg", ".jpeg", ".png"})) return of_photo(from);
-  const NamedColumns columns(from);
+  const NamedColumns columns(from.file, from.columns);
   return columns.has("bending_length_mm") || columns.has("bending_length_m") ? of_bending_lengths(from, columns)
                                                                              : of_midline(from, columns);
 }

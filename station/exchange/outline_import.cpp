@@ -9,8 +9,8 @@
 #include <opencv2/imgproc.hpp>
 
 #include "files/bad_input.h"
-#include "files/csv_table.h"
 #include "material_tests/silhouette.h"
+#include "station/exchange/named_columns.h"
 
 namespace selvedge::station {
 
@@ -24,6 +24,7 @@ namespace {
 // Largest circles of outlines that all show the support differ by less than this share.
 constexpr double kSupportShows = 0.03;
 constexpr Index kMostPoints = 720;
+constexpr double kMostCaptures = 1e6;
 
 struct Capture {
   fs::path file;
@@ -162,20 +163,16 @@ trial::Trial disc_of(const OutlineImport& from, const std::string& name) {
 }
 
 ImportedOutlines of_csv(const OutlineImport& from) {
-  ImportedOutlines out{{disc_of(from, from.source.stem().string())}, "scale as in the file", {}};
-  const std::string header = files::read_csv(from.source, {{"capture"}}).rows() > 0 ? "" : "no rows";
-  if (!header.empty()) refuse(from.source.string(), "found {}, expected some", header);
-  double unit = 1;
-  files::CsvTable table;
-  try {
-    table = files::read_csv(from.source, {{"capture"}, {"x_m"}, {"y_m"}});
-  } catch (const BadInput&) {
-    table = files::read_csv(from.source, {{"capture"}, {"x_mm"}, {"y_mm"}});
-    unit = 1e-3;
-  }
+  ImportedOutlines out{{disc_of(from, from.source.stem().string())}, "scale as in the file", 0, {}};
+  const NamedColumns columns(from.source, from.columns);
+  const std::vector<double> capture = columns("capture"), x_m = columns.first_of({{"x_m", 1}, {"x_mm", 1e-3}}),
+                            y_m = columns.first_of({{"y_m", 1}, {"y_mm", 1e-3}});
   std::map<int, std::vector<Eigen::Vector2d>> captures;
-  for (size_t row = 0; row < table.rows(); ++row)
-    captures[files::whole_number(table, row, 0, "capture")].emplace_back(unit * table(row, 1), unit * table(row, 2));
+  for (size_t row = 0; row < capture.size(); ++row) {
+    if (capture[row] != std::floor(capture[row]) || std::abs(capture[row]) > kMostCaptures)
+      refuse(from.source.string(), "line {}: found {} as capture, expected a whole number", row + 2, capture[row]);
+    captures[static_cast<int>(capture[row])].emplace_back(x_m[row], y_m[row]);
+  }
   for (const auto& [number, points] : captures) {
     Matrix2Xd outline(2, static_cast<Index>(points.size()));
     for (size_t i = 0; i < points.size(); ++i) outline.col(static_cast<Index>(i)) = points[i];
@@ -193,6 +190,7 @@ ImportedOutlines import_cusick(const OutlineImport& from) {
   const Samples samples = read_samples(from);
   ImportedOutlines out;
   const double scale = px_per_m(from, samples, out.scale);
+  out.mm_per_px = 1e3 / scale;
   for (const auto& [name, captures] : samples) {
     out.trials.push_back(disc_of(from, name));
     for (const Capture& c : captures)

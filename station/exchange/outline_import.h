@@ -8,6 +8,7 @@
 #pragma once
 
 #include <filesystem>
+#include <map>
 #include <optional>
 #include <string>
 #include <utility>
@@ -21,16 +22,18 @@ namespace selvedge::station {
 
 struct OutlineImport {
   std::filesystem::path source;
-  std::string fabric;                        // its name
-  std::optional<double> areal_mass;          // kg/m²
-  double disc_m = 0.30, support_m = 0.18;    // diameters
-  double mm_per_px = 0;                      // 0: from the support
-  std::optional<Eigen::Vector2d> centre_px;  // of the support; by default the pictures' middle
+  std::string fabric;                          // its name
+  std::optional<double> areal_mass;            // kg/m²
+  double disc_m = 0.30, support_m = 0.18;      // diameters
+  double mm_per_px = 0;                        // 0: from the support
+  std::map<std::string, std::string> columns;  // of a CSV: ours to theirs
+  std::optional<Eigen::Vector2d> centre_px;    // of the support; by default the pictures' middle
 };
 
 struct ImportedOutlines {
   std::vector<trial::Trial> trials;
   std::string scale;                                          // a sentence: what it is and where it comes from
+  double mm_per_px = 0;                                       // of pictures
   std::vector<std::pair<std::string, std::string>> pictures;  // trial, PNG: outlines and support over its first picture
 };
 

@@ -29,15 +29,13 @@ constexpr double kMost_s = 120;
 
 using Trials = std::vector<trial::Trial>;
 
-Trials imported(const std::filesystem::path& folder, const Draped& fabric, double mm_per_px, std::string& scale) {
+station::ImportedOutlines imported(const std::filesystem::path& folder, const Draped& fabric, double mm_per_px) {
   station::OutlineImport from;
   from.source = folder;
   from.fabric = fabric.name;
   from.areal_mass = fabric.areal_mass;
   from.mm_per_px = mm_per_px;
-  station::ImportedOutlines found = station::import_cusick(from);
-  scale = found.scale;
-  return std::move(found.trials);
+  return station::import_cusick(from);
 }
 
 std::vector<const trial::Trial*> part(const Trials& trials, size_t from, size_t to) {
@@ -47,14 +45,6 @@ std::vector<const trial::Trial*> part(const Trials& trials, size_t from, size_t 
 }
 
 std::string fabric_folder(size_t fabric) { return fmt::format("fabric-{}", fabric + 1); }
-
-// mm a pixel: of the fabric that falls steeply enough to show the support's rim.
-double measured_scale(const std::filesystem::path& folder, const FigureOptions& options) {
-  std::string sentence;
-  const Trials soft = imported(folder / fabric_folder(kSoftest), draped[kSoftest], 0, sentence);
-  options.tell(sentence);
-  return std::stod(sentence.substr(sentence.find(' ')));
-}
 
 void prove_fabric(const Draped& fabric, const Trials& trials, const FigureOptions& options,
                   std::vector<Figure>& figures) {
@@ -88,19 +78,20 @@ void prove_fabric(const Draped& fabric, const Trials& trials, const FigureOption
                      "deviation between captures, the fabric's authors"});
   figures.push_back({name + ": drape coefficient of samples 1 to 4, measured by us", fit.measured_percent.mean,
                      fabric.coefficient_percent, "%", Relation::shown, "the fabric's authors"});
-  figures.push_back({name + ": a fit", took_s, kMost_s, "s", Relation::at_most, "the issue"});
+  figures.push_back({name + ": a fit", took_s, kMost_s, "s", Relation::at_most, "asked"});
 }
 
 }  // namespace
 
 std::vector<Figure> prove_real_cusick(const std::filesystem::path& folder, const FigureOptions& options) {
   std::vector<Figure> figures;
-  const double mm_per_px = measured_scale(folder, options);
+  // The scale of all: of the fabric that falls steeply enough to show the support's rim.
+  const station::ImportedOutlines soft = imported(folder / fabric_folder(kSoftest), draped[kSoftest], 0);
+  options.tell(soft.scale);
   for (size_t i = 0; i < std::size(draped); ++i) {
     if (options.quick && i != kSoftest) continue;
     options.progress(static_cast<double>(i) / static_cast<double>(std::size(draped)), draped[i].name);
-    std::string sentence;
-    prove_fabric(draped[i], imported(folder / fabric_folder(i), draped[i], mm_per_px, sentence), options, figures);
+    prove_fabric(draped[i], imported(folder / fabric_folder(i), draped[i], soft.mm_per_px).trials, options, figures);
   }
   return figures;
 }
