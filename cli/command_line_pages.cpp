@@ -94,9 +94,16 @@ std::string upper(std::string text) {
   return text;
 }
 
+// One of these words; a line may end behind each stroke.
+std::string choices(const std::vector<std::string>& words) {
+  std::string out;
+  for (const std::string& word : words) out += (out.empty() ? "" : "|\\:") + roff(word);
+  return out;
+}
+
 // What stands for a value: the words that are allowed, or the type.
 std::string value_of(const CommandOption& option) {
-  if (!option.words.empty()) return roff(fmt::format("{}", fmt::join(option.words, "|")));
+  if (!option.words.empty()) return choices(option.words);
   return "\\fI" + roff(option.type) + "\\fR";
 }
 

@@ -117,7 +117,7 @@ TEST_F(CommandLinePages, TheManualPageHasEveryCommandAndNoFaults) {
   EXPECT_EQ(warnings, "");
   const std::string set =
       bash("groff -man -Tutf8 selvedge.1 | sed -e 's/\\x1b\\[[0-9;]*m//g' -e 's/.\\x08//g' | tr -s ' '");
-  for (const char* part : {"--hold-out automatic|frames|trials", "session run", "EXIT STATUS", "MAPPING"})
+  for (const char* part : {"--hold-out automatic|frames|trials", "session run", "EXIT STATUS", "SOURCE"})
     EXPECT_NE(set.find(part), std::string::npos) << part;
 }
 
