@@ -29,6 +29,7 @@ bool applies(const Effect& effect, const std::vector<model::ObservedTrial>& tria
     case AppliesTo::anything: return true;
     case AppliesTo::simple_drag: return drag != model::Drag::nonlinear;
     case AppliesTo::images: return any(has_images);
+    case AppliesTo::points: return any([](const model::ObservedTrial& t) { return t.markers.has_value(); });
     case AppliesTo::outlines: return any(has_images) || any(model::is_outline_grid);
     case AppliesTo::grids: return any(model::is_outline_grid);
   }

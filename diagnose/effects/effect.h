@@ -19,6 +19,7 @@ const char* to_text(Side side);
 enum class AppliesTo {
   anything,
   images,       // what a camera sees: trials with markers alone say nothing of it
+  points,       // tracked points: calibrated pictures from a rig show nothing of it
   outlines,     // a seen outline: images, or markers that are nodes of a grid inside one
   grids,        // markers that are nodes of a grid inside an outline
   simple_drag,  // base models whose drag is linear or none

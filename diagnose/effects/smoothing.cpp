@@ -9,7 +9,8 @@ Effect smoothing() {
           Side::measurement,
           "the tracker smooths over time",
           {of_motion(effect_parameter("smoothing_variance", "s²", 0, 0, 0.01, 1e-4,
-                                      [](model::Prediction& p, double v) { p.sensor.smoothing_s2 = v; }))}};
+                                      [](model::Prediction& p, double v) { p.sensor.smoothing_s2 = v; }))},
+          AppliesTo::points};
 }
 
 }  // namespace selvedge::diagnose::effects
