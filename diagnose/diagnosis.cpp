@@ -325,9 +325,9 @@ Diagnosis diagnose(const trial::Campaign& campaign, const std::vector<Effect>& e
   const VectorXd grid = grid_change(study, windows, study.base, at_fit);
   const MatrixXd forces = responses_to_forces(study, windows, study.base, at_fit);
   const Linearisation at_base = linearise(study, windows, study.base, grid, forces);
+  const FrameNoise frames = frame_noise(study.measured, *study.simulation, windows);
   const auto error_about = [&](const Linearisation& about) {
-    return model_error(study.protocol, windows, forces, grid, about.second,
-                       frame_noise(study.measured, *study.simulation, windows));
+    return model_error(study.protocol, windows, forces, grid, about.second, frames);
   };
   const Evidence at_first(windows, error_about(at_base));
   stages.done("changing everything once");

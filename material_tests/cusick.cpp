@@ -12,6 +12,7 @@
 #include <tbb/parallel_for.h>
 
 #include "files/bad_input.h"
+#include "material_tests/bending_length.h"
 #include "material_tests/disc_energy.h"
 #include "material_tests/silhouette.h"
 
@@ -146,11 +147,7 @@ class Search {
   }
 
   double softening_scale_m2() const { return length_m_ * length_m_; }
-  void scale_softening(double bend) {
-    cloth::Material m = base_;
-    m.bend = bend;
-    length_m_ = bending_length_m(m);
-  }
+  void scale_softening(double bend) { length_m_ = bending_length_m(bend, base_.density); }
 
   cloth::Material material(const Law& law, const VectorXd& at) const {
     cloth::Material m = base_;

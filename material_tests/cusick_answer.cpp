@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include "cloth/contact/intersections.h"
+#include "material_tests/bending_length.h"
 #include "material_tests/cusick.h"
 #include "report/html.h"
 
@@ -71,7 +72,7 @@ void add_reported(const CusickFit& fit, Answer& answer) {
   add("drape_coefficient_fitted", "%", over(pairs, [](auto& p) { return 100 * p.fitted.drape_coefficient; }));
   add("folds", "", over(pairs, [](auto& p) { return double(p.measured.folds); }));
   add("folds_fitted", "", over(pairs, [](auto& p) { return double(p.fitted.folds); }));
-  add("bending_length", "mm", {1e3 * bending_length_m(fit.best().material), 0});
+  add("bending_length", "mm", {1e3 * bending_length_m(fit.best().material.bend, fit.best().material.density), 0});
   const std::vector<double> p = probabilities(fit);
   for (size_t i = 0; i < p.size(); ++i) add(("probability_" + fit.models[i].name).c_str(), "", {p[i], 0});
   if (fit.best().name == "anisotropic") add("stiff_direction", "°", {fit.axis_rad * 180 / M_PI, 0});

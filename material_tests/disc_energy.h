@@ -6,12 +6,11 @@
 #pragma once
 
 #include "cloth/material.h"
+#include "material_tests/bending_length.h"
 #include "material_tests/disc_sheet.h"
 #include "material_tests/ring_matrix.h"
 
 namespace selvedge::material_tests {
-
-inline constexpr double kGravity_m_s2 = 9.81;
 
 class DiscEnergy {
  public:

@@ -28,12 +28,6 @@ Matrix3Xd moved(const DiscEnergy& energy, Matrix3Xd control, const VectorXd& ste
 
 double longest(const VectorXd& step) { return step.reshaped(3, step.size() / 3).colwise().norm().maxCoeff(); }
 
-}  // namespace
-
-double bending_length_m(const cloth::Material& m) { return std::cbrt(m.bend / (m.density * kGravity_m_s2)); }
-
-namespace {
-
 // Along the fabric, from the support outwards to s, it falls from flat to its droop. (out, up), m.
 Eigen::Vector2d drooping(double s, double length_m, double droop_rad, double less = 0) {
   constexpr int parts = 24;

@@ -35,7 +35,4 @@ Eigen::Matrix3Xd hanging(const DiscSheet& sheet, const Eigen::VectorXd& radius_m
 // search ends where a step would move nothing by 0.2 mm, as a little friction would hold them.
 Drape drape_like(const DiscSheet& sheet, const cloth::Material& material, const Eigen::VectorXd& radius_m);
 
-// Of the fabric that hangs: the bending length (bend / (density g))^⅓, m.
-double bending_length_m(const cloth::Material& material);
-
 }  // namespace selvedge::material_tests

@@ -12,6 +12,7 @@
 #include "files/bad_input.h"
 #include "files/json_reader.h"
 #include "files/whole_file.h"
+#include "material_tests/bending_length.h"
 
 namespace selvedge::material_tests {
 
@@ -20,8 +21,6 @@ using files::JsonReader;
 using nlohmann::json;
 
 namespace {
-
-constexpr double kGravity = 9.81;
 
 // Percentiles 5, 25, 50, 75, 95 of the 618 fabrics of the drape tester (Feng, Huang, Xu, Wang, SIGGRAPH Asia 2022):
 // bending length both ways together, mm, and areal mass, kg/m².
@@ -125,9 +124,7 @@ std::string text_of(double percentile, bool published) {
 
 double mean_bend(const LibraryFabric& fabric) { return std::sqrt(fabric.bend_warp * fabric.bend_weft); }
 
-double bending_length(const LibraryFabric& fabric) {
-  return std::cbrt(mean_bend(fabric) / (kGravity * fabric.areal_mass));
-}
+double bending_length(const LibraryFabric& fabric) { return bending_length_m(mean_bend(fabric), fabric.areal_mass); }
 
 fs::path library_folder(const fs::path& given) {
   if (!given.empty()) return given;

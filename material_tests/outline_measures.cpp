@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "material_tests/silhouette.h"
+#include "geometry/polyline.h"
 
 namespace selvedge::material_tests {
 
@@ -70,7 +70,7 @@ double OutlineMeasures::fold_amplitude_m() const {
 OutlineMeasures measure_outline(const Matrix2Xd& outline, double disc_m, double support_m) {
   OutlineMeasures out;
   const double support = M_PI / 4 * support_m * support_m, disc = M_PI / 4 * disc_m * disc_m;
-  out.drape_coefficient = (area_m2(outline) - support) / (disc - support);
+  out.drape_coefficient = (geometry::polygon_area(outline) - support) / (disc - support);
   out.radius_m = outermost(outline);
   out.folds = count_folds(out.radius_m);
   for (int k = 0; k <= kHarmonics; ++k) {

@@ -8,6 +8,8 @@
 
 #include <Eigen/Geometry>
 
+#include "geometry/polyline.h"
+
 namespace selvedge::material_tests {
 
 namespace {
@@ -145,14 +147,8 @@ Matrix2Xd outline_of(const GreyImage& image, const PictureScale& scale) {
     out.col(static_cast<Index>(i)) =
         Vector2d(p.x() - scale.centre_column_px, scale.centre_row_px - p.y()) / scale.px_per_m;
   }
-  if (area_m2(out) < 0) out = out.rowwise().reverse().eval();
+  if (geometry::polygon_area(out) < 0) out = out.rowwise().reverse().eval();
   return out;
-}
-
-double area_m2(const Matrix2Xd& p) {
-  double sum = 0;
-  for (Index i = 0, n = p.cols(); i < n; ++i) sum += p(0, i) * p(1, (i + 1) % n) - p(0, (i + 1) % n) * p(1, i);
-  return sum / 2;
 }
 
 Circle largest_inside(const Matrix2Xd& outline) {

@@ -30,8 +30,6 @@ Silhouette silhouette_of(const DiscSheet& sheet, const Eigen::Matrix3Xd& control
 // touches the picture's edge.
 Eigen::Matrix2Xd outline_of(const trial::GreyImage& image, const PictureScale& scale);
 
-double area_m2(const Eigen::Matrix2Xd& outline);
-
 // Radius of the largest circle about any point that lies inside the outline, m.
 struct Circle {
   Eigen::Vector2d centre;

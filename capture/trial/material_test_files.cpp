@@ -7,6 +7,7 @@
 #include "files/bad_input.h"
 #include "files/csv_table.h"
 #include "files/whole_file.h"
+#include "geometry/polyline.h"
 
 namespace selvedge::trial {
 
@@ -55,21 +56,6 @@ CsvTable read_rows(const fs::path& path, const std::vector<files::CsvColumn>& wa
   return table;
 }
 
-double length_of(const Matrix2Xd& line) {
-  const Index steps = line.cols() - 1;
-  return (line.rightCols(steps) - line.leftCols(steps)).colwise().norm().sum();
-}
-
-// Positive where anticlockwise, m².
-double area_of(const Matrix2Xd& outline) {
-  double twice = 0;
-  for (Index i = 0; i < outline.cols(); ++i) {
-    const Eigen::Vector2d a = outline.col(i), b = outline.col((i + 1) % outline.cols());
-    twice += a.x() * b.y() - a.y() * b.x();
-  }
-  return 0.5 * twice;
-}
-
 void read_midline(const JsonReader& json, Trial& trial) {
   Cantilever& test = *trial.cantilever;
   const fs::path path = trial.folder / "midline.csv";
@@ -82,7 +68,7 @@ void read_midline(const JsonReader& json, Trial& trial) {
   test.midline_m.resize(2, static_cast<Index>(table.rows()));
   for (size_t row = 0; row < table.rows(); ++row)
     test.midline_m.col(static_cast<Index>(row)) << table(row, 0), table(row, 1);
-  const double seen = length_of(test.midline_m);
+  const double seen = geometry::polyline_length(test.midline_m);
   if (seen < 0.3 * test.overhang_m || seen > 1.1 * test.overhang_m)
     refuse(path.string(), "found a line {:.4g} m long, expected 0.3 to 1.1 times overhang_m, which is {:.4g} m", seen,
            test.overhang_m);
@@ -107,7 +93,7 @@ void read_outlines(Trial& trial) {
                test.disc_m / 2);
       outline.point_m.col(static_cast<Index>(i)) = p;
     }
-    if (!(area_of(outline.point_m) > 0))
+    if (!(geometry::polygon_area(outline.point_m) > 0))
       refuse(table.where(begin), "found capture {} running clockwise, expected anticlockwise", outline.capture);
     test.outlines.push_back(std::move(outline));
   }
@@ -142,14 +128,17 @@ void read_pulls(Trial& trial) {
   }
 }
 
+// The rest of a row: x, y.
+void append_point(std::string& text, const Matrix2Xd& points, Index i) {
+  append_number(text, points(0, i));
+  text += ',';
+  append_number(text, points(1, i));
+  text += '\n';
+}
+
 std::string midline_csv(const Cantilever& test) {
   std::string text = "along_m,down_m\n";
-  for (Index i = 0; i < test.midline_m.cols(); ++i) {
-    append_number(text, test.midline_m(0, i));
-    text += ',';
-    append_number(text, test.midline_m(1, i));
-    text += '\n';
-  }
+  for (Index i = 0; i < test.midline_m.cols(); ++i) append_point(text, test.midline_m, i);
   return text;
 }
 
@@ -158,10 +147,7 @@ std::string outline_csv(const Cusick& test) {
   for (const Outline& outline : test.outlines)
     for (Index i = 0; i < outline.point_m.cols(); ++i) {
       text += std::to_string(outline.capture) + ',';
-      append_number(text, outline.point_m(0, i));
-      text += ',';
-      append_number(text, outline.point_m(1, i));
-      text += '\n';
+      append_point(text, outline.point_m, i);
     }
   return text;
 }

@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 
+#include "material_tests/bending_length.h"
 #include "material_tests/fabric_library.h"
 #include "material_tests/fit_tests.h"
 
@@ -32,7 +33,7 @@ void print_tests(const std::vector<material_tests::KindAnswer>& answers) {
 
 void add_place(std::vector<std::string>& remarks, double bend, double areal_mass,
                const std::filesystem::path& library_folder) {
-  const double length = std::cbrt(bend / (9.81 * areal_mass));
+  const double length = material_tests::bending_length_m(bend, areal_mass);
   const auto library = material_tests::read_library(material_tests::library_folder(library_folder));
   for (std::string& sentence : material_tests::place_among(library, length, areal_mass))
     remarks.push_back(std::move(sentence));

@@ -9,6 +9,7 @@
 #include "files/bad_input.h"
 #include "files/json_reader.h"
 #include "files/whole_file.h"
+#include "geometry/polyline.h"
 #include "material_tests/strip_photo.h"
 #include "station/exchange/named_columns.h"
 #include "station/exchange/pulls_hdf5.h"
@@ -56,11 +57,6 @@ Trial strip_of(const MaterialImport& from) {
   return t;
 }
 
-double length_of(const Eigen::Matrix2Xd& line) {
-  const Index steps = line.cols() - 1;
-  return (line.rightCols(steps) - line.leftCols(steps)).colwise().norm().sum();
-}
-
 // At most `most` of the points, evenly, with both ends.
 Eigen::Matrix2Xd thinned(const Eigen::Matrix2Xd& line, Index most) {
   if (line.cols() <= most) return line;
@@ -86,7 +82,8 @@ ImportedStrips of_midline(const MaterialImport& from, const NamedColumns& column
                             down = columns.first_of({{"down_m", 1}, {"down_mm", 1e-3}});
   t.cantilever->midline_m.resize(2, static_cast<Index>(along.size()));
   for (size_t i = 0; i < along.size(); ++i) t.cantilever->midline_m.col(static_cast<Index>(i)) << along[i], down[i];
-  if (!from.overhang_m && along.size() > 1) t.cantilever->overhang_m = length_of(t.cantilever->midline_m);
+  if (!from.overhang_m && along.size() > 1)
+    t.cantilever->overhang_m = geometry::polyline_length(t.cantilever->midline_m);
   return {{t}, ""};
 }
 
@@ -134,14 +131,14 @@ std::vector<trial::Pull> pulls_of_csv(const MaterialImport& from) {
   const NamedColumns columns(from.file, from.columns);
   const std::vector<double> force = columns.first_of({{"force", 1}, {"force_n", 1}}),
                             along = stretch_along(from, columns), across = stretch_across(columns, force.size());
-  std::vector<double> number(force.size(), 1), time(force.size());
+  std::vector<int> number(force.size(), 1);
+  std::vector<double> time(force.size());
   for (size_t i = 0; i < time.size(); ++i) time[i] = static_cast<double>(i);
-  if (columns.has("pull")) number = columns("pull");
+  if (columns.has("pull")) number = columns.whole_numbers("pull");
   if (columns.has("time_s")) time = columns("time_s");
   std::vector<trial::Pull> pulls;
   for (size_t i = 0; i < force.size(); ++i) {
-    const int n = static_cast<int>(number[i]);
-    if (pulls.empty() || pulls.back().number != n) pulls.push_back({n, {}, {}, {}, {}});
+    if (pulls.empty() || pulls.back().number != number[i]) pulls.push_back({number[i], {}, {}, {}, {}});
     pulls.back().time_s.push_back(time[i]);
     pulls.back().force.push_back(force[i]);
     pulls.back().stretch_along.push_back(along[i]);
@@ -150,18 +147,7 @@ std::vector<trial::Pull> pulls_of_csv(const MaterialImport& from) {
   return pulls;
 }
 
-void write_checked(const Trial& t, const fs::path& out) {
-  const fs::path unfinished = out.parent_path() / ("." + out.filename().string() + ".part");
-  fs::remove_all(unfinished);
-  try {
-    trial::write_trial(t, unfinished);
-    trial::read_trial(unfinished);  // what cannot be read back is refused here
-  } catch (...) {
-    fs::remove_all(unfinished);
-    throw;
-  }
-  fs::rename(unfinished, out);
-}
+fs::path unfinished(const fs::path& folder, const Trial& t) { return folder / ("." + t.name + ".part"); }
 
 }  // namespace
 
@@ -203,10 +189,20 @@ std::vector<fs::path> add_to_campaign(const std::vector<Trial>& trials, const fs
   for (const Trial& t : trials)
     if (fs::exists(folder / t.name)) refuse("--out", "{} is there already", (folder / t.name).string());
   fs::create_directories(folder);
+  // All of them, or none: what cannot be read back is refused before any has its name.
+  try {
+    for (const Trial& t : trials) {
+      fs::remove_all(unfinished(folder, t));
+      trial::write_trial(t, unfinished(folder, t));
+      trial::read_trial(unfinished(folder, t));
+    }
+  } catch (...) {
+    for (const Trial& t : trials) fs::remove_all(unfinished(folder, t));
+    throw;
+  }
   std::vector<fs::path> written;
   for (const Trial& t : trials) {
-    write_checked(t, folder / t.name);
-    written.push_back(folder / t.name);
+    fs::rename(unfinished(folder, t), written.emplace_back(folder / t.name));
     campaign.trials.push_back(t);
   }
   trial::write_campaign_json(campaign, folder);

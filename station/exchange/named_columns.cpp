@@ -27,6 +27,14 @@ std::vector<double> NamedColumns::operator()(const std::string& ours, bool may_b
   return files::read_csv(file_, {{theirs(ours), may_be_empty}}).values;
 }
 
+std::vector<int> NamedColumns::whole_numbers(const std::string& ours) const {
+  const files::CsvTable table = files::read_csv(file_, {{theirs(ours)}});
+  std::vector<int> out;
+  for (size_t row = 0; row < table.rows(); ++row)
+    out.push_back(files::whole_number(table, row, 0, theirs(ours).c_str()));
+  return out;
+}
+
 std::vector<double> NamedColumns::first_of(const std::vector<std::pair<std::string, double>>& ours) const {
   for (const auto& [name, factor] : ours) {
     if (!has(name)) continue;

@@ -17,6 +17,8 @@ class NamedColumns {
   bool has(const std::string& ours) const;
   // Throws BadInput naming file and column. An empty field is NaN where it may be empty.
   std::vector<double> operator()(const std::string& ours, bool may_be_empty = false) const;
+  // Throws BadInput too where a number is not a whole one that an int holds.
+  std::vector<int> whole_numbers(const std::string& ours) const;
   // The first of these that is there, and its values times its factor. Throws BadInput where none is.
   std::vector<double> first_of(const std::vector<std::pair<std::string, double>>& ours) const;
 

@@ -9,6 +9,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "files/bad_input.h"
+#include "geometry/polyline.h"
 #include "material_tests/silhouette.h"
 #include "station/exchange/named_columns.h"
 
@@ -24,7 +25,6 @@ namespace {
 // Largest circles of outlines that all show the support differ by less than this share.
 constexpr double kSupportShows = 0.03;
 constexpr Index kMostPoints = 720;
-constexpr double kMostCaptures = 1e6;
 
 struct Capture {
   fs::path file;
@@ -165,18 +165,15 @@ trial::Trial disc_of(const OutlineImport& from, const std::string& name) {
 ImportedOutlines of_csv(const OutlineImport& from) {
   ImportedOutlines out{{disc_of(from, from.source.stem().string())}, "scale as in the file", 0, {}};
   const NamedColumns columns(from.source, from.columns);
-  const std::vector<double> capture = columns("capture"), x_m = columns.first_of({{"x_m", 1}, {"x_mm", 1e-3}}),
+  const std::vector<int> capture = columns.whole_numbers("capture");
+  const std::vector<double> x_m = columns.first_of({{"x_m", 1}, {"x_mm", 1e-3}}),
                             y_m = columns.first_of({{"y_m", 1}, {"y_mm", 1e-3}});
   std::map<int, std::vector<Eigen::Vector2d>> captures;
-  for (size_t row = 0; row < capture.size(); ++row) {
-    if (capture[row] != std::floor(capture[row]) || std::abs(capture[row]) > kMostCaptures)
-      refuse(from.source.string(), "line {}: found {} as capture, expected a whole number", row + 2, capture[row]);
-    captures[static_cast<int>(capture[row])].emplace_back(x_m[row], y_m[row]);
-  }
+  for (size_t row = 0; row < capture.size(); ++row) captures[capture[row]].emplace_back(x_m[row], y_m[row]);
   for (const auto& [number, points] : captures) {
     Matrix2Xd outline(2, static_cast<Index>(points.size()));
     for (size_t i = 0; i < points.size(); ++i) outline.col(static_cast<Index>(i)) = points[i];
-    if (material_tests::area_m2(outline) < 0) outline = outline.rowwise().reverse().eval();
+    if (geometry::polygon_area(outline) < 0) outline = outline.rowwise().reverse().eval();
     out.trials[0].cusick->outlines.push_back({number, outline});
   }
   return out;

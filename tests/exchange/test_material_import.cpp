@@ -1,14 +1,13 @@
 // Files of instruments and of other labs as material tests.
 #include <fstream>
 
-#include <fmt/format.h>
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include "files/whole_file.h"
 #include "station/exchange/hdf5_handle.h"
 #include "station/exchange/material_import.h"
 #include "tests/refusal.h"
+#include "tests/rig/temporary_folder.h"
 
 namespace selvedge::station {
 namespace {
@@ -17,9 +16,6 @@ namespace fs = std::filesystem;
 
 class MaterialImports : public testing::Test {
  protected:
-  void SetUp() override { fs::create_directories(folder_); }
-  void TearDown() override { fs::remove_all(folder_); }
-
   MaterialImport from(const std::string& name, const std::string& text) const {
     files::write_whole(folder_ / name, text);
     MaterialImport out;
@@ -66,8 +62,26 @@ class MaterialImports : public testing::Test {
     return out;
   }
 
-  const fs::path folder_ = fs::temp_directory_path() / fmt::format("selvedge-material-import-{}", ::getpid());
+  const rig::TemporaryFolder temporary_;
+  const fs::path folder_ = temporary_.path();
 };
+
+TEST_F(MaterialImports, OfSeveralTrialsAllAreWrittenOrNone) {
+  const auto strips = import_cantilever(from("lengths.csv", "bending_length_mm,overhang_mm\n20,40\n20,20000\n"));
+  ASSERT_EQ(strips.trials.size(), 2u);
+  const fs::path out = folder_ / "campaign";
+  EXPECT_NE(refusal_of([&] { add_to_campaign(strips.trials, out); }).find("overhang_m"), std::string::npos);
+  EXPECT_TRUE(fs::is_empty(out));
+}
+
+TEST_F(MaterialImports, APullsNumberIsAWholeOne) {
+  MaterialImport pulls = from("pulls.csv", "pull,force,stretch_along\n1.5,0,1\n1.5,1,1.1\n");
+  pulls.width_m = 0.05;
+  pulls.height_m = 0.2;
+  const std::string said = refusal_of([&] { import_tensile(pulls); });
+  EXPECT_NE(said.find("pulls.csv:2"), std::string::npos) << said;
+  EXPECT_NE(said.find("1.5"), std::string::npos) << said;
+}
 
 TEST_F(MaterialImports, AMidlineInMillimetres) {
   const auto strips = import_cantilever(from("strip.csv", "along_mm,down_mm\n0,0\n10,1\n20,4\n29,9\n"));

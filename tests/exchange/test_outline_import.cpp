@@ -6,6 +6,7 @@
 
 #include "capture/trial/grey_png.h"
 #include "files/bad_input.h"
+#include "geometry/polyline.h"
 #include "material_tests/silhouette.h"
 #include "station/exchange/outline_import.h"
 #include "tests/rig/temporary_folder.h"
@@ -92,7 +93,7 @@ TEST_F(OutlineImports, ATableOfALabsOwn) {
   csv.close();
   const ImportedOutlines found = import_cusick(from(file));
   ASSERT_EQ(found.trials[0].cusick->outlines.size(), 2u);
-  EXPECT_NEAR(material_tests::area_m2(found.trials[0].cusick->outlines[0].point_m), M_PI * 0.12 * 0.12, 5e-4);
+  EXPECT_NEAR(geometry::polygon_area(found.trials[0].cusick->outlines[0].point_m), M_PI * 0.12 * 0.12, 5e-4);
 }
 
 }  // namespace

@@ -3,10 +3,10 @@
 #include <cmath>
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include "files/whole_file.h"
 #include "tests/refusal.h"
+#include "tests/rig/temporary_folder.h"
 
 namespace selvedge::material_tests {
 namespace {
@@ -15,15 +15,13 @@ namespace fs = std::filesystem;
 
 class FabricLibrary : public testing::Test {
  protected:
-  void SetUp() override { fs::create_directories(folder_); }
-  void TearDown() override { fs::remove_all(folder_); }
-
   fs::path table(const std::string& text) const {
     files::write_whole(folder_ / "table.csv", text);
     return folder_ / "table.csv";
   }
 
-  const fs::path folder_ = fs::temp_directory_path() / fmt::format("selvedge-library-{}", ::getpid());
+  const rig::TemporaryFolder temporary_;
+  const fs::path folder_ = temporary_.path();
 };
 
 TEST_F(FabricLibrary, ReadsTablesOfItsOwnAndOfOthers) {

@@ -3,12 +3,12 @@
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include "capture/trial/trial_writer.h"
 #include "files/json_reader.h"
 #include "files/whole_file.h"
 #include "tests/refusal.h"
+#include "tests/rig/temporary_folder.h"
 
 namespace selvedge::trial {
 namespace {
@@ -18,9 +18,6 @@ using Eigen::Index;
 
 class MaterialTrials : public testing::Test {
  protected:
-  void SetUp() override { fs::create_directories(folder_); }
-  void TearDown() override { fs::remove_all(folder_); }
-
   static Trial cantilever() {
     Trial t;
     t.experiment = Experiment::cantilever;
@@ -79,7 +76,8 @@ class MaterialTrials : public testing::Test {
     return refusal_of([&] { read_trial(folder); });
   }
 
-  const fs::path folder_ = fs::temp_directory_path() / fmt::format("selvedge-material-trials-{}", ::getpid());
+  const rig::TemporaryFolder temporary_;
+  const fs::path folder_ = temporary_.path();
 };
 
 testing::AssertionResult says(const std::string& text, const std::vector<std::string>& parts) {

@@ -1,0 +1,15 @@
+// The length that bending rigidity and weight make: (B / (ρ g))^⅓, of the size of a hanging fabric's folds.
+#pragma once
+
+#include <cmath>
+
+namespace selvedge::material_tests {
+
+inline constexpr double kGravity_m_s2 = 9.81;
+
+// bend: N·m; areal_mass: kg/m².
+inline double bending_length_m(double bend, double areal_mass) {
+  return std::cbrt(bend / (areal_mass * kGravity_m_s2));
+}
+
+}  // namespace selvedge::material_tests
