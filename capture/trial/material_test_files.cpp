@@ -72,6 +72,10 @@ void read_midline(const JsonReader& json, Trial& trial) {
   if (seen < 0.3 * test.overhang_m || seen > 1.1 * test.overhang_m)
     refuse(path.string(), "found a line {:.4g} m long, expected 0.3 to 1.1 times overhang_m, which is {:.4g} m", seen,
            test.overhang_m);
+  const size_t last = table.rows() - 1;
+  if (!(table(last, 1) > 0))
+    refuse(table.where(last), "down_m: found a tip at {} m, expected it below the edge: down_m counts downwards",
+           table(last, 1));
 }
 
 void read_outlines(Trial& trial) {

@@ -134,6 +134,8 @@ TEST_F(MaterialTrials, TablesAreRefusedByLine) {
   EXPECT_TRUE(says(refused(cantilever(), "midline.csv", "along_m,down_m\n0,0\n0.1,0\n0.2,0\n0.3,0\n"),
                    {"midline.csv", "0.3 m", "overhang_m"}));
   EXPECT_TRUE(says(refused(cantilever(), "midline.csv", "along_m,down_m\n0,0\n"), {"midline.csv", "1 rows"}));
+  EXPECT_TRUE(says(refused(cantilever(), "midline.csv", "along_m,down_m\n0,0\n0.01,-0.002\n0.02,-0.004\n0.03,-0.006\n"),
+                   {"midline.csv:5", "down_m", "-0.006"}));
   std::string clockwise = "capture,x_m,y_m\n", outside = clockwise, apart = clockwise;
   for (int i = 0; i < 20; ++i) {
     const double angle = 2 * M_PI * i / 20;
