@@ -9,6 +9,7 @@
 #include "cli/command_tree.h"
 #include "cli/siblings.h"
 #include "files/bad_input.h"
+#include "files/nearest_name.h"
 
 namespace selvedge::cli {
 
@@ -48,6 +49,31 @@ std::string what_is_not_installed(bool asks_siblings) {
   return missing.empty() ? "" : fmt::format("; not installed here, with its commands: {}", fmt::join(missing, ", "));
 }
 
+// Of what was written the first word that is neither a command nor an option, where one of these is near it; else
+// nothing. Siblings' commands are asked for by their first word alone.
+std::string what_was_meant(const CLI::App& app, bool asks_siblings, int argc, char** argv) {
+  CommandTree at = command_tree(app);
+  if (asks_siblings)
+    for (const Sibling& sibling : installed_siblings())
+      at.commands.insert(at.commands.end(), sibling.commands.commands.begin(), sibling.commands.commands.end());
+  for (int i = 1; i < argc; ++i) {
+    const std::string written = argv[i], name = written.substr(0, written.find('='));
+    std::vector<std::string> known;
+    if (name.starts_with("--")) {
+      for (const CommandOption& o : at.options) known.insert(known.end(), o.names.begin(), o.names.end());
+      if (std::find(known.begin(), known.end(), name) != known.end()) continue;
+      return files::did_you_mean(name, known);
+    }
+    if (at.commands.empty()) continue;
+    for (const CommandTree& c : at.commands) known.push_back(c.name);
+    const auto found = std::find(known.begin(), known.end(), name);
+    if (found == known.end()) return files::did_you_mean(name, known);
+    const CommandTree next = at.commands[static_cast<size_t>(found - known.begin())];
+    at = next;
+  }
+  return "";
+}
+
 int parse(CLI::App& app, bool asks_siblings, int argc, char** argv) {
   const std::string first = argc > 1 ? argv[1] : "";
   if (first == "--command-tree") {
@@ -77,10 +103,12 @@ int run_program(const std::vector<AddCommand>& commands, bool asks_siblings, int
   try {
     const int status = parse(app, asks_siblings, argc, argv);
     return status != 0 ? status : exit_status;
-  } catch (const CLI::Success& help) { return app.exit(help); } catch (const CLI::ExtrasError& error) {
-    return report_error(error.what() + what_is_not_installed(asks_siblings) + " (--help lists what there is)", 2);
-  } catch (const CLI::ParseError& error) {
-    return report_error(std::string(error.what()) + " (--help lists what there is)", 2);
+  } catch (const CLI::Success& help) { return app.exit(help); } catch (const CLI::ParseError& error) {
+    const std::string meant = what_was_meant(app, asks_siblings, argc, argv),
+                      installed = dynamic_cast<const CLI::ExtrasError*>(&error) && meant.empty()
+                                      ? what_is_not_installed(asks_siblings)
+                                      : "";
+    return report_error(error.what() + meant + installed + " (--help lists what there is)", 2);
   } catch (const BadInput& error) { return report_error(error.what(), 2); } catch (const std::exception& error) {
     return report_error(error.what(), 1);
   }

@@ -7,6 +7,7 @@
 
 #include "files/bad_input.h"
 #include "files/whole_file.h"
+#include "files/nearest_name.h"
 
 namespace selvedge::files {
 
@@ -63,7 +64,8 @@ std::vector<JsonReader> JsonReader::children(const std::string& key) const {
 void JsonReader::allow_only(const std::vector<std::string>& keys) const {
   for (const auto& [key, unused] : object_.items())
     if (std::find(keys.begin(), keys.end(), key) == keys.end())
-      refuse(where(key), "found a key that nothing reads, expected one of \"{}\"", fmt::join(keys, "\", \""));
+      refuse(where(key), "found a key that nothing reads, expected one of \"{}\"{}", fmt::join(keys, "\", \""),
+             did_you_mean(key, keys));
 }
 
 double JsonReader::number(const std::string& key) const {

@@ -9,6 +9,7 @@
 #include "files/bad_input.h"
 #include "files/toml_text.h"
 #include "files/whole_file.h"
+#include "files/nearest_name.h"
 
 namespace selvedge::files {
 
@@ -133,7 +134,9 @@ std::vector<std::string> Section::keys() const {
 
 void Section::finish() const {
   for (const auto& [key, value] : keys_.items())
-    if (!read_.contains(key)) refuse(where_ + " " + key, "unknown key, expected one of {}", fmt::join(read_, ", "));
+    if (!read_.contains(key))
+      refuse(where_ + " " + key, "unknown key, expected one of {}{}", fmt::join(read_, ", "),
+             did_you_mean(key, {read_.begin(), read_.end()}));
 }
 
 TomlFile TomlFile::parse(const std::string& text, const std::string& name, const std::vector<std::string>& sections) {

@@ -21,6 +21,7 @@ namespace fs = std::filesystem;
 std::string read_whole(const fs::path& path) {
   std::error_code error;
   if (!fs::exists(path, error)) refuse(path.string(), "no such file");
+  if (fs::is_directory(path, error)) refuse(path.string(), "found a folder, expected a file");
   if (!fs::is_regular_file(path, error)) refuse(path.string(), "found something other than a regular file");
   std::ifstream stream(path, std::ios::binary);
   if (!stream) refuse(path.string(), "cannot be opened: {}", std::strerror(errno));

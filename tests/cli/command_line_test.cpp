@@ -32,6 +32,15 @@ class CommandLine : public testing::Test {
   ScratchFolder scratch_;
 };
 
+TEST_F(CommandLine, ASlipOfTheHandIsAskedAbout) {
+  expect_refused(run("diagnos x --out y"), "did you mean diagnose?");
+  expect_refused(run("prov cloth"), "did you mean prove?");
+  expect_refused(run("fit x --ouy y"), "did you mean --out?");
+  const Ran ran = run("weave");
+  expect_refused(ran, "weave");
+  EXPECT_EQ(ran.err.find("did you mean"), std::string::npos) << ran.err;
+}
+
 TEST_F(CommandLine, HelpListsEveryCommand) {
   const Ran ran = run("--help");
   EXPECT_EQ(ran.exit_status, 0);
