@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "capture/trial/doubts.h"
 #include "diagnose/excerpts.h"
 #include "estimate/least_squares.h"
 #include "files/bad_input.h"
@@ -206,6 +207,9 @@ FittedStudy make_study(const trial::Campaign& campaign, const std::vector<Effect
   const fit::TestedParameters tested = fit::tested_parameters(campaign, options.drag);
   std::vector<model::Parameter> base = tested.parameters;
   study.remarks = tested.remarks;
+  for (const trial::Trial& trial : rig.trials)
+    for (const std::string& doubt : trial::doubts(trial))
+      study.remarks.push_back("doubtful: " + trial.name + ": " + doubt);
   study.base_count = base.size();
   study.parameters = base;
   for (const Effect& effect : effects) {

@@ -48,7 +48,9 @@ Campaign read_campaign(const fs::path& folder) {
   std::error_code error;
   if (!fs::exists(folder / "campaign.json", error)) {
     if (fs::is_directory(folder, error) && !fs::exists(folder / "trial.json", error))
-      refuse(folder.string(), "found neither campaign.json nor trial.json, expected one of them");
+      refuse(folder.string(),
+             "found neither campaign.json nor trial.json, expected one of them (./selvedge import makes a trial of "
+             "others' files)");
     campaign.trials.push_back(read_trial(folder));
     campaign.fabric = campaign.trials.front().fabric.name;
     return campaign;

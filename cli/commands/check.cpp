@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "capture/trial/doubts.h"
 #include "capture/trial/trial.h"
 #include "capture/trial/trial_summary.h"
 #include "cli/command.h"
@@ -196,6 +197,7 @@ void check(const std::string& path) {
   for (const Trial& trial : campaign.trials) {
     print_damage(trial);
     print_remarks(trial);
+    for (const std::string& doubt : trial::doubts(trial)) fmt::print("doubt: {}: {}\n", trial.name, doubt);
   }
 }
 

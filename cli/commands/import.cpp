@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 
+#include "capture/trial/doubts.h"
 #include "cli/command.h"
 #include "cli/commands/fit_of_tests.h"
 #include "cli/output_folder.h"
@@ -141,7 +142,9 @@ void add_import(CLI::App& app, int&) {
   in->callback([a, in] {
     expect_folder("--out", a->out);
     if (!a->as.empty()) return import_test(*a, *in);
-    fmt::print("wrote {}\n", station::import_recording(a->from.file, a->out).string());
+    const std::filesystem::path folder = station::import_recording(a->from.file, a->out);
+    fmt::print("wrote {}\n", folder.string());
+    for (const std::string& doubt : trial::doubts(trial::read_trial(folder))) fmt::print("doubt: {}\n", doubt);
   });
 }
 
