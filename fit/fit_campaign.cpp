@@ -9,6 +9,7 @@
 
 #include <Eigen/Eigenvalues>
 
+#include "capture/trial/doubts.h"
 #include "estimate/journal.h"
 #include "cloth/spline/chosen_grid.h"
 #include "files/bad_input.h"
@@ -191,6 +192,8 @@ void hold_out_trials(FitOutcome& out, const std::vector<model::Parameter>& param
       out.trials[trial].held_out_mm = model::rms_mm(seen, predicted.mm[trial], out.simulation->time_s(trial));
       out.trials[trial].held_out_interval_mm =
           model::rms_interval_mm(seen, predicted.mm[trial], out.simulation->time_s(trial));
+      out.trials[trial].held_out_in_noise =
+          model::rms_in_noise(seen, predicted.mm[trial], out.simulation->time_s(trial));
     }
   }
 }
@@ -216,7 +219,10 @@ void list_errors(FitOutcome& out) {
     e.end_mm = model::rms_mm(t, out.residuals.mm[i], time, -1e300, until);
     e.moving_mm = t.still ? kNaN : model::rms_mm(t, out.residuals.mm[i], time, first_move_s(t), until);
     e.held_out_mm = until < 1e299 ? model::rms_mm(t, out.residuals.mm[i], time, until + 1e-9) : kNaN;
-    if (until < 1e299) e.held_out_interval_mm = model::rms_interval_mm(t, out.residuals.mm[i], time, until + 1e-9);
+    if (until < 1e299) {
+      e.held_out_interval_mm = model::rms_interval_mm(t, out.residuals.mm[i], time, until + 1e-9);
+      e.held_out_in_noise = model::rms_in_noise(t, out.residuals.mm[i], time, until + 1e-9);
+    }
     e.velocity_start_mm_s = velocity_error(t, out.residuals_start.mm[i]);
     e.velocity_end_mm_s = velocity_error(t, out.residuals.mm[i]);
     e.rigid_plate_mm = plate_error(t);
@@ -330,6 +336,7 @@ void put_clocks_together(FitOutcome& out, std::vector<model::ObservedTrial>& tri
   for (model::ObservedTrial& trial : trials)
     if (trial.markers)
       for (double& t : trial.experiment.path.time_s) t += delay->delay_s;
+  out.delay = delay;
   out.remarks.push_back(fmt::format(
       "markers on held points come {:.3f} s after the grips' path: the fit moves the path by as much", delay->delay_s));
 }
@@ -358,6 +365,9 @@ FitOutcome fit_campaign(const trial::Campaign& campaign, const FitOptions& optio
   const trial::Campaign rig = trial::only_tests(campaign, false);
   if (rig.trials.empty())
     refuse(campaign.folder.string(), "found material tests alone, expected a fabric that hangs from a rig");
+  for (const trial::Trial& trial : rig.trials)
+    for (const std::string& doubt : trial::doubts(trial))
+      out.remarks.push_back("doubtful: " + trial.name + ": " + doubt);
   std::vector<model::ObservedTrial> observed =
       observe_campaign(rig, options.rate_hz, options.image_rate_hz, part_of(options.progress, 0, 0.05, "campaign"));
   put_clocks_together(out, observed);

@@ -18,6 +18,7 @@
 #include "estimate/least_squares.h"
 #include "material_tests/fabric_library.h"
 #include "material_tests/fit_tests.h"
+#include "model/held_markers.h"
 #include "model/trial_error.h"
 #include "estimate/optimisers/search.h"
 
@@ -62,6 +63,7 @@ struct TrialError {
   double moving_mm = 0;             // end_mm from the held points' first move on; NaN where they rest
   double held_out_mm = 0;           // NaN where nothing of this trial was held out
   std::optional<model::Interval> held_out_interval_mm;           // 90 %; absent where too little was held out for one
+  std::optional<double> held_out_in_noise;                       // markers: in deviations of each one's measured noise
   std::optional<double> rigid_plate_mm;                          // the same samples, a plate hanging from the bar
   std::optional<double> velocity_start_mm_s, velocity_end_mm_s;  // markers alone
   size_t frames = 0;                                             // compared times
@@ -83,6 +85,7 @@ struct FitOutcome {
   std::shared_ptr<const model::Simulation> simulation;  // on the final grid
   double grid_mm = 0;  // rms between the final grid and the next finer one, over all residuals; NaN: not looked at
   model::State state;  // in which it ended
+  std::optional<model::HeldDelay> delay;  // of markers on held points behind the grips' path, which was moved by it
   std::vector<material_tests::KindAnswer> tests;  // of the campaign's material tests, where it holds some
   std::vector<std::string> remarks;               // what a reader should know: bounds, combinations not told apart
 };

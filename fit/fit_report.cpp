@@ -161,6 +161,7 @@ json to_json(const FitOutcome& out) {
                       {"frames", t.frames}};
     if (std::isfinite(t.moving_mm)) trials[t.name]["error_moving"] = t.moving_mm;
     if (std::isfinite(t.held_out_mm)) trials[t.name]["error_held_out"] = t.held_out_mm;
+    if (t.held_out_in_noise) trials[t.name]["error_held_out_in_noise"] = *t.held_out_in_noise;
     if (t.held_out_interval_mm)
       trials[t.name]["error_held_out_interval"] = {t.held_out_interval_mm->first, t.held_out_interval_mm->second};
     if (t.rigid_plate_mm) trials[t.name]["error_rigid_plate"] = *t.rigid_plate_mm;
@@ -180,6 +181,7 @@ json to_json(const FitOutcome& out) {
   out_json["grid"] = {{"cells", out.simulation->options().cells},
                       {"next_finer_moves_mm", files::finite_or_null(out.grid_mm)}};
   out_json["input"] = out.input;
+  if (out.delay) out_json["delay"] = {{"delay_s", out.delay->delay_s}, {"sd_s", out.delay->sd_s}};
   if (!out.tests.empty()) out_json["material_tests"] = material_tests::to_json(out.tests);
   if (const auto plate = rigid_plate_mm(out)) out_json["held_out"]["rigid_plate_error"] = *plate;
   return out_json;

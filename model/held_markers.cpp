@@ -213,4 +213,18 @@ std::optional<HeldDelay> held_delay(const std::vector<ObservedTrial>& trials, do
   return out;
 }
 
+std::vector<double> marker_noise_m(const ObservedTrial& trial) {
+  if (!trial.markers) return {};
+  std::vector<double> out(trial.markers->uv.size(), trial.markers->noise_m);
+  if (!is_outline_grid(trial)) return out;
+  const Jumps jumps(trial, trial.experiment.path);
+  for (size_t k = 0; k < out.size(); ++k) {
+    const double down = trial.markers->uv[k].y() / trial.height_m,
+                 across = 2 * trial.markers->uv[k].x() / trial.width_m - 1, both_edges = std::hypot(1 - down, down),
+                 jump = both_edges * std::hypot(jumps.middle_m(), across * jumps.ends_m());
+    out[k] = std::hypot(std::max(out[k], jumps.noise_m()), jump);
+  }
+  return out;
+}
+
 }  // namespace selvedge::model

@@ -61,4 +61,9 @@ struct HeldDelay {
 };
 std::optional<HeldDelay> held_delay(const std::vector<ObservedTrial>& trials, double most_s);
 
+// Standard deviation of an axis of each marker, m, as the recording shows it. Of nodes of a grid inside an outline:
+// what a frame's line leaves of the held edge, and jumps, which the opposite edge has as well and for itself. Else, and
+// at least, what trial.json says.
+std::vector<double> marker_noise_m(const ObservedTrial& trial);
+
 }  // namespace selvedge::model

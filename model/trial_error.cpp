@@ -7,6 +7,8 @@
 
 #include <boost/math/distributions/students_t.hpp>
 
+#include "model/held_markers.h"
+
 namespace selvedge::model {
 
 using Eigen::Index;
@@ -50,6 +52,22 @@ std::optional<Interval> rms_interval_mm(const ObservedTrial& trial, const Eigen:
       boost::math::quantile(boost::math::students_t(n - 1), 0.95) * std::sqrt(n / (n - 1) * departed) / count;
   const double rows = trial.markers ? 3 : 1;
   return Interval{std::sqrt(rows * std::max(0.0, mean - half)), std::sqrt(rows * (mean + half))};
+}
+
+std::optional<double> rms_in_noise(const ObservedTrial& trial, const Eigen::VectorXd& residual,
+                                   const Eigen::VectorXd& time_s, double from_s) {
+  if (!trial.markers || residual.size() == 0) return std::nullopt;
+  const std::vector<double> noise_m = marker_noise_m(trial);
+  const auto rows = static_cast<Index>(3 * trial.markers->time_s.size());
+  double sum = 0, count = 0;
+  for (Index i = 0; i < residual.size(); ++i) {
+    if (!std::isfinite(residual(i)) || time_s(i) < from_s) continue;
+    const double deviations = residual(i) / (1e3 * noise_m[static_cast<size_t>(i / rows)]);
+    sum += deviations * deviations;
+    ++count;
+  }
+  if (count == 0) return std::nullopt;
+  return std::sqrt(sum / count);
 }
 
 }  // namespace selvedge::model

@@ -18,4 +18,9 @@ using Interval = std::pair<double, double>;
 std::optional<Interval> rms_interval_mm(const ObservedTrial& trial, const Eigen::VectorXd& residual,
                                         const Eigen::VectorXd& time_s, double from_s = -1e300, double to_s = 1e300);
 
+// Root mean square of markers' finite residuals from a time on, an axis, each in standard deviations of its marker's
+// measured noise (marker_noise_m); nothing of a trial without markers.
+std::optional<double> rms_in_noise(const ObservedTrial& trial, const Eigen::VectorXd& residual,
+                                   const Eigen::VectorXd& time_s, double from_s = -1e300);
+
 }  // namespace selvedge::model

@@ -3,7 +3,6 @@
 namespace selvedge::cli {
 
 std::vector<Figure> prove_arm(const FigureOptions& options);
-std::vector<Figure> prove_arm_cloth(const FigureOptions& options);
 std::vector<Figure> prove_calibration(const FigureOptions& options);
 std::vector<Figure> prove_cloth(const FigureOptions& options);
 std::vector<Figure> prove_contact(const FigureOptions& options);
@@ -26,10 +25,6 @@ const std::vector<FigureSet>& proofs() {
        "an operator's stop brings the arm to rest and is final, in each phase of a robot trial and through a flood; "
        "the tracker's age, planning",
        prove_arm},
-      {"arm-cloth",
-       "recordings of a real cloth that the fit has not seen, beside a rigid plate and a model without drag; of "
-       "../shared",
-       prove_arm_cloth},
       {"calibration",
        "camera and projector against known truth, beside OpenCV and mrcal, and what must not pass silently",
        prove_calibration},

@@ -16,8 +16,8 @@ struct Row {
 };
 
 const Row rows[] = {
-    {"bending", prove_real_bending},
-    {"cusick", prove_real_cusick},
+    {"arm-cloth", prove_real_arm_cloth}, {"arm-cloth-raw", prove_real_arm_cloth_raw},
+    {"bending", prove_real_bending},     {"cusick", prove_real_cusick},
     {"tensile", prove_real_tensile},
 };
 

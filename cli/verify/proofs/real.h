@@ -17,4 +17,10 @@ std::vector<Figure> prove_real_tensile(const std::filesystem::path& folder, cons
 // Five fabrics draped over a support: fitted to half of the samples, the others' drape coefficient predicted.
 std::vector<Figure> prove_real_cusick(const std::filesystem::path& folder, const FigureOptions& options);
 
+// A cloth that a robot arm swings: three recordings predict the other three, in units of the nodes' noise.
+std::vector<Figure> prove_real_arm_cloth(const std::filesystem::path& folder, const FigureOptions& options);
+
+// The same cloth with both clocks as they were recorded: the camera's delay.
+std::vector<Figure> prove_real_arm_cloth_raw(const std::filesystem::path& folder, const FigureOptions& options);
+
 }  // namespace selvedge::cli

@@ -68,7 +68,7 @@ std::vector<Figure> prove_worlds(const FigureOptions& options) {
   std::vector<double> apart;
   for (int f = 0; f < fabrics; ++f) {
     const hardware_sim::FabricTruth fabric = hardware_sim::draw_fabric(generator);
-    const SwatchHold hold = f % 3 == 2 ? SwatchHold::top_edge : SwatchHold::corners;
+    const SwatchHold hold = draw_hold(fabric, generator);
     const hardware_sim::BankMotion motion = hardware_sim::draw_waving(hold, generator);
     std::vector<Swing> usual;
     std::string line = fmt::format("bending length {:.1f} mm, {:.3f} kg/m², {:.0f} N/m, {}",
