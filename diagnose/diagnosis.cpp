@@ -13,6 +13,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "diagnose/weighing.h"
 #include "estimate/kept_input.h"
 #include "fit/fit_report.h"
 
@@ -26,9 +27,9 @@ namespace {
 
 // Shares of the work that are done when stages begin, of a campaign of seven trials of markers whose fit is there.
 struct SharesAt {
-  double windows, linearised, base, again, likeliest, next;
+  double windows, likeliest, next;
 };
-constexpr SharesAt kBegin = {0.02, 0.3, 0.42, 0.7, 0.78, 0.97};
+constexpr SharesAt kBegin = {0.02, 0.78, 0.97};
 
 class Stages {
  public:
@@ -47,31 +48,6 @@ class Stages {
 
 report::ProgressCallback part(const report::ProgressCallback& whole, double from, double to) {
   return [=](double done, const std::string& what) { whole(from + (to - from) * done, what); };
-}
-
-const EffectSet& find(const std::vector<EffectSet>& sets, const std::vector<size_t>& effects) {
-  return *std::find_if(sets.begin(), sets.end(), [&](const EffectSet& s) { return s.effects == effects; });
-}
-
-bool meet(const std::vector<size_t>& a, const std::vector<size_t>& b) {
-  return std::any_of(a.begin(), a.end(), [&](size_t x) { return std::find(b.begin(), b.end(), x) != b.end(); });
-}
-
-// Moves a set of effects to where it is likeliest and takes derivatives there.
-Linearisation linearised_at(Study& study, const Windows& windows, const Evidence& evidence, const Linearisation& about,
-                            const EffectSet& set, const MatrixXd& forces) {
-  Arm arm = arm_at(study, about, set.chosen, set.d);
-  fit_arm(study, windows, evidence, about, arm, set.scale);
-  Linearisation out = linearise(study, windows, arm.x, about.grid, forces);
-  return out.residual.allFinite() ? out : about;
-}
-
-// Of the effects that were measured before any physics, one each.
-std::vector<const Way*> ways_of_measured(const Study& study, const Linearisation& about) {
-  std::vector<const Way*> out;
-  for (const size_t e : measured_effects(study))
-    out.push_back(&*std::find_if(about.ways.begin(), about.ways.end(), [e](const Way& w) { return w.effect == e; }));
-  return out;
 }
 
 // Pooled over groups, before and after.
@@ -317,46 +293,14 @@ Diagnosis diagnose(const trial::Campaign& campaign, const std::vector<Effect>& e
   out.base = model::to_text(options.study.drag);
   stages.done("base");
 
-  after(kBegin.windows, "changing everything once");
   const Windows windows(*study.simulation, study.protocol);
-  const VectorXd at_fit = simulated(study, windows, study.base).col(0);
-  if (!at_fit.allFinite())
-    throw std::runtime_error(fmt::format("{}: the base model diverges at its fitted parameters", out.campaign));
-  const VectorXd grid = grid_change(study, windows, study.base, at_fit);
-  const MatrixXd forces = responses_to_forces(study, windows, study.base, at_fit);
-  const Linearisation at_base = linearise(study, windows, study.base, grid, forces);
-  const FrameNoise frames = frame_noise(study.measured, *study.simulation, windows);
-  const auto error_about = [&](const Linearisation& about) {
-    return model_error(study.protocol, windows, forces, grid, about.second, frames);
-  };
-  const Evidence at_first(windows, error_about(at_base));
-  stages.done("changing everything once");
-
-  after(kBegin.linearised, "the base with what is negligible of every effect");
-  const Linearisation none = linearised_at(
-      study, windows, at_first, at_base, weigh_set(study, at_first, at_base, ways_of_measured(study, at_base)), forces);
-  const Evidence evidence(windows, error_about(none));
-  std::vector<EffectSet> sets = weigh_sets(study, evidence, none);
-  Verdict verdict = judge(study, sets, evidence.error().scales, {});
-  stages.done("the base where it is likeliest");
-
-  // Again about the likeliest set: every set that has one of its effects is weighed there.
-  std::optional<Linearisation> there;
-  const std::vector<size_t> first = verdict.weights.front().effects;
-  std::vector<EffectSet> sets_there;
-  if (!first.empty()) {
-    after(kBegin.again, "again about " + name_of(study, first));
-    there = linearised_at(study, windows, evidence, none, find(sets, first), forces);
-    sets_there = weigh_sets(study, evidence, *there);
-    for (EffectSet& set : sets)
-      if (meet(set.effects, first)) {
-        const auto same = std::find_if(sets_there.begin(), sets_there.end(),
-                                       [&](const EffectSet& s) { return s.effects == set.effects; });
-        if (same != sets_there.end()) set = *same;
-      }
-    verdict = judge(study, sets, evidence.error().scales, {});
-    stages.done("again about the likeliest set");
-  }
+  WeighingOptions weighing_options;
+  weighing_options.begins = part(after, kBegin.windows, kBegin.likeliest);
+  weighing_options.ends = [&](const std::string& stage) { stages.done(stage); };
+  const Weighing weighing = weigh(study, windows, weighing_options);
+  const Linearisation& none = weighing.none;
+  const Evidence& evidence = *weighing.evidence;
+  Verdict verdict = weighing.verdict;
 
   // The likeliest sets, each in trials that it was not fitted to, beside the base without their effects.
   after(kBegin.likeliest, "how much each effect takes");
@@ -365,8 +309,7 @@ Diagnosis diagnose(const trial::Campaign& campaign, const std::vector<Effect>& e
   std::vector<LookedAt> looked_at;
   std::map<std::vector<size_t>, GapTaken> taken;
   const auto look = [&](const std::vector<size_t>& effects_of) {
-    const EffectSet& set = find(sets, effects_of);
-    looked_at.push_back(look_at(weighed, there && meet(effects_of, first) ? *there : none, set));
+    looked_at.push_back(look_at(weighed, weighing.about(effects_of), weighing.set_of(effects_of)));
     if (!effects_of.empty()) taken[effects_of] = taken_by(looked_at.back(), weighed.noise, study.protocol);
   };
   look(verdict.weights.front().effects);
@@ -391,7 +334,7 @@ Diagnosis diagnose(const trial::Campaign& campaign, const std::vector<Effect>& e
       f.reduction = reduction_of(study, l.before, l.after, weighed.noise);
     }
   }
-  verdict = judge(study, sets, evidence.error().scales, taken);
+  verdict = judge(study, weighing.sets, evidence.error().scales, taken);
   for (size_t k = 0; k < likeliest.parts.size(); ++k)
     out.budget.parts.push_back({study.effects[likeliest.arm.effects[k]].name, 0, likeliest.parts[k]});
   out.budget.unexplained = likeliest.unexplained;

@@ -1,0 +1,103 @@
+#include "diagnose/weighing.h"
+
+#include <algorithm>
+#include <stdexcept>
+
+#include <fmt/format.h>
+
+namespace selvedge::diagnose {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+namespace {
+
+bool meet(const std::vector<size_t>& a, const std::vector<size_t>& b) {
+  return std::any_of(a.begin(), a.end(), [&](size_t x) { return std::find(b.begin(), b.end(), x) != b.end(); });
+}
+
+std::vector<EffectSet>::const_iterator place_of(const std::vector<EffectSet>& sets,
+                                                const std::vector<size_t>& effects) {
+  return std::find_if(sets.begin(), sets.end(), [&](const EffectSet& s) { return s.effects == effects; });
+}
+
+// Moves a set of effects to where it is likeliest and takes derivatives there.
+Linearisation linearised_at(Study& study, const Windows& windows, const Evidence& evidence, const Linearisation& about,
+                            const EffectSet& set, const MatrixXd& forces) {
+  Arm arm = arm_at(study, about, set.chosen, set.d);
+  fit_arm(study, windows, evidence, about, arm, set.scale);
+  Linearisation out = linearise(study, windows, arm.x, about.grid, forces);
+  return out.residual.allFinite() ? out : about;
+}
+
+// Of the effects that were measured before any physics, one each.
+std::vector<const Way*> ways_of_measured(const Study& study, const Linearisation& about) {
+  std::vector<const Way*> out;
+  for (const size_t e : measured_effects(study))
+    out.push_back(&*std::find_if(about.ways.begin(), about.ways.end(), [e](const Way& w) { return w.effect == e; }));
+  return out;
+}
+
+// Of each window the larger second derivatives: a fold may snap where one set stands and not where another does, and
+// sets are compared under one model error.
+MatrixXd larger(const Windows& windows, const MatrixXd& a, const MatrixXd& b) {
+  MatrixXd out = a;
+  for (const Window& w : windows.windows())
+    if (b.middleRows(w.first, w.count).squaredNorm() > a.middleRows(w.first, w.count).squaredNorm())
+      out.middleRows(w.first, w.count) = b.middleRows(w.first, w.count);
+  return out;
+}
+
+// Weighs all sets about the base, and those that have an effect of the likeliest about that one.
+void weigh_all(const Study& study, Weighing& out) {
+  out.sets = weigh_sets(study, *out.evidence, out.none);
+  if (out.there)
+    for (const EffectSet& set : weigh_sets(study, *out.evidence, *out.there))
+      if (const auto same = place_of(out.sets, set.effects); same != out.sets.end() && meet(set.effects, out.first))
+        out.sets[static_cast<size_t>(same - out.sets.begin())] = set;
+  out.verdict = judge(study, out.sets, out.evidence->error().scales, {});
+}
+
+}  // namespace
+
+const Linearisation& Weighing::about(const std::vector<size_t>& effects) const {
+  return there && meet(effects, first) ? *there : none;
+}
+
+const EffectSet& Weighing::set_of(const std::vector<size_t>& effects) const { return *place_of(sets, effects); }
+
+Weighing weigh(Study& study, const Windows& windows, const WeighingOptions& options) {
+  options.begins(0, "changing everything once");
+  const VectorXd at_fit = simulated(study, windows, study.base).col(0);
+  if (!at_fit.allFinite())
+    throw std::runtime_error(fmt::format("{}: the base model diverges at its fitted parameters", study.campaign));
+  const VectorXd grid = grid_change(study, windows, study.base, at_fit);
+  const MatrixXd forces = responses_to_forces(study, windows, study.base, at_fit);
+  const Linearisation at_base = linearise(study, windows, study.base, grid, forces);
+  const FrameNoise frames = frame_noise(study.measured, *study.simulation, windows);
+  const auto error_about = [&](const MatrixXd& second) {
+    return model_error(study.protocol, windows, forces, grid, second, frames);
+  };
+  const Evidence at_first(windows, error_about(at_base.second));
+  options.ends("changing everything once");
+
+  options.begins(0.37, "the base with what is negligible of every effect");
+  Weighing out;
+  out.none = linearised_at(study, windows, at_first, at_base,
+                           weigh_set(study, at_first, at_base, ways_of_measured(study, at_base)), forces);
+  out.evidence.emplace(windows, error_about(out.none.second));
+  weigh_all(study, out);
+  options.ends("the base where it is likeliest");
+
+  out.first = out.verdict.weights.front().effects;
+  if (out.first.empty()) return out;
+  options.begins(0.53, "again about " + name_of(study, out.first));
+  out.there = linearised_at(study, windows, *out.evidence, out.none, out.set_of(out.first), forces);
+  out.evidence.emplace(windows, error_about(larger(windows, out.none.second, out.there->second)));
+  weigh_all(study, out);
+  options.ends("again about the likeliest set");
+  return out;
+}
+
+}  // namespace selvedge::diagnose
