@@ -290,7 +290,7 @@ BankKey draw_key(const std::string& kind, BankWorld world, std::mt19937_64& g) {
   BankKey key;
   key.world = world;
   key.truth = draw_fabric(g);
-  key.design = draw_design(g);
+  key.design = draw_design(key.truth, g);
   const size_t wanted = kind == "known" ? 1 : kind == "set" ? std::uniform_int_distribution<size_t>(2, 3)(g) : 0;
   while (key.effects.size() < wanted) {
     const std::string& name = bank_effects()[std::uniform_int_distribution<size_t>(0, bank_effects().size() - 1)(g)];

@@ -85,11 +85,16 @@ BankDesign usual_design() {
   return design;
 }
 
-BankDesign draw_design(std::mt19937_64& g) {
+SwatchHold draw_hold(const FabricTruth& fabric, std::mt19937_64& g) {
+  const bool by_edge = uniform(g, 0, 1) < 1.0 / 3;
+  return by_edge || bending_length_m(fabric) < kCornersFrom_m ? SwatchHold::top_edge : SwatchHold::corners;
+}
+
+BankDesign draw_design(const FabricTruth& fabric, std::mt19937_64& g) {
   using trial::Experiment;
   constexpr double kStill_s = 0.5;
   BankDesign design;
-  design.hold = uniform(g, 0, 1) < 1.0 / 3 ? SwatchHold::top_edge : SwatchHold::corners;
+  design.hold = draw_hold(fabric, g);
   design.dots_across = std::uniform_int_distribution<int>(3, 10)(g);
   design.dots_down = std::uniform_int_distribution<int>(3, 10)(g);
   constexpr double kRates[] = {30, 60, 100, 120, 180, 240};

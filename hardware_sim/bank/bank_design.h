@@ -33,8 +33,13 @@ struct BankDesign {
 // Seven trials of 1.7 s, 25 dots, 120 Hz, 0.3 mm, held by the corners.
 BankDesign usual_design();
 
-// Dots 9 to 100, 30 to 240 Hz, 0.1 to 2 mm, three to twelve trials of 1 to 10 s, a third of them held by the edge.
-BankDesign draw_design(std::mt19937_64& generator);
+// Dots 9 to 100, 30 to 240 Hz, 0.1 to 2 mm, three to twelve trials of 1 to 10 s, held as draw_hold says.
+BankDesign draw_design(const FabricTruth& fabric, std::mt19937_64& generator);
+
+// One in three by the whole edge; and every fabric of less than kCornersFrom_m of bending length, which by its corners
+// hangs in a shape that depends on the mesh of every world (./selvedge prove worlds).
+SwatchHold draw_hold(const FabricTruth& fabric, std::mt19937_64& generator);
+constexpr double kCornersFrom_m = 0.016;
 
 // Of ten fabrics, N/m (the same source): stiffness at small strain, both ways at a stretch of a sixth, and what one way
 // does to the other.
