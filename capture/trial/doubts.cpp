@@ -23,7 +23,9 @@ constexpr double kHangs = 0.3;          // of how far a marker lies below the he
 constexpr double kFastest_m_s = 10;     // of a marker
 constexpr double kHeldWithin_m = 0.05;  // of a corner: a marker on it
 
-std::string length(double m) { return std::abs(m) < 1 ? fmt::format("{:.3g} mm", 1e3 * m) : fmt::format("{:.4g} m", m); }
+std::string length(double m) {
+  return std::abs(m) < 1 ? fmt::format("{:.3g} mm", 1e3 * m) : fmt::format("{:.4g} m", m);
+}
 
 // A unit that would make sense of a length that is so many times too large.
 std::string unit_of(double times) {
