@@ -10,6 +10,7 @@
 #include "cli/siblings.h"
 #include "files/bad_input.h"
 #include "files/nearest_name.h"
+#include "report/html.h"
 
 namespace selvedge::cli {
 
@@ -95,6 +96,9 @@ int parse(CLI::App& app, bool asks_siblings, int argc, char** argv) {
 }  // namespace
 
 int run_program(const std::vector<AddCommand>& commands, bool asks_siblings, int argc, char** argv) {
+  std::string command_line = "./selvedge";
+  for (int i = 1; i < argc; ++i) command_line += std::string(" ") + argv[i];
+  report::set_command(printable(command_line));
   CLI::App app("Selvedge records fabric in motion, fits a simulated fabric to it, and says why the two differ.",
                "./selvedge");
   set_up(app);

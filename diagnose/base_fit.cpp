@@ -207,9 +207,7 @@ FittedStudy make_study(const trial::Campaign& campaign, const std::vector<Effect
   const fit::TestedParameters tested = fit::tested_parameters(campaign, options.drag);
   std::vector<model::Parameter> base = tested.parameters;
   study.remarks = tested.remarks;
-  for (const trial::Trial& trial : rig.trials)
-    for (const std::string& doubt : trial::doubts(trial))
-      study.remarks.push_back("doubtful: " + trial.name + ": " + doubt);
+  study.doubts = trial::doubts(rig);
   study.base_count = base.size();
   study.parameters = base;
   for (const Effect& effect : effects) {

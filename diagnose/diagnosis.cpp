@@ -287,6 +287,7 @@ Diagnosis diagnose(const trial::Campaign& campaign, const std::vector<Effect>& e
   if (options.on_base_fit) options.on_base_fit(out.base_fit);
   out.protocol = study.protocol;
   out.campaign = study.campaign;
+  out.doubts = study.doubts;
   out.remarks = study.remarks;
   out.cells = study.simulation->options().cells;
   out.fine_cells = study.fine->options().cells;

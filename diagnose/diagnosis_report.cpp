@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "diagnose/diagnosis_verdict.h"
 #include "diagnose/fabric_map.h"
 #include "files/whole_file.h"
 #include "report/html.h"
@@ -30,34 +31,6 @@ json reduction_json(const Diagnosis& d, const GapReduction& s) {
 json share_json(const Share& s) { return {{"share", number(s.value)}, {"interval", {number(s.low), number(s.high)}}}; }
 
 std::string percent(double share) { return fmt::format("{:.0f} %", 100 * share); }
-
-std::string ahead(const Diagnosis& d) {
-  return d.is_ahead ? fmt::format(", predicted {:g} s ahead,", d.protocol.free_s) : "";
-}
-
-std::string answer_in_words(const Diagnosis& d) {
-  const std::string sizes =
-      fmt::format("The base model ({}) leaves {:.2f} mm of held-out trials{} where the sensor alone leaves {:.2f} mm.",
-                  d.base, d.before_mm, ahead(d), d.noise_floor_mm);
-  const double p = d.probability.at(d.cause);
-  if (d.cause == "none") return fmt::format("No effect is needed (probability {}). {}", percent(p), sizes);
-  if (d.cause == "unknown")
-    return fmt::format("There is a gap, and no effect of the library closes it: unknown (probability {}). {}",
-                       percent(p), sizes);
-  for (const EffectFinding& f : d.effects) {
-    if (f.name != d.cause) continue;
-    std::string beside;
-    for (const BudgetPart& part : d.budget.parts)
-      if (part.effect != d.cause && part.probability > 0.5) beside += (beside.empty() ? "" : ", ") + part.effect;
-    return fmt::format(
-        "Consistent with {}: {} (probability that it is there {}, {} side){}. Added to the model, {} "
-        "takes the error of held-out trials{} from {:.2f} to {:.2f} mm, {} of the gap. {}",
-        f.name, f.summary, percent(f.inclusion), d.side, beside.empty() ? "" : ", beside " + beside,
-        beside.empty() ? "it" : d.likeliest, ahead(d), f.reduction.before_mm, f.reduction.after_mm,
-        percent(f.reduction.fraction), sizes);
-  }
-  return sizes;
-}
 
 // What the base leaves, falling effect by effect to what nothing explains and the sensor: shares of the squared error.
 std::string waterfall(const Diagnosis& d) {
@@ -238,6 +211,7 @@ json to_json(const Diagnosis& d) {
                     {"probability", s.probability},
                     {"model_error", s.model_error}});
   json out = {{"format", "diagnosis/1"},
+              {"verdict", report::to_json(verdict_of(d))},
               {"campaign", d.campaign},
               {"gap",
                {{"value_mm", d.gap_mm},
@@ -285,7 +259,7 @@ json to_json(const Diagnosis& d) {
 
 void write_diagnosis(const Diagnosis& d, const std::filesystem::path& folder) {
   report::HtmlReport html("Diagnosis of " + d.campaign);
-  html.paragraph(answer_in_words(d));
+  html.verdict(verdict_of(d));
   html.paragraph(
       fmt::format("Gap {:.2f} mm above the noise floor (90 % {:.2f} … {:.2f}), p {:.3g} that a right model leaves "
                   "as much. Next: {}.",

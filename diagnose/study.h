@@ -37,6 +37,7 @@ struct Study {
   // Coordinates of all parameters, effects neutral but for those that were measured before any physics.
   Eigen::VectorXd base;
   std::vector<std::string> remarks;  // what material tests gave the base
+  std::vector<std::string> doubts;   // of the recordings (capture/trial/doubts.h)
   int evaluations = 0;
 };
 

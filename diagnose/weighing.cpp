@@ -39,20 +39,10 @@ std::vector<const Way*> ways_of_measured(const Study& study, const Linearisation
   return out;
 }
 
-// Of each window the larger second derivatives: a fold may snap where one set stands and not where another does, and
-// sets are compared under one model error.
-MatrixXd larger(const Windows& windows, const MatrixXd& a, const MatrixXd& b) {
-  MatrixXd out = a;
-  for (const Window& w : windows.windows())
-    if (b.middleRows(w.first, w.count).squaredNorm() > a.middleRows(w.first, w.count).squaredNorm())
-      out.middleRows(w.first, w.count) = b.middleRows(w.first, w.count);
-  return out;
-}
-
-// Weighs all sets about the base, and those that have an effect of the likeliest about that one.
+// Weighs all sets about the base, or again those that have an effect of the likeliest about that one.
 void weigh_all(const Study& study, Weighing& out) {
-  out.sets = weigh_sets(study, *out.evidence, out.none);
-  if (out.there)
+  if (!out.there) out.sets = weigh_sets(study, *out.evidence, out.none);
+  else
     for (const EffectSet& set : weigh_sets(study, *out.evidence, *out.there))
       if (const auto same = place_of(out.sets, set.effects); same != out.sets.end() && meet(set.effects, out.first))
         out.sets[static_cast<size_t>(same - out.sets.begin())] = set;
@@ -76,17 +66,17 @@ Weighing weigh(Study& study, const Windows& windows, const WeighingOptions& opti
   const MatrixXd forces = responses_to_forces(study, windows, study.base, at_fit);
   const Linearisation at_base = linearise(study, windows, study.base, grid, forces);
   const FrameNoise frames = frame_noise(study.measured, *study.simulation, windows);
-  const auto error_about = [&](const MatrixXd& second) {
-    return model_error(study.protocol, windows, forces, grid, second, frames);
+  const auto error_about = [&](const Linearisation& about) {
+    return model_error(study.protocol, windows, forces, grid, about.second, frames);
   };
-  const Evidence at_first(windows, error_about(at_base.second));
+  const Evidence at_first(windows, error_about(at_base));
   options.ends("changing everything once");
 
   options.begins(0.37, "the base with what is negligible of every effect");
   Weighing out;
   out.none = linearised_at(study, windows, at_first, at_base,
                            weigh_set(study, at_first, at_base, ways_of_measured(study, at_base)), forces);
-  out.evidence.emplace(windows, error_about(out.none.second));
+  out.evidence.emplace(windows, error_about(out.none));
   weigh_all(study, out);
   options.ends("the base where it is likeliest");
 
@@ -94,7 +84,6 @@ Weighing weigh(Study& study, const Windows& windows, const WeighingOptions& opti
   if (out.first.empty()) return out;
   options.begins(0.53, "again about " + name_of(study, out.first));
   out.there = linearised_at(study, windows, *out.evidence, out.none, out.set_of(out.first), forces);
-  out.evidence.emplace(windows, error_about(larger(windows, out.none.second, out.there->second)));
   weigh_all(study, out);
   options.ends("again about the likeliest set");
   return out;

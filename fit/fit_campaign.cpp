@@ -365,9 +365,7 @@ FitOutcome fit_campaign(const trial::Campaign& campaign, const FitOptions& optio
   const trial::Campaign rig = trial::only_tests(campaign, false);
   if (rig.trials.empty())
     refuse(campaign.folder.string(), "found material tests alone, expected a fabric that hangs from a rig");
-  for (const trial::Trial& trial : rig.trials)
-    for (const std::string& doubt : trial::doubts(trial))
-      out.remarks.push_back("doubtful: " + trial.name + ": " + doubt);
+  out.doubts = trial::doubts(rig);
   std::vector<model::ObservedTrial> observed =
       observe_campaign(rig, options.rate_hz, options.image_rate_hz, part_of(options.progress, 0, 0.05, "campaign"));
   put_clocks_together(out, observed);

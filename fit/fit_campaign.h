@@ -87,6 +87,7 @@ struct FitOutcome {
   model::State state;  // in which it ended
   std::optional<model::HeldDelay> delay;  // of markers on held points behind the grips' path, which was moved by it
   std::vector<material_tests::KindAnswer> tests;  // of the campaign's material tests, where it holds some
+  std::vector<std::string> doubts;                // of the recordings (capture/trial/doubts.h)
   std::vector<std::string> remarks;               // what a reader should know: bounds, combinations not told apart
 };
 

@@ -9,6 +9,7 @@
 #include "files/json_number.h"
 #include "files/whole_file.h"
 #include "fit/fit_pictures.h"
+#include "fit/fit_verdict.h"
 #include "model/trial_error.h"
 #include "observe/stripe_residual.h"
 #include "report/html.h"
@@ -181,6 +182,7 @@ json to_json(const FitOutcome& out) {
   out_json["grid"] = {{"cells", out.simulation->options().cells},
                       {"next_finer_moves_mm", files::finite_or_null(out.grid_mm)}};
   out_json["input"] = out.input;
+  out_json["verdict"] = report::to_json(verdict_of(out));
   if (out.delay) out_json["delay"] = {{"delay_s", out.delay->delay_s}, {"sd_s", out.delay->sd_s}};
   if (!out.tests.empty()) out_json["material_tests"] = material_tests::to_json(out.tests);
   if (const auto plate = rigid_plate_mm(out)) out_json["held_out"]["rigid_plate_error"] = *plate;
@@ -203,6 +205,7 @@ std::optional<Eigen::VectorXd> read_fit(const std::filesystem::path& file, const
 
 void write_fit(const FitOutcome& out, const trial::Campaign& campaign, const std::filesystem::path& folder) {
   report::HtmlReport html("Fit of " + out.campaign);
+  html.verdict(verdict_of(out));
   html.paragraph(fmt::format(
       "Model: {}. Held-out error {} mm root mean square{}.", out.model, text(held_out_mm(out)),
       rigid_plate_mm(out) ? fmt::format("; a rigid plate on the same bar: {} mm", text(rigid_plate_mm(out))) : ""));

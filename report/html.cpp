@@ -1,7 +1,10 @@
 #include "report/html.h"
 
+#include <cctype>
+#include <chrono>
 #include <stdexcept>
 
+#include <fmt/chrono.h>
 #include <fmt/format.h>
 
 #include "files/whole_file.h"
@@ -27,8 +30,27 @@ figcaption { font-size: .9em; color: #333; }
 .row figure { flex: 1 1 0; min-width: 150px; margin: 0; }
 .row img { width: 100%; image-rendering: pixelated; }
 .row img.plot { image-rendering: auto; }
+footer { margin-top: 2.5em; border-top: 1px solid #bbb; font-size: .85em; color: #555; }
+.verdict { border-left: .5em solid; padding: .5em 1em; background: #f6f6f6; }
+.verdict strong { display: block; }
+.verdict.full { border-color: #2a7a3a; }
+.verdict.limited { border-color: #c78a00; }
+.verdict.none { border-color: #b3261e; }
+@media (max-width: 700px) { body { margin: .5em auto; } table { display: block; overflow-x: auto; } }
 @media print { body { margin: 0; max-width: none; font-size: 11pt; } }
 )";
+
+std::string& command() {
+  static std::string line;
+  return line;
+}
+
+// Who made it, when and how.
+std::string foot() {
+  const auto now = std::chrono::time_point_cast<std::chrono::seconds>(std::chrono::system_clock::now());
+  const std::string by = command().empty() ? "" : ", by " + escape_html(command());
+  return fmt::format("<footer>Selvedge {}, {:%Y-%m-%d %H:%M} UTC{}</footer>\n", SELVEDGE_VERSION, fmt::gmtime(now), by);
+}
 
 std::string figure(const std::string& content, const std::string& caption) {
   return fmt::format("<figure>{}<figcaption>{}</figcaption></figure>\n", content, escape_html(caption));
@@ -46,6 +68,8 @@ bool starts_like_a_number(const std::string& cell) {
 
 }  // namespace
 
+void set_command(const std::string& command_line) { command() = command_line; }
+
 std::string escape_html(const std::string& text) {
   std::string escaped;
   escaped.reserve(text.size());
@@ -62,6 +86,16 @@ std::string escape_html(const std::string& text) {
 }
 
 HtmlReport::HtmlReport(std::string title) : title_(std::move(title)) {}
+
+void HtmlReport::verdict(const Verdict& verdict) {
+  constexpr const char* classes[] = {"full", "limited", "none"};
+  std::string text = to_text(verdict.trust), reasons;
+  text[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(text[0])));
+  for (const std::string& why : verdict.because) reasons += "<li>" + escape_html(why) + "</li>";
+  if (!reasons.empty()) reasons = "<ul>" + reasons + "</ul>";
+  body_ += fmt::format("<div class=\"verdict {}\"><strong>{}</strong>{}{}</div>\n",
+                       classes[static_cast<size_t>(verdict.trust)], text, escape_html(verdict.sentence), reasons);
+}
 
 void HtmlReport::heading(const std::string& text) { body_ += "<h2>" + escape_html(text) + "</h2>\n"; }
 
@@ -120,9 +154,10 @@ void HtmlReport::svg_row(const std::vector<std::string>& svg_texts, const std::v
 void HtmlReport::write(const std::filesystem::path& path) const {
   const std::string title = escape_html(title_);
   files::write_whole(
-      path, fmt::format("<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\n<title>{}</title>\n"
-                        "<style>{}</style></head>\n<body>\n<h1>{}</h1>\n{}</body></html>\n",
-                        title, style_sheet, title, body_));
+      path, fmt::format("<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\n"
+                        "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<title>{}</title>\n"
+                        "<style>{}</style></head>\n<body>\n<h1>{}</h1>\n{}{}</body></html>\n",
+                        title, style_sheet, title, body_, foot()));
 }
 
 }  // namespace selvedge::report

@@ -7,6 +7,8 @@
 #include <utility>
 #include <vector>
 
+#include "report/verdict.h"
+
 namespace selvedge::report {
 
 // One line of a plot; x and y of equal length. Points with a NaN are gaps.
@@ -43,6 +45,8 @@ class HtmlReport {
  public:
   explicit HtmlReport(std::string title);
 
+  // The head of a report: how far it is to be trusted, as a word and a colour, then the answer, then why no further.
+  void verdict(const Verdict& verdict);
   void heading(const std::string& text);
   void paragraph(const std::string& text);
   void table(const std::vector<std::string>& header, const std::vector<std::vector<std::string>>& rows);
@@ -65,6 +69,9 @@ class HtmlReport {
   std::string title_;
   std::string body_;
 };
+
+// The command that makes what is written from now on; reports say it at their foot, with the version and the date.
+void set_command(const std::string& command_line);
 
 // & < > " escaped.
 std::string escape_html(const std::string& text);

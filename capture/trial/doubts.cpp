@@ -213,4 +213,11 @@ std::vector<std::string> doubts(const Trial& trial) {
   return out;
 }
 
+std::vector<std::string> doubts(const Campaign& campaign) {
+  std::vector<std::string> out;
+  for (const Trial& trial : campaign.trials)
+    for (const std::string& doubt : doubts(trial)) out.push_back(trial.name + ": " + doubt);
+  return out;
+}
+
 }  // namespace selvedge::trial

@@ -15,4 +15,7 @@ namespace selvedge::trial {
 // Of a fabric that hangs from a rig; of a material test none.
 std::vector<std::string> doubts(const Trial& trial);
 
+// Of all trials, each with its trial's name.
+std::vector<std::string> doubts(const Campaign& campaign);
+
 }  // namespace selvedge::trial

@@ -197,8 +197,8 @@ void check(const std::string& path) {
   for (const Trial& trial : campaign.trials) {
     print_damage(trial);
     print_remarks(trial);
-    for (const std::string& doubt : trial::doubts(trial)) fmt::print("doubt: {}: {}\n", trial.name, doubt);
   }
+  for (const std::string& doubt : trial::doubts(campaign)) fmt::print("doubt: {}\n", doubt);
 }
 
 }  // namespace

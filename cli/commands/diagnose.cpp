@@ -11,6 +11,7 @@
 #include "cli/command.h"
 #include "cli/output_folder.h"
 #include "diagnose/diagnosis_report.h"
+#include "diagnose/diagnosis_verdict.h"
 #include "diagnose/effects/library.h"
 #include "files/bad_input.h"
 #include "report/progress.h"
@@ -48,6 +49,7 @@ std::vector<diagnose::Effect> chosen_effects(const DiagnoseArguments& a) {
 }
 
 void print_diagnosis(const diagnose::Diagnosis& d) {
+  fmt::print("{}\n", report::to_lines(diagnose::verdict_of(d)));
   fmt::print("{}: cause {} (probability {:.2f}), side {}\n", d.campaign, d.cause, d.probability.at(d.cause), d.side);
   fmt::print("held-out error{} {:.2f} mm, noise {:.2f} mm; gap {:.2f} mm ({:.2f} … {:.2f}), p {:.3g}\n",
              d.is_ahead ? fmt::format(" {:g} s ahead", d.protocol.free_s) : "", d.before_mm, d.noise_floor_mm, d.gap_mm,

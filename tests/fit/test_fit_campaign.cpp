@@ -12,6 +12,7 @@
 #include "files/whole_file.h"
 #include "fit/campaign_search.h"
 #include "fit/fit_report.h"
+#include "fit/fit_verdict.h"
 #include "fit/tested_parameters.h"
 #include "material_tests/heavy_strip.h"
 #include "tests/fit/simulated_trial.h"
@@ -67,8 +68,23 @@ TEST_F(FitCampaign, RecoversWhatTheTrialsDetermine) {
   EXPECT_EQ(fit.at("parameters").size(), 9u);
   EXPECT_TRUE(fit.at("trials").at("waving-1").contains("error_end"));
   const std::string html = files::read_whole(folder_ / "out" / "report.html");
+  EXPECT_NE(html.find("<div class=\"verdict"), std::string::npos);
   EXPECT_NE(html.find("data:image/png;base64"), std::string::npos);
   EXPECT_NE(html.find("<svg"), std::string::npos);
+
+  // The verdict falls where the figures say so.
+  EXPECT_EQ(fit.at("verdict").at("trust"), to_text(verdict_of(out).trust));
+  EXPECT_NE(verdict_of(out).trust, report::Trust::none);
+  FitOutcome spoiled = out;
+  spoiled.doubts = {"waving-1: corners.csv: the held corners lie 300 m apart"};
+  EXPECT_EQ(verdict_of(spoiled).trust, report::Trust::none);
+  spoiled = out;
+  spoiled.trials[1].held_out_mm = 0.2 * 1e3 * out.simulation->trials()[1].height_m;
+  EXPECT_EQ(verdict_of(spoiled).trust, report::Trust::none);
+  spoiled = out;
+  for (FittedParameter& p : spoiled.parameters) p.at_bound = true;
+  EXPECT_EQ(verdict_of(spoiled).trust, report::Trust::none);
+  EXPECT_GT(verdict_of(spoiled).because.size(), verdict_of(out).because.size());
 
   // A diagnosis begins there: with these recordings and this drag law, and no others.
   const fs::path file = folder_ / "out" / "fit.json";

@@ -173,5 +173,29 @@ TEST(HtmlReport, StandsAloneAndEscapes) {
   EXPECT_THROW(report.svg_row({"a"}, {}), std::invalid_argument);
 }
 
+TEST(HtmlReport, BeginsWithItsVerdictAndEndsWithWhoMadeIt) {
+  Verdict verdict;
+  verdict.sentence = "the fit predicts 2 < 3 mm";
+  verdict.lower(Trust::none, "the recording is doubted");
+  verdict.lower(Trust::limited, "a parameter is at its bound");
+  EXPECT_EQ(verdict.trust, Trust::none);
+  EXPECT_EQ(to_lines(verdict),
+            "not to be believed: the fit predicts 2 < 3 mm\n  because the recording is doubted\n"
+            "  because a parameter is at its bound\n");
+  HtmlReport html("A & B");
+  html.verdict(verdict);
+  const std::filesystem::path file = std::filesystem::temp_directory_path() / "selvedge-verdict.html";
+  set_command("./selvedge fit <x>");
+  html.write(file);
+  set_command("");
+  const std::string page = files::read_whole(file);
+  std::filesystem::remove(file);
+  expect_well_formed(page.substr(page.find("<html")));
+  EXPECT_NE(
+      page.find("<div class=\"verdict none\"><strong>Not to be believed</strong>the fit predicts 2 &lt; 3 mm<ul>"),
+      std::string::npos);
+  EXPECT_NE(page.find(" UTC, by ./selvedge fit &lt;x&gt;</footer>"), std::string::npos);
+}
+
 }  // namespace
 }  // namespace selvedge::report
