@@ -17,6 +17,7 @@
 #include "cloth/sheet.h"
 #include "cloth/smooth_force.h"
 #include "cloth/state.h"
+#include "cloth/stop.h"
 
 namespace selvedge::cloth {
 
@@ -33,6 +34,7 @@ struct Experiment {
       make_step_filter;                    // contact (contact/solver.h), afresh for each run, by any thread; null: none
   std::shared_ptr<const Guide> guide;      // keeps it near where it was seen; null: it runs free
   std::vector<SmoothForce> smooth_forces;  // that act all the time, at rest too; splines alone
+  StopFlag stop = {};                      // of what runs on splines
 };
 
 // What changes each step of a run of it, made afresh; empty where nothing does.

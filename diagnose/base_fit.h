@@ -33,6 +33,7 @@ struct StudyOptions {
   std::optional<Eigen::VectorXd> fitted;  // coordinates of the base that a fit found
   std::optional<BaseFit> base_fit;        // found before: it is taken as it is
   report::ProgressCallback progress = [](double, const std::string&) {};
+  cloth::StopFlag stop;  // a diagnosis then throws cloth::Stopped
 };
 
 struct FittedStudy {

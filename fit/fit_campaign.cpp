@@ -368,6 +368,7 @@ FitOutcome fit_campaign(const trial::Campaign& campaign, const FitOptions& optio
   out.doubts = trial::doubts(rig);
   std::vector<model::ObservedTrial> observed =
       observe_campaign(rig, options.rate_hz, options.image_rate_hz, part_of(options.progress, 0, 0.05, "campaign"));
+  for (model::ObservedTrial& trial : observed) trial.experiment.stop = options.stop;
   put_clocks_together(out, observed);
   const std::vector<model::ObservedTrial>& trials = observed;
   const bool by_trials =

@@ -44,6 +44,7 @@ struct FitOptions {
   std::filesystem::path journal;  // of what is found before a search, and by least squares (fit_journal.h); empty: none
   std::shared_ptr<model::Ranks> ranks;  // that share out evaluations (model/ranks/ranks.h); empty: this process alone
   report::ProgressCallback progress = [](double, const std::string&) {};
+  cloth::StopFlag stop;  // fit_campaign() then throws cloth::Stopped
 };
 
 struct FittedParameter {

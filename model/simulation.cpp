@@ -325,6 +325,7 @@ void Simulation::evaluate_runs(const Call& call, const std::vector<Run>& runs, s
     if (!call.state.grid_correction_mm.empty())
       r.mm[trial] += (1 + predicted[i].beyond_mesh) * call.state.grid_correction_mm[trial];
   });
+  for (const Run& run : runs) cloth::throw_if_stopped(trials_[run.trial].experiment.stop);
 }
 
 void Simulation::evaluate_on_ranks(const Call& call, const std::vector<Group>& groups,

@@ -79,6 +79,7 @@ class FirstGuess {
 
   // well: the shape is thought to be near its equilibrium.
   bool factorise(const VectorXd& x, bool well) {
+    cloth::throw_if_stopped(experiment_.stop);
     return (well && factorised(x, Convexity::as_it_is)) || factorised(x, Convexity::kept_positive);
   }
 

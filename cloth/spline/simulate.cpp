@@ -97,6 +97,7 @@ void run_group(const SplineSheet& sheet, const std::vector<const Experiment*>& l
     ahead.clear();
     for (size_t i = 0; i < lanes.size(); ++i) {
       const Experiment& e = *lanes[i];
+      cloth::throw_if_stopped(e.stop);
       const double from = e.start_s + step * step_s, to = e.start_s + (step + 1) * step_s;
       ahead.push_back(e.path.at(to));
       run.hold(i, e.path, corners[i], ahead[i]);
@@ -153,10 +154,18 @@ double shortest_step_s(const std::vector<Spectrum>& spectra) {
   return step;
 }
 
+// After each parallel loop: where one of them throws, those that run beside it in the same outer loop return as if they
+// were done.
+void throw_if_stopped(const std::vector<Experiment>& lanes) {
+  for (const Experiment& e : lanes) cloth::throw_if_stopped(e.stop);
+}
+
 std::vector<Spectrum> spectra_of(const SplineSheet& sheet, const std::vector<Experiment>& lanes) {
   std::vector<Material> materials;
   for (const Experiment& e : lanes) materials.push_back(e.material);
-  return spectra_of(sheet, materials);
+  std::vector<Spectrum> spectra = spectra_of(sheet, materials);
+  throw_if_stopped(lanes);
+  return spectra;
 }
 
 }  // namespace
@@ -175,6 +184,7 @@ std::vector<Rest> relax(const SplineSheet& sheet, const std::vector<Experiment>&
     Settled settled = settle(sheet, lanes[i], lanes[i].start_shape, options.rest_change_m);
     rests[i] = {std::move(settled.position), settled.at_rest};
   });
+  throw_if_stopped(lanes);
   return rests;
 }
 
@@ -203,6 +213,7 @@ std::vector<Trajectory> simulate(const SplineSheet& sheet, const std::vector<Exp
     run_group(sheet, group, options.precision, h, plan, to);
   };
   tbb::parallel_for(size_t{0}, groups.size(), [&](size_t g) { run(groups[g], step_s, stages[groups[g][0]]); });
+  throw_if_stopped(lanes);
   for (size_t i = 0; i < lanes.size(); ++i)
     for (double h = step_s / 2; !out[i].finite && h > step_s / 10; h /= 2) run({i}, h, stages_for(spectra[i], h));
   return out;

@@ -1,0 +1,8 @@
+// The version of the library, "MAJOR.MINOR.PATCH".
+#pragma once
+
+namespace selvedge {
+
+const char* version();
+
+}  // namespace selvedge
