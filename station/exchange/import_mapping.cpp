@@ -6,7 +6,6 @@
 #include <map>
 #include <vector>
 
-#include <Eigen/LU>
 #include <opencv2/imgcodecs.hpp>
 
 #include "capture/trial/names.h"
@@ -14,6 +13,8 @@
 #include "files/bad_input.h"
 #include "files/csv_table.h"
 #include "files/toml_file.h"
+#include "station/exchange/c3d_import.h"
+#include "station/exchange/import_units.h"
 
 namespace selvedge::station {
 
@@ -21,34 +22,6 @@ namespace {
 
 namespace fs = std::filesystem;
 using files::Section;
-
-struct Units {
-  double length_m = 1, time_s = 1;
-  Eigen::Matrix3d axes = Eigen::Matrix3d::Identity();  // ours from theirs
-  Eigen::Vector3d point(double x, double y, double z) const { return length_m * (axes * Eigen::Vector3d(x, y, z)); }
-};
-
-Units read_units(Section keys) {
-  Units units;
-  units.length_m = keys.number("length_m", 1, 1e-9, 1e3, "m");
-  units.time_s = keys.number("time_s", 1, 1e-9, 1e3, "s");
-  const auto axes = keys.texts("axes", std::vector<std::string>{"x", "y", "z"});
-  keys.finish();
-  static const std::map<std::string, int> known = {{"x", 0}, {"y", 1}, {"z", 2}};
-  if (axes.size() != 3) refuse(keys.where() + " axes", "found {} axes, expected three", axes.size());
-  units.axes.setZero();
-  for (int row = 0; row < 3; ++row) {
-    const std::string& text = axes[static_cast<size_t>(row)];
-    const bool minus = !text.empty() && text[0] == '-';
-    const auto axis = known.find(minus ? text.substr(1) : text);
-    if (axis == known.end())
-      refuse(keys.where() + " axes", "found {}, expected x, y, z or one of them with a minus", in_quotes(text));
-    units.axes(row, axis->second) = minus ? -1 : 1;
-  }
-  if (std::abs(units.axes.determinant() - 1) > 1e-9)
-    refuse(keys.where() + " axes", "are not right-handed, or name an axis twice");
-  return units;
-}
 
 std::vector<std::string> columns(Section& keys, const std::string& key, size_t count) {
   const auto names = keys.texts(key, std::nullopt);
@@ -224,11 +197,13 @@ Recording read_recording(const fs::path& mapping) {
   if (file.has("camera")) trial.camera = read_optics(file.section("camera"));
   if (file.has("projector")) trial.projector = read_optics(file.section("projector"));
   if (file.has("pattern")) read_pattern(file.section("pattern"), trial);
-  if (file.has("markers")) trial.markers = read_markers(file.section("markers"), base, units, trial);
+  const bool of_c3d = file.has("markers") && file.section("markers").has("c3d");
+  if (of_c3d) read_c3d_parts(file, base, trial);
+  else if (file.has("markers")) trial.markers = read_markers(file.section("markers"), base, units, trial);
   if (file.has("images")) recording.images = read_images(file.section("images"), base, trial);
   if (!trial.markers && recording.images.empty())
     refuse(mapping.string(), "found neither [markers] nor [images], expected one of them");
-  trial.corners = read_corners(file.section("corners"), base, units, trial);
+  if (!of_c3d) trial.corners = read_corners(file.section("corners"), base, units, trial);
   trial.mocap_rate_hz = rate_of(trial.corners.time_s);
   return recording;
 }

@@ -14,9 +14,15 @@
 //   [images]                    # pictures of a folder, in order of their names, turned to 8-bit grey
 //   folder = "pictures"         rate_hz = 30    start_s = 0.0
 //   [camera] / [projector]      # as docs/formats.md: width_px, height_px, projection (12 numbers, row by row),
-//   distortion (5) [pattern]                   # orientation, period_px, duty, first_bright_row_px [units] # of the CSV
-//   files, and what turns their axes into right-handed, z up length_m = 0.001            time_s = 0.001    axes = ["x",
-//   "-z", "y"]
+//                               # distortion (5)
+//   [pattern]                   # orientation, period_px, duty, first_bright_row_px
+//   [units]                     # of the CSV files, and what turns their axes into right-handed, z up
+//   length_m = 0.001            time_s = 0.001    axes = ["x", "-z", "y"]
+// Of a C3D file, whose unit and rate are its own, markers and corners go by its labels:
+//   [markers]
+//   c3d = "take.c3d"            labels = ["dot1", "dot2"]    flat_m = [0.03, 0.03, 0.09, 0.03]    # u, v of each
+//   [corners]
+//   left_label = "L"            right_label = "R"
 // Paths are relative to the mapping file. A trial has markers or images, or both.
 #pragma once
 
