@@ -35,6 +35,7 @@ void add_rig(CLI::App& app, int& exit_status);
 void add_arm(CLI::App& app, int& exit_status);
 void add_session(CLI::App& app, int& exit_status);
 void add_shell(CLI::App& app, int& exit_status);
+void add_simulator(CLI::App& app, int& exit_status);
 void add_simulate_devices(CLI::App& app, int& exit_status);
 void add_soak(CLI::App& app, int& exit_status);
 void add_watch(CLI::App& app, int& exit_status);

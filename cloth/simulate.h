@@ -5,8 +5,10 @@
 #pragma once
 
 #include <functional>
+#include <map>
 #include <memory>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include <Eigen/Core>
@@ -35,6 +37,7 @@ struct Experiment {
   std::shared_ptr<const Guide> guide;      // keeps it near where it was seen; null: it runs free
   std::vector<SmoothForce> smooth_forces;  // that act all the time, at rest too; splines alone
   StopFlag stop = {};                      // of what runs on splines
+  std::map<std::string, double> simulator_values;  // parameters of another simulator (model/simulator.h), by name
 };
 
 // What changes each step of a run of it, made afresh; empty where nothing does.

@@ -133,7 +133,7 @@ estimate::SearchResult run_search(const CampaignSearch& search, const trial::Cam
 FitOptions with_search(FitOptions options, const CampaignSearch& search, const trial::Campaign& campaign,
                        const std::filesystem::path& folder) {
   estimate::optimiser_named(search.optimiser);
-  searched_rows(model::base_parameters(options.drag), search.parameters);
+  searched_rows(fitted_parameters(options), search.parameters);
   if (search.evaluations < 1) refuse("evaluations", "found {}, expected at least 1", search.evaluations);
   if (search.error == SearchError::folds)
     for (const trial::Trial& t : campaign.trials)

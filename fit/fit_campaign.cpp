@@ -47,6 +47,7 @@ model::SimulationOptions on_grid_of(int cells, const FitOptions& options) {
   model::SimulationOptions o;
   o.cells = cells;
   o.ranks = options.ranks;
+  o.simulator = options.simulator;
   return o;
 }
 
@@ -97,7 +98,7 @@ std::string identity_of(const FitOptions& o, const std::string& recordings) {
       fmt::format("{} drag {} cells {} after {} rates {} {} iterations {} hold-out {}",
                   o.search ? "start of a search" : "least_squares", static_cast<int>(o.drag), o.cells, o.coarse_cells,
                   o.rate_hz, o.image_rate_hz, o.max_iterations, static_cast<int>(o.hold_out)) +
-      like;
+      like + (o.simulator ? " simulator " + o.simulator->identity() : "");
   return settings + " input " + estimate::input_hash(recordings, settings);
 }
 
@@ -130,7 +131,8 @@ void judge_parameters(FitOutcome& out, const std::vector<model::Parameter>& para
     // E(p + δ) ≈ E + ½ δ² H: the change for 1 % of the error.
     const double delta = std::sqrt(2 * 0.01 * fit.cost / std::max(fit.information(at, at), 1e-300));
     f.variability_percent = 100 * (p.logarithmic ? delta : delta * p.scale / std::max(std::abs(f.value), 1e-300));
-    f.at_bound = f.value <= p.lower * 1.01 || f.value >= p.upper * 0.99;
+    const double nearly = 0.01 * (p.logarithmic ? std::abs(f.value) : p.upper - p.lower);
+    f.at_bound = f.value <= p.lower + nearly || f.value >= p.upper - nearly;
     // Where the trials say less of it than the pull to the start, its whole range is open.
     const double pull = std::pow(fit.scale / p.prior_sd, 2);
     const bool unseen = fit.information(at, at) < 2 * pull;
@@ -327,6 +329,38 @@ OnGrids fit_on_grids(FitOutcome& out, const std::vector<model::ObservedTrial>& t
   return done;
 }
 
+// Another simulator's grid is its own: there is none finer to look at.
+estimate::LeastSquaresResult fit_as_it_is(FitOutcome& out, const std::vector<model::ObservedTrial>& trials,
+                                          const std::vector<model::Parameter>& parameters, const VectorXd& at,
+                                          int cells, estimate::LeastSquaresOptions search, const FitOptions& options) {
+  search.progress = part_of(options.progress, 0.25, 0.8, options.simulator->name());
+  out.simulation = std::make_shared<model::Simulation>(trials, on_grid_of(cells, options));
+  out.state = out.simulation->state_at(parameters, at);
+  return minimise_on_branches(*out.simulation, out.state, parameters, at, search);
+}
+
+// One that diverges at its usual values would leave nothing to fit.
+void expect_it_runs(const std::vector<model::ObservedTrial>& trials, const std::vector<model::Parameter>& parameters,
+                    int cells, const FitOptions& options) {
+  const model::Simulation one({trials.front()}, on_grid_of(cells, options));
+  const VectorXd usual = usual_coordinates(parameters);
+  if (!one.evaluate(one.state_at(parameters, usual), parameters, usual).front().finite)
+    refuse(options.simulator->name(), "{} diverges at its default values: {}; expected positions", trials.front().name,
+           options.simulator->last_divergence());
+}
+
+TestedParameters begun_parameters(const trial::Campaign& campaign, const FitOptions& options) {
+  if (options.simulator) {
+    TestedParameters own{fitted_parameters(options), {}, {}};
+    if (!trial::only_tests(campaign, true).trials.empty())
+      own.remarks.push_back("the campaign's material tests are left out: parameters are the simulator's own");
+    return own;
+  }
+  TestedParameters tested = tested_parameters(campaign, options.drag);
+  if (options.like) begin_like(*options.like, tested);
+  return tested;
+}
+
 // No parameter of a fabric stands for markers that are stamped late: where those on held points come clearly after the
 // grips' path, the path is moved there.
 void put_clocks_together(FitOutcome& out, std::vector<model::ObservedTrial>& trials) {
@@ -351,14 +385,19 @@ std::string input_of(const std::string& recordings, model::Drag drag) {
   return estimate::input_hash(recordings, std::string("fit with ") + model::to_text(drag));
 }
 
+std::vector<model::Parameter> fitted_parameters(const FitOptions& options) {
+  return options.simulator ? options.simulator->parameters() : model::base_parameters(options.drag);
+}
+
 FitOutcome fit_campaign(const trial::Campaign& campaign, const FitOptions& options) {
   const auto begin = std::chrono::steady_clock::now();
   FitOutcome out;
   out.campaign = campaign.folder.filename().string();
   const std::string recordings = estimate::recordings_hash(campaign);
-  out.input = input_of(recordings, options.drag);
-  TestedParameters tested = tested_parameters(campaign, options.drag);
-  if (options.like) begin_like(*options.like, tested);
+  out.simulator = options.simulator;
+  out.input = options.simulator ? estimate::input_hash(recordings, "fit with " + options.simulator->identity())
+                                : input_of(recordings, options.drag);
+  TestedParameters tested = begun_parameters(campaign, options);
   const std::vector<model::Parameter>& parameters = tested.parameters;
   out.tests = tested.tests;
   out.remarks = tested.remarks;
@@ -383,11 +422,17 @@ FitOutcome fit_campaign(const trial::Campaign& campaign, const FitOptions& optio
   if (!options.journal.empty())
     journal = estimate::FitJournal::shared(options.journal, identity_of(options, recordings), options.ranks);
 
+  constexpr int kCellsOfOthers = 16;
+  const int others = options.cells > 0 ? options.cells : kCellsOfOthers;
+  if (options.simulator) expect_it_runs(trials, parameters, others, options);
   const Start found = find_start(
-      trials, on_grid_of(options.coarse_cells, options),
-      options.cells > 0 ? options.coarse_cells : std::min(kMostCellsAtFirst, most_cells(motion_s(trials))), parameters,
-      search_options(options, out.cut_s, part_of(options.progress, 0.05, 0.25, "coarse grid"), journal));
-  const int cells = options.cells > 0
+      trials, on_grid_of(options.simulator ? others : options.coarse_cells, options),
+      options.simulator   ? others
+      : options.cells > 0 ? options.coarse_cells
+                          : std::min(kMostCellsAtFirst, most_cells(motion_s(trials))),
+      parameters, search_options(options, out.cut_s, part_of(options.progress, 0.05, 0.25, "coarse grid"), journal));
+  const int cells = options.simulator ? others
+                    : options.cells > 0
                         ? options.cells
                         : std::clamp(model::cells_of_bending_length(trials.front(), parameters, found.coordinates),
                                      options.coarse_cells, most_cells(motion_s(trials)));
@@ -407,6 +452,8 @@ FitOutcome fit_campaign(const trial::Campaign& campaign, const FitOptions& optio
     last.max_iterations = 0;  // derivatives alone
     last.progress = part_of(options.progress, 0.75, 0.8, "derivatives");
     fit = minimise(*out.simulation, out.state, parameters, searched.point, last);
+  } else if (options.simulator) {
+    fit = fit_as_it_is(out, trials, parameters, found.coordinates, cells, last, options);
   } else {
     OnGrids done = fit_on_grids(out, trials, parameters, found.coordinates, cells, last, options);
     before_last += done.evaluations - done.fit.evaluations;
@@ -414,8 +461,9 @@ FitOutcome fit_campaign(const trial::Campaign& campaign, const FitOptions& optio
     mesh = std::move(done.open);
   }
 
-  out.model = fmt::format("Baraff-Witkin on bicubic splines, {}, {} cells along the width", drag_text(options.drag),
-                          out.simulation->options().cells);
+  out.model = options.simulator ? options.simulator->name()
+                                : fmt::format("Baraff-Witkin on bicubic splines, {}, {} cells along the width",
+                                              drag_text(options.drag), out.simulation->options().cells);
   out.coordinates = fit.coordinates;
   out.residuals = fit.residuals;
   out.residuals_start = out.simulation->evaluate(out.state, parameters, found.coordinates).front();

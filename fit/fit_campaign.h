@@ -42,6 +42,9 @@ struct FitOptions {
   std::optional<material_tests::LibraryFabric> like;  // where rigidity begins, and what it is loosely drawn to
   CampaignSearchFunction search;                      // where set, takes the place of step 3 (campaign_search.h)
   std::filesystem::path journal;  // of what is found before a search, and by least squares (fit_journal.h); empty: none
+  // In the place of our sheet: its own parameters on its own grid, which is looked at through `cells` (0: 16); drag and
+  // like are not used.
+  std::shared_ptr<const model::Simulator> simulator;
   std::shared_ptr<model::Ranks> ranks;  // that share out evaluations (model/ranks/ranks.h); empty: this process alone
   report::ProgressCallback progress = [](double, const std::string&) {};
   cloth::StopFlag stop;  // fit_campaign() then throws cloth::Stopped
@@ -72,7 +75,8 @@ struct TrialError {
 
 struct FitOutcome {
   std::string campaign, model, hold_out;
-  std::string input;  // input_of what was fitted
+  std::string input;                                  // input_of what was fitted
+  std::shared_ptr<const model::Simulator> simulator;  // that took our sheet's place; null: none
   std::vector<FittedParameter> parameters;
   Eigen::VectorXd coordinates;
   std::vector<TrialError> trials;
@@ -94,6 +98,9 @@ struct FitOutcome {
 
 // The hash of what a fit with this drag law rests on: recordings (their hash) and code (estimate/kept_input.h).
 std::string input_of(const std::string& recordings, model::Drag drag);
+
+// What a fit begins from, without material tests.
+std::vector<model::Parameter> fitted_parameters(const FitOptions& options);
 
 // Material tests in the campaign give the parameters that they determine their start and their prior
 // (tested_parameters.h); what else there is lists the trials that hang from a rig alone. Throws BadInput where there is

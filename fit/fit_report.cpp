@@ -138,6 +138,9 @@ void add_progress(report::HtmlReport& html, const FitOutcome& out) {
 
 std::string grid_sentence(const FitOutcome& out) {
   const int cells = out.simulation->options().cells;
+  if (out.simulator)
+    return fmt::format("Simulated by {}, whose sheet is looked at through {} cells along the width.",
+                       out.simulator->name(), cells);
   if (!std::isfinite(out.grid_mm)) return fmt::format("Fitted on a grid of {} cells along the width.", cells);
   return fmt::format(
       "Fitted on a grid of {} cells along the width; the next finer grid moves the fabric by {:.2f} mm "
@@ -184,6 +187,7 @@ json to_json(const FitOutcome& out) {
   out_json["input"] = out.input;
   out_json["verdict"] = report::to_json(verdict_of(out));
   if (out.delay) out_json["delay"] = {{"delay_s", out.delay->delay_s}, {"sd_s", out.delay->sd_s}};
+  if (out.simulator) out_json["simulator"] = {{"name", out.simulator->name()}, {"is", out.simulator->identity()}};
   if (!out.tests.empty()) out_json["material_tests"] = material_tests::to_json(out.tests);
   if (const auto plate = rigid_plate_mm(out)) out_json["held_out"]["rigid_plate_error"] = *plate;
   return out_json;

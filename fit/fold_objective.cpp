@@ -105,12 +105,12 @@ std::vector<Sheets> simulate_sheets(const model::Simulation& scenes, const model
   }
   std::vector<Sheets> sheets(lanes.size());
   if (observed.still) {
-    const std::vector<cloth::Rest> rests = relax(scenes.sheet(), lanes, scenes.options().sheet);
+    const std::vector<cloth::Rest> rests = scenes.relaxed(lanes);
     for (size_t i = 0; i < rests.size(); ++i)
       if (rests[i].position.allFinite()) sheets[i] = {scenes.view().of(rests[i].position)};
     return sheets;
   }
-  const std::vector<cloth::Trajectory> runs = simulate(scenes.sheet(), lanes, scenes.options().sheet);
+  const std::vector<cloth::Trajectory> runs = scenes.simulated(lanes);
   for (size_t i = 0; i < runs.size(); ++i)
     if (runs[i].finite)
       for (const double t : track.time_s)

@@ -167,6 +167,11 @@ LibraryFabric fabric_named(const std::vector<LibraryFabric>& library, const std:
 LibraryFabric fabric_of_fit(const fs::path& fit_json) {
   const JsonReader fit(fit_json);
   fit.choice("format", {"fit/1"});
+  if (fit.has("simulator"))
+    refuse(fit.where("simulator"),
+           "found a fit of {}, expected one of Selvedge's own sheet: parameters mean the same in "
+           "it alone",
+           fit.child("simulator").text("name"));
   const JsonReader parameters = fit.child("parameters");
   const double bend = parameters.child("bend").positive("value");
   double anisotropy = 0;

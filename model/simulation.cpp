@@ -158,6 +158,7 @@ Eigen::Matrix3Xd Simulation::let_go_of(size_t trial, const Prediction& predictio
 Eigen::Matrix3Xd Simulation::branch_of(const State& state, size_t trial, const std::vector<Parameter>& parameters,
                                        const Eigen::VectorXd& coordinates) const {
   const Prediction common = predictions(state, parameters, Eigen::MatrixXd(coordinates), trial, 0, 1).front();
+  if (!begins_at_shapes()) return hung_shape(sheet_, common.experiment, 1);
   const bool has_one = state.branch[trial].cols() > 0;
   std::vector<Eigen::Matrix3Xd> shapes;
   if (has_one) shapes.push_back(state.branch[trial]);
@@ -171,7 +172,7 @@ Eigen::Matrix3Xd Simulation::branch_of(const State& state, size_t trial, const s
     lanes.push_back(common.experiment);
     lanes.back().start_shape = shape;
   }
-  const std::vector<cloth::Rest> rests = relax(sheet_, lanes, options_.sheet);
+  const std::vector<cloth::Rest> rests = relaxed(lanes);
   // A tenth nearer, or the branch in use stays.
   constexpr double kClearly = 0.9;
   double least = std::numeric_limits<double>::infinity();
@@ -286,36 +287,60 @@ std::vector<cloth::Rest> Simulation::rests_of(const Call& call, const std::vecto
     sought.push_back(run);
     different.push_back(predictions(call.state, call.parameters, at_rest, run.trial, run.set, 1).front().experiment);
   }
-  const std::vector<cloth::Rest> rests = relax(sheet_, different, options_.sheet);
+  const std::vector<cloth::Rest> rests = relaxed(different);
   std::vector<cloth::Rest> out;
   for (const size_t i : rest_of_run) out.push_back(rests[i]);
   return out;
 }
 
-void Simulation::evaluate_runs(const Call& call, const std::vector<Run>& runs, std::vector<Residuals>& out) const {
-  std::vector<cloth::Rest> rests = rests_of(call, runs);
-  std::vector<Prediction> predicted;
+std::vector<cloth::Rest> Simulation::relaxed(const std::vector<cloth::Experiment>& lanes) const {
+  if (!options_.simulator) return relax(sheet_, lanes, options_.sheet);
+  std::vector<cloth::Experiment> still = lanes;
+  for (cloth::Experiment& lane : still) lane.sample_s = {lane.start_s};
+  std::vector<cloth::Rest> rests;
+  for (cloth::Trajectory& run : options_.simulator->simulate(sheet_, still))
+    rests.push_back({std::move(run.start), run.at_rest});
+  return rests;
+}
+
+std::vector<cloth::Trajectory> Simulation::simulated(const std::vector<cloth::Experiment>& lanes, double step_s) const {
+  if (options_.simulator) return options_.simulator->simulate(sheet_, lanes);
+  cloth::spline::Options how = options_.sheet;
+  if (step_s > 0) how.step_s = step_s;
+  return simulate(sheet_, lanes, how);
+}
+
+std::vector<cloth::Trajectory> Simulation::trajectories_of(const Call& call, const std::vector<Run>& runs,
+                                                           const std::vector<Prediction>& predicted) const {
   std::vector<cloth::Experiment> moving;
+  if (!begins_at_shapes()) {
+    for (const Prediction& p : predicted) moving.push_back(p.experiment);
+    return simulated(moving);
+  }
+  std::vector<cloth::Rest> rests = rests_of(call, runs);
+  std::vector<cloth::Trajectory> trajectories(runs.size());
   std::vector<size_t> moving_runs;
   for (size_t i = 0; i < runs.size(); ++i) {
-    predicted.push_back(
-        predictions(call.state, call.parameters, call.coordinates, runs[i].trial, runs[i].set, 1).front());
-    if (trials_[runs[i].trial].still) continue;
-    moving.push_back(predicted.back().experiment);
-    moving.back().start_shape = rests[i].position;
-    moving.back().starts_at_rest = false;
-    moving_runs.push_back(i);
-  }
-  std::vector<cloth::Trajectory> trajectories(runs.size());
-  for (size_t i = 0; i < runs.size(); ++i)
     if (trials_[runs[i].trial].still) {
       const bool finite = rests[i].position.allFinite();
       trajectories[i] = {{rests[i].position}, rests[i].position, rests[i].at_rest, finite};
+      continue;
     }
-  cloth::spline::Options how = options_.sheet;
-  if (call.step_s > 0) how.step_s = call.step_s;
-  std::vector<cloth::Trajectory> moved = simulate(sheet_, moving, how);
+    moving.push_back(predicted[i].experiment);
+    moving.back().start_shape = std::move(rests[i].position);
+    moving.back().starts_at_rest = false;
+    moving_runs.push_back(i);
+  }
+  std::vector<cloth::Trajectory> moved = simulated(moving, call.step_s);
   for (size_t k = 0; k < moved.size(); ++k) trajectories[moving_runs[k]] = std::move(moved[k]);
+  return trajectories;
+}
+
+void Simulation::evaluate_runs(const Call& call, const std::vector<Run>& runs, std::vector<Residuals>& out) const {
+  std::vector<Prediction> predicted;
+  for (const Run& run : runs)
+    predicted.push_back(predictions(call.state, call.parameters, call.coordinates, run.trial, run.set, 1).front());
+  const std::vector<cloth::Trajectory> trajectories = trajectories_of(call, runs, predicted);
   tbb::parallel_for(size_t{0}, runs.size(), [&](size_t i) {
     const auto [trial, set] = runs[i];
     Residuals& r = out[static_cast<size_t>(set)];
@@ -415,7 +440,7 @@ std::vector<Residuals> Simulation::evaluate(const State& state, const std::vecto
 cloth::Trajectory Simulation::trajectory(const State& state, const std::vector<Parameter>& parameters,
                                          const Eigen::VectorXd& coordinates, size_t trial) const {
   const std::vector<Prediction> p = predictions(state, parameters, coordinates, trial, 0, 1);
-  return simulate(sheet_, {p.front().experiment}, options_.sheet).front();
+  return simulated({p.front().experiment}).front();
 }
 
 Eigen::VectorXd Simulation::sd_mm(size_t trial) const {

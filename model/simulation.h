@@ -21,6 +21,7 @@
 #include "model/observed_trial.h"
 #include "model/parameter.h"
 #include "model/seen_markers.h"
+#include "model/simulator.h"
 
 namespace selvedge::model {
 
@@ -48,6 +49,7 @@ struct SimulationOptions {
   double model_sd_mm = 0.5;  // what the grid alone may be off by, added to sensor noise
   cloth::spline::Options sheet;
   std::shared_ptr<Ranks> ranks;  // that share out evaluate() (model/ranks/ranks.h); empty: this process alone
+  std::shared_ptr<const Simulator> simulator;  // in the place of the sheet of splines; empty: that
 };
 
 class Simulation {
@@ -92,6 +94,11 @@ class Simulation {
   cloth::Trajectory trajectory(const State& state, const std::vector<Parameter>& parameters,
                                const Eigen::VectorXd& coordinates, size_t trial) const;
 
+  // Equilibria and motions of experiments on sheet(), by whatever simulates here. step_s: of our own sheet; 0: as the
+  // lanes ask.
+  std::vector<cloth::Rest> relaxed(const std::vector<cloth::Experiment>& lanes) const;
+  std::vector<cloth::Trajectory> simulated(const std::vector<cloth::Experiment>& lanes, double step_s = 0) const;
+
   // What is to be simulated for a trial: one prediction for each of `count` sets from `first`.
   std::vector<Prediction> predictions(const State& state, const std::vector<Parameter>& parameters,
                                       const Eigen::MatrixXd& coordinates, size_t trial, Eigen::Index first,
@@ -114,6 +121,9 @@ class Simulation {
   std::vector<size_t> all_or(const std::vector<size_t>& wanted) const;  // all trials where none is named
   double common_step_s(const State& state, const std::vector<Parameter>& parameters, const Eigen::MatrixXd& coordinates,
                        const std::vector<size_t>& trials) const;
+  // Motions of the runs, each from its equilibrium.
+  std::vector<cloth::Trajectory> trajectories_of(const Call& call, const std::vector<Run>& runs,
+                                                 const std::vector<Prediction>& predicted) const;
   // Fills in the residuals of these runs; an empty start shape: it diverged.
   void evaluate_runs(const Call& call, const std::vector<Run>& runs, std::vector<Residuals>& out) const;
   void evaluate_on_ranks(const Call& call, const std::vector<Group>& groups, std::vector<Residuals>& out) const;
@@ -131,6 +141,8 @@ class Simulation {
   // seen: the trial's, or some times of it.
   Eigen::VectorXd residual_of(size_t trial, const ObservedTrial& seen, const Prediction& prediction,
                               const cloth::Trajectory& trajectory) const;
+  // Whether who simulates can be set to a shape: a simulator that cannot chooses branches of equilibrium itself.
+  bool begins_at_shapes() const { return !options_.simulator || options_.simulator->begins_at_shapes(); }
 
   cloth::spline::SplineSheet sheet_;
   cloth::spline::View view_;

@@ -19,6 +19,7 @@
 #include "model/ranks/ranks.h"
 #include "report/progress.h"
 #include "station/simulated_motion.h"
+#include "station/simulator/foreign_simulator.h"
 
 namespace selvedge::cli {
 
@@ -26,7 +27,8 @@ namespace {
 
 struct FitArguments {
   std::filesystem::path path, out, library;
-  std::string like;
+  std::string like, simulator;
+  double run_limit_s = 60;
   std::string base = "nonlinear_drag", hold_out = "automatic";
   std::string optimiser = "least_squares", error = "residuals";
   fit::CampaignSearch search;
@@ -63,6 +65,13 @@ void refuse_what_least_squares_has_not(const CLI::App& command) {
       refuse(name, "found it with --optimiser least_squares, expected it with annealing, evolution, cma or grid alone");
 }
 
+// Nor what our own sheet alone has.
+void refuse_what_others_have_not(const CLI::App& command) {
+  for (const char* name : {"--base", "--like"})
+    if (command.count(name) > 0)
+      refuse(name, "found it with --simulator, expected it without: parameters are the simulator's own");
+}
+
 // One rank of an MPI job speaks for all.
 void fall_silent() {
   const int nowhere = ::open("/dev/null", O_WRONLY);
@@ -73,6 +82,7 @@ void fall_silent() {
 
 void fit_and_write(FitArguments& a, const CLI::App& command, bool speaks) {
   if (a.optimiser == "least_squares") refuse_what_least_squares_has_not(command);
+  if (!a.simulator.empty()) refuse_what_others_have_not(command);
   expect_folder("--out", a.out);
   const trial::Campaign campaign = trial::read_campaign(a.path), rig = trial::only_tests(campaign, false);
   for (const trial::Trial& t : campaign.trials)
@@ -83,6 +93,8 @@ void fit_and_write(FitArguments& a, const CLI::App& command, bool speaks) {
                        : a.hold_out == "frames" ? fit::HoldOut::frames
                                                 : fit::HoldOut::automatic;
   if (rig.trials.empty()) {
+    if (!a.simulator.empty())
+      refuse("--simulator", "found material tests alone, expected a fabric that hangs from a rig");
     if (speaks) fit_tests_and_write(campaign, a.library, a.out);
     return;
   }
@@ -92,6 +104,11 @@ void fit_and_write(FitArguments& a, const CLI::App& command, bool speaks) {
   }
   if (speaks) a.options.progress = report::terminal_progress("fit " + campaign.folder.filename().string());
   a.options.journal = a.out / "iterations.txt";
+  if (!a.simulator.empty()) {
+    std::filesystem::create_directories(a.out);
+    a.options.simulator = std::make_shared<station::ForeignSimulator>(
+        a.simulator, station::ForeignOptions{a.out / "simulator.log", a.run_limit_s});
+  }
   const bool searches = a.optimiser != "least_squares";
   if (searches) {
     a.search.optimiser = a.optimiser;
@@ -103,7 +120,8 @@ void fit_and_write(FitArguments& a, const CLI::App& command, bool speaks) {
   if (!speaks) return;
   out.optimiser = a.optimiser;
   for (const fit::FittedParameter& p : out.parameters)
-    if (p.parameter.name == "bend") add_place(out.remarks, p.value, trial::areal_mass(rig.trials.front()), a.library);
+    if (p.parameter.name == "bend" && !out.simulator)
+      add_place(out.remarks, p.value, trial::areal_mass(rig.trials.front()), a.library);
   fit::write_fit(out, rig, a.out);
   station::write_simulated_motions(out, rig, a.out);
   std::filesystem::remove(a.options.journal);  // of a fit that ended, nothing is to be gone on with
@@ -141,6 +159,14 @@ void add_fit(CLI::App& app, int&) {
   command->add_option("--like", a->like, "a fabric of the library: rigidity begins there and is loosely drawn to it");
   command->add_option("--library", a->library,
                       "folder of measured fabrics; by default the user's own (./selvedge fabrics)");
+  command
+      ->add_option("--simulator", a->simulator,
+                   "command of another simulator, which is fitted in the place of our sheet (docs/simulator.md)")
+      ->type_name("COMMAND");
+  command->add_option("--run-limit", a->run_limit_s, "of a run of that simulator")
+      ->check(CLI::PositiveNumber)
+      ->type_name("SECONDS")
+      ->capture_default_str();
   command->add_option("--hold-out", a->hold_out, "what is held out")
       ->check(CLI::IsMember({"automatic", "frames", "trials"}))
       ->capture_default_str();

@@ -13,6 +13,7 @@ std::vector<Figure> bench_diagnose(const FigureOptions& options);
 std::vector<Figure> bench_fit(const FigureOptions& options);
 std::vector<Figure> bench_format(const FigureOptions& options);
 std::vector<Figure> bench_metric(const FigureOptions& options);
+std::vector<Figure> bench_simulator(const FigureOptions& options);
 
 const std::vector<FigureSet>& benches() {
   static const std::vector<FigureSet> list = {
@@ -27,6 +28,7 @@ const std::vector<FigureSet>& benches() {
       {"format", "reading and writing trials: CSV, PNG", bench_format},
       {"metric", "angle maps and pictures of 640x480 frames", bench_metric},
       {"recorder", "ten minutes of 1280x1024 pictures at 60 Hz from the camera to this disk", bench_recorder},
+      {"simulator", "a fit with our own sheet as another program beside the same fit in this one", bench_simulator},
   };
   return list;
 }

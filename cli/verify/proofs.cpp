@@ -14,6 +14,7 @@ std::vector<Figure> prove_metric(const FigureOptions& options);
 std::vector<Figure> prove_real(const FigureOptions& options);
 std::vector<Figure> prove_recorder(const FigureOptions& options);
 std::vector<Figure> prove_rig(const FigureOptions& options);
+std::vector<Figure> prove_simulator(const FigureOptions& options);
 std::vector<Figure> prove_spline_fit(const FigureOptions& options);
 std::vector<Figure> prove_spline_sheet(const FigureOptions& options);
 std::vector<Figure> prove_station(const FigureOptions& options);
@@ -55,6 +56,7 @@ const std::vector<FigureSet>& proofs() {
        "clock offsets, drifts and the delay set in the simulated devices come back over the real wire, within what is "
        "stated",
        prove_rig},
+      {"simulator", "our own sheet as another program gives the fit that it gives in this one", prove_simulator},
       {"spline-fit",
        "parameters of real fabrics that were simulated on four times the cells of the grid that a fit chooses; of "
        "../shared",

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include <Eigen/Dense>
+#include "cloth/spline/interpolation.h"
 
 namespace selvedge::cloth::spline {
 
@@ -64,15 +64,6 @@ double largest_bending(const Side& u, const Side& v) {
   return 1.03 * value;  // from below
 }
 
-MatrixXd values_at_greville(const Basis& basis) {
-  MatrixXd values = MatrixXd::Zero(basis.count(), basis.count());
-  for (int i = 0; i < basis.count(); ++i) {
-    const Alive alive = basis.at(basis.greville(i));
-    for (int k = 0; k <= kDegree; ++k) values(i, alive.first + k) = alive.of[0][static_cast<size_t>(k)];
-  }
-  return values;
-}
-
 }  // namespace
 
 Grid make_grid(const Swatch& swatch, Hold hold, double cell_m, double rim_share) {
@@ -111,16 +102,10 @@ std::vector<Eigen::Vector2d> greville_points(const SplineSheet& sheet) {
 
 Eigen::Matrix3Xd control_points_through(const SplineSheet& sheet,
                                         const std::function<Eigen::Vector3d(const Eigen::Vector2d&)>& shape) {
-  const Eigen::PartialPivLU<MatrixXd> along_u(values_at_greville(sheet.u.basis)),
-      along_v(values_at_greville(sheet.v.basis));
   const std::vector<Eigen::Vector2d> points = greville_points(sheet);
   Eigen::Matrix3Xd out(3, sheet.count());
   for (Index i = 0; i < out.cols(); ++i) out.col(i) = shape(points[static_cast<size_t>(i)]);
-  for (int a = 0; a < 3; ++a) {
-    const MatrixXd values = Eigen::VectorXd(out.row(a)).reshaped(sheet.columns(), sheet.rows());
-    const MatrixXd half = along_u.solve(values), control = along_v.solve(half.transpose()).transpose();
-    out.row(a) = control.reshaped().transpose();
-  }
+  Interpolation(sheet.u.basis, sheet.v.basis).solve(out);
   return out;
 }
 

@@ -26,7 +26,7 @@ TEST_P(QuickProof, EveryFigureHolds) {
   for (const Figure& f : figures) EXPECT_TRUE(holds(f)) << f.what << ": " << f.measured << " beside " << f.reference;
 }
 
-INSTANTIATE_TEST_SUITE_P(ByName, QuickProof, testing::Values("diagnosis", "fit", "louchet"),
+INSTANTIATE_TEST_SUITE_P(ByName, QuickProof, testing::Values("diagnosis", "fit", "louchet", "simulator"),
                          [](const auto& info) { return info.param; });
 
 TEST(FitBench, EndsCloserThanItStarted) {
