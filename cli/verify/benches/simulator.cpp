@@ -13,8 +13,8 @@ namespace selvedge::cli {
 std::vector<Figure> bench_simulator(const FigureOptions& options) {
   const std::filesystem::path log =
       std::filesystem::temp_directory_path() / fmt::format("selvedge-bench-simulator-{}.log", ::getpid());
-  const trial::Campaign campaign = campaign_behind(options.quick ? 1 : 2, options.quick ? 0.5 : 4, options.seed);
-  const int cells = options.quick ? 6 : 16, rounds = options.quick ? 1 : 3;
+  const trial::Campaign campaign = campaign_behind(1, options.quick ? 0.5 : 1.5, options.seed);
+  const int cells = options.quick ? 6 : 12, rounds = options.quick ? 1 : 2;
   std::vector<double> here_s, behind_s, ratio;
   const auto fit_s = [&](const std::shared_ptr<const model::Simulator>& simulator) {
     const auto begin = std::chrono::steady_clock::now();
