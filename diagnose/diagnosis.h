@@ -90,10 +90,10 @@ struct Diagnosis {
   std::map<std::string, std::map<std::string, double>> fit;  // by set ("none": the base), all that is not neutral
   std::vector<Cell> where;
   ResidualMap map;
-  Forecast forecast;                          // where a cause is named
-  std::vector<std::string> separates;         // what the next experiment would tell apart
-  std::string next_experiment, next_session;  // in words, and as sections of a rig's configuration
-  std::vector<std::string> doubts, remarks;  // doubts: of the recordings (capture/trial/doubts.h)
+  Forecast forecast;                                    // where a cause is named
+  std::vector<std::string> separates;                   // what the next experiment would tell apart
+  std::string next_experiment, next_session;            // in words, and as sections of a rig's configuration
+  std::vector<std::string> doubts, remarks;             // doubts: of the recordings (capture/trial/doubts.h)
   std::vector<std::pair<std::string, double>> stage_s;  // wall time of each stage
   int cells = 0, fine_cells = 0;                        // of the grids, along the width
   BaseFit base_fit;                                     // of the base model
