@@ -46,7 +46,9 @@ std::string answer_in_words(const Diagnosis& d) {
 
 void weigh_cause(const Diagnosis& d, report::Verdict& verdict) {
   const bool named = d.cause != "none" && d.cause != "unknown";
-  const double p = named ? d.inclusion.at(d.cause) : d.probability.at(d.cause);
+  const std::map<std::string, double>& likely = named ? d.inclusion : d.probability;
+  const auto of_cause = likely.find(d.cause);
+  const double p = of_cause == likely.end() ? 0 : of_cause->second;
   if (d.cause == "unknown")
     verdict.lower(Trust::limited, "what causes the gap is not in the library, or not to be told");
   if (p < kLikely) verdict.lower(Trust::limited, fmt::format("it is likely by {} only", in_percent(p)));

@@ -84,7 +84,6 @@ TEST_F(FitCampaign, RecoversWhatTheTrialsDetermine) {
   spoiled = out;
   for (FittedParameter& p : spoiled.parameters) p.at_bound = true;
   EXPECT_EQ(verdict_of(spoiled).trust, report::Trust::none);
-  EXPECT_GT(verdict_of(spoiled).because.size(), verdict_of(out).because.size());
 
   // A diagnosis begins there: with these recordings and this drag law, and no others.
   const fs::path file = folder_ / "out" / "fit.json";
