@@ -30,8 +30,6 @@ json reduction_json(const Diagnosis& d, const GapReduction& s) {
 
 json share_json(const Share& s) { return {{"share", number(s.value)}, {"interval", {number(s.low), number(s.high)}}}; }
 
-std::string percent(double share) { return fmt::format("{:.0f} %", 100 * share); }
-
 // What the base leaves, falling effect by effect to what nothing explains and the sensor: shares of the squared error.
 std::string waterfall(const Diagnosis& d) {
   constexpr double kWidth = 640, kBar = 26, kLeft = 170, kRight = 90;

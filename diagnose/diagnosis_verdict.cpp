@@ -13,8 +13,6 @@ namespace {
 
 constexpr double kLikely = 0.8, kHalf = 0.5, kSure = 0.05;
 
-std::string in_percent(double share) { return fmt::format("{:.0f} %", 100 * share); }
-
 std::string ahead(const Diagnosis& d) {
   return d.is_ahead ? fmt::format(", predicted {:g} s ahead,", d.protocol.free_s) : "";
 }
@@ -24,10 +22,10 @@ std::string answer_in_words(const Diagnosis& d) {
       fmt::format("The base model ({}) leaves {:.2f} mm of held-out trials{} where the sensor alone leaves {:.2f} mm.",
                   d.base, d.before_mm, ahead(d), d.noise_floor_mm);
   const double p = d.probability.at(d.cause);
-  if (d.cause == "none") return fmt::format("No effect is needed (probability {}). {}", in_percent(p), sizes);
+  if (d.cause == "none") return fmt::format("No effect is needed (probability {}). {}", percent(p), sizes);
   if (d.cause == "unknown")
     return fmt::format("There is a gap, and no effect of the library closes it: unknown (probability {}). {}",
-                       in_percent(p), sizes);
+                       percent(p), sizes);
   for (const EffectFinding& f : d.effects) {
     if (f.name != d.cause) continue;
     std::string beside;
@@ -37,9 +35,8 @@ std::string answer_in_words(const Diagnosis& d) {
         "{} {}: {} (probability that it is there {}, {} side){}. Added to the model, {} "
         "takes the error of held-out trials{} from {:.2f} to {:.2f} mm, {} of the gap. {}",
         f.reduction.fraction < kHalf ? "A part of the gap is consistent with" : "Consistent with", f.name, f.summary,
-        in_percent(f.inclusion), d.side, beside.empty() ? "" : ", beside " + beside,
-        beside.empty() ? "it" : d.likeliest, ahead(d), f.reduction.before_mm, f.reduction.after_mm,
-        in_percent(f.reduction.fraction), sizes);
+        percent(f.inclusion), d.side, beside.empty() ? "" : ", beside " + beside, beside.empty() ? "it" : d.likeliest,
+        ahead(d), f.reduction.before_mm, f.reduction.after_mm, percent(f.reduction.fraction), sizes);
   }
   return sizes;
 }
@@ -51,7 +48,7 @@ void weigh_cause(const Diagnosis& d, report::Verdict& verdict) {
   const double p = of_cause == likely.end() ? 0 : of_cause->second;
   if (d.cause == "unknown")
     verdict.lower(Trust::limited, "what causes the gap is not in the library, or not to be told");
-  if (p < kLikely) verdict.lower(Trust::limited, fmt::format("it is likely by {} only", in_percent(p)));
+  if (p < kLikely) verdict.lower(Trust::limited, fmt::format("it is likely by {} only", percent(p)));
   if (!named) return;
   if (d.p_value > kSure)
     verdict.lower(Trust::limited,
@@ -59,8 +56,8 @@ void weigh_cause(const Diagnosis& d, report::Verdict& verdict) {
   const auto part = std::find_if(d.budget.parts.begin(), d.budget.parts.end(),
                                  [&](const BudgetPart& b) { return b.effect == d.cause; });
   if (part != d.budget.parts.end() && part->share.value < kHalf)
-    verdict.lower(Trust::limited, fmt::format("it takes {} of the gap; {} nothing explains",
-                                              in_percent(part->share.value), in_percent(d.budget.unexplained.value)));
+    verdict.lower(Trust::limited, fmt::format("it takes {} of the gap; {} nothing explains", percent(part->share.value),
+                                              percent(d.budget.unexplained.value)));
   std::vector<std::string> others;
   for (const std::string& name : d.confusable)
     if (name != d.cause) others.push_back(name);
@@ -69,6 +66,8 @@ void weigh_cause(const Diagnosis& d, report::Verdict& verdict) {
 }
 
 }  // namespace
+
+std::string percent(double share) { return fmt::format("{:.0f} %", 100 * share); }
 
 report::Verdict verdict_of(const Diagnosis& d) {
   report::Verdict verdict;

@@ -385,6 +385,16 @@ std::string input_of(const std::string& recordings, model::Drag drag) {
   return estimate::input_hash(recordings, std::string("fit with ") + model::to_text(drag));
 }
 
+HoldOut hold_out_named(const std::string& word) {
+  static const std::pair<const char*, HoldOut> all[] = {{"automatic", HoldOut::automatic},
+                                                        {"frames", HoldOut::frames},
+                                                        {"trials", HoldOut::trials},
+                                                        {"none", HoldOut::none}};
+  for (const auto& [name, hold_out] : all)
+    if (word == name) return hold_out;
+  refuse("hold_out", "found {}, expected automatic, frames, trials or none", in_quotes(word));
+}
+
 std::vector<model::Parameter> fitted_parameters(const FitOptions& options) {
   return options.simulator ? options.simulator->parameters() : model::base_parameters(options.drag);
 }
@@ -496,6 +506,14 @@ std::optional<double> pooled(const FitOutcome& outcome, const Get& get) {
 
 double held_out_mm(const FitOutcome& outcome) {
   return pooled(outcome, [](const TrialError& t) { return std::optional<double>(t.held_out_mm); }).value_or(kNaN);
+}
+
+double fitted_mm(const FitOutcome& outcome) {
+  const auto fitted = [](const TrialError& t) {
+    const double mm = std::isfinite(t.moving_mm) ? t.moving_mm : t.end_mm;
+    return std::isfinite(t.held_out_mm) ? std::optional<double>(mm) : std::nullopt;
+  };
+  return pooled(outcome, fitted).value_or(kNaN);
 }
 
 std::optional<double> rigid_plate_mm(const FitOutcome& outcome) {

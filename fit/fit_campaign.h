@@ -25,6 +25,8 @@
 namespace selvedge::fit {
 
 enum class HoldOut { automatic, frames, trials, none };
+// By its name here. Throws BadInput for another.
+HoldOut hold_out_named(const std::string& word);
 
 // A search from `start` on the final grid; `cost` says which trials and times count, and takes its progress.
 using CampaignSearchFunction = std::function<estimate::SearchResult(
@@ -110,5 +112,7 @@ FitOutcome fit_campaign(const trial::Campaign& campaign, const FitOptions& optio
 // Held-out error over all trials, root mean square, mm; of the model and of the rigid plate.
 double held_out_mm(const FitOutcome& outcome);
 std::optional<double> rigid_plate_mm(const FitOutcome& outcome);
+// Of what was fitted, in motion where something moves, of trials of which something was held out; NaN: of none.
+double fitted_mm(const FitOutcome& outcome);
 
 }  // namespace selvedge::fit

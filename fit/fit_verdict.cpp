@@ -31,18 +31,6 @@ Counts counts_of(const FitOutcome& out) {
   return c;
 }
 
-// Of what was fitted, over the trials in which something was held out.
-double fitted_mm(const FitOutcome& out) {
-  double sum = 0, count = 0;
-  for (const TrialError& t : out.trials) {
-    if (!std::isfinite(t.held_out_mm)) continue;
-    const double mm = std::isfinite(t.moving_mm) ? t.moving_mm : t.end_mm;
-    sum += mm * mm * static_cast<double>(t.frames);
-    count += static_cast<double>(t.frames);
-  }
-  return count > 0 ? std::sqrt(sum / count) : std::nan("");
-}
-
 double height_mm(const FitOutcome& out) { return 1e3 * out.simulation->trials().front().height_m; }
 
 void weigh_held_out(const FitOutcome& out, report::Verdict& verdict) {

@@ -1,6 +1,4 @@
 // Fit and diagnosis of a campaign.
-#include <algorithm>
-
 #include "diagnose/diagnosis_report.h"
 #include "diagnose/effects/library.h"
 #include "files/bad_input.h"
@@ -15,16 +13,6 @@ namespace selvedge::python {
 namespace {
 
 namespace fs = std::filesystem;
-
-fit::HoldOut hold_out_named(const std::string& word) {
-  static const std::pair<const char*, fit::HoldOut> all[] = {{"automatic", fit::HoldOut::automatic},
-                                                             {"frames", fit::HoldOut::frames},
-                                                             {"trials", fit::HoldOut::trials},
-                                                             {"none", fit::HoldOut::none}};
-  for (const auto& [name, hold_out] : all)
-    if (word == name) return hold_out;
-  refuse("hold_out", "found {}, expected automatic, frames, trials or none", in_quotes(word));
-}
 
 // A campaign, or the folder of one. Where something is to be written it must be a folder: what is written names the
 // recordings that it rests on.
@@ -57,7 +45,7 @@ Fitted fit_campaign(const py::object& given, const std::string& drag, int cells,
   fit::FitOptions options;
   options.drag = model::drag_named(drag);
   options.cells = cells;
-  options.hold_out = hold_out_named(hold_out);
+  options.hold_out = fit::hold_out_named(hold_out);
   options.max_iterations = max_iterations;
   const auto stop = std::make_shared<std::atomic<bool>>(false);
   fit::FitOutcome found =
@@ -74,30 +62,13 @@ Fitted fit_campaign(const py::object& given, const std::string& drag, int cells,
   return {std::move(found), {simulation, std::move(parameters), stop}};
 }
 
-std::vector<diagnose::Effect> chosen_effects(const std::vector<std::string>& names,
-                                             const std::vector<std::string>& without) {
-  std::vector<diagnose::Effect> out;
-  std::vector<std::string> unknown = names;
-  unknown.insert(unknown.end(), without.begin(), without.end());
-  const auto has = [](const std::vector<std::string>& list, const std::string& name) {
-    return std::find(list.begin(), list.end(), name) != list.end();
-  };
-  for (const diagnose::Effect& effect : diagnose::effect_library()) {
-    unknown.erase(std::remove(unknown.begin(), unknown.end(), effect.name), unknown.end());
-    if ((names.empty() || has(names, effect.name)) && !has(without, effect.name)) out.push_back(effect);
-  }
-  if (!unknown.empty())
-    refuse("effects, without", "found {}, expected some of selvedge.effects()", in_quotes(unknown.front()));
-  return out;
-}
-
 std::string diagnosis_json(const py::object& given, const Fitted* fitted, const std::vector<std::string>& names,
                            const std::vector<std::string>& without, const std::string& drag, int cells,
                            const std::optional<fs::path>& out, const py::object& progress) {
   expect_folder(out);
   if (cells != 0 && (cells < 6 || cells > 64)) refuse("cells", "found {}, expected 6 to 64, or 0", cells);
   const trial::Campaign campaign = campaign_of(given, out);
-  const std::vector<diagnose::Effect> effects = chosen_effects(names, without);
+  const std::vector<diagnose::Effect> effects = diagnose::chosen_effects(names, without, "effects, without");
   diagnose::DiagnosisOptions options;
   options.study.drag = model::drag_named(drag);
   options.study.protocol.cells = cells;

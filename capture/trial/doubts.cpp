@@ -6,7 +6,6 @@
 
 #include <fmt/format.h>
 
-#include "capture/trial/trial_summary.h"
 #include "geometry/order_statistics.h"
 
 namespace selvedge::trial {
@@ -94,16 +93,15 @@ void doubt_hanging(const Trial& trial, const Markers& markers, std::vector<std::
                             length(drop), length(expected), why));
 }
 
-struct Sample {
-  size_t row = 0;
-  double time_s = 0;
-};
-
-// Of each marker its samples, by time.
-std::map<int, std::vector<Sample>> by_marker(const Markers& markers) {
-  std::map<int, std::vector<Sample>> out;
-  for (size_t i = 0; i < markers.marker.size(); ++i) out[markers.marker[i]].push_back({i, markers.time_s[i]});
+// Of each marker its rows, by time.
+std::map<int, std::vector<size_t>> rows_of_markers(const Markers& markers) {
+  std::map<int, std::vector<size_t>> out;
+  for (size_t i = 0; i < markers.marker.size(); ++i) out[markers.marker[i]].push_back(i);
   return out;
+}
+
+double distance(const Markers& markers, size_t a, size_t b) {
+  return (markers.position.col(static_cast<Index>(b)) - markers.position.col(static_cast<Index>(a))).norm();
 }
 
 // Fabric hardly stretches: markers lie no further apart than on it.
@@ -118,35 +116,29 @@ void doubt_distances(const Markers& markers, std::vector<std::string>& out) {
     for (size_t a = 0; a + 1 < rows.size(); ++a) {
       const double flat = (markers.uv[rows[a + 1]] - markers.uv[rows[a]]).norm();
       if (!(flat > 0)) continue;
-      ratios.push_back(
-          (markers.position.col(static_cast<Index>(rows[a + 1])) - markers.position.col(static_cast<Index>(rows[a])))
-              .norm() /
-          flat);
+      ratios.push_back(distance(markers, rows[a], rows[a + 1]) / flat);
     }
   }
   if (ratios.empty()) return;
   if (const double ratio = median(ratios); ratio > kStretched)
     out.push_back(fmt::format(
-        "markers.csv: markers lie {:.3g} times as far apart as u and v say, expected at most {:.2g} times{}", ratio,
-        1.0, unit_of(ratio).empty() ? ": are u and v in metres, and of the right marker?" : unit_of(ratio)));
+        "markers.csv: markers lie {:.3g} times as far apart as u and v say, expected at most 1 times{}", ratio,
+        unit_of(ratio).empty() ? ": are u and v in metres, and of the right marker?" : unit_of(ratio)));
 }
 
 void doubt_speeds(const Markers& markers, std::vector<std::string>& out) {
   double most = 0, at_s = 0;
   int which = 0;
   size_t jumps = 0;
-  for (const auto& [marker, samples] : by_marker(markers))
-    for (size_t i = 0; i + 1 < samples.size(); ++i) {
-      const double step_s = samples[i + 1].time_s - samples[i].time_s;
+  for (const auto& [marker, rows] : rows_of_markers(markers))
+    for (size_t i = 0; i + 1 < rows.size(); ++i) {
+      const double step_s = markers.time_s[rows[i + 1]] - markers.time_s[rows[i]];
       if (!(step_s > 0)) continue;
-      const double speed = (markers.position.col(static_cast<Index>(samples[i + 1].row)) -
-                            markers.position.col(static_cast<Index>(samples[i].row)))
-                               .norm() /
-                           step_s;
+      const double speed = distance(markers, rows[i], rows[i + 1]) / step_s;
       if (speed > kFastest_m_s) ++jumps;
       if (speed <= most) continue;
       most = speed;
-      at_s = samples[i].time_s;
+      at_s = markers.time_s[rows[i]];
       which = marker;
     }
   if (jumps > 0)

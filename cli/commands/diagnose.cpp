@@ -1,5 +1,4 @@
 // ./selvedge diagnose CAMPAIGN --out DIR: where the gap lies, what causes it, how far it shrinks.
-#include <algorithm>
 #include <filesystem>
 #include <memory>
 #include <string>
@@ -27,26 +26,6 @@ struct DiagnoseArguments {
   std::vector<std::string> effects, without;
   diagnose::DiagnosisOptions options;
 };
-
-std::vector<diagnose::Effect> chosen_effects(const DiagnoseArguments& a) {
-  std::vector<diagnose::Effect> out;
-  std::vector<std::string> unknown = a.effects;
-  unknown.insert(unknown.end(), a.without.begin(), a.without.end());
-  for (const diagnose::Effect& effect : diagnose::effect_library()) {
-    const auto named = [&](const std::vector<std::string>& list) {
-      return std::find(list.begin(), list.end(), effect.name) != list.end();
-    };
-    unknown.erase(std::remove(unknown.begin(), unknown.end(), effect.name), unknown.end());
-    if ((a.effects.empty() || named(a.effects)) && !named(a.without)) out.push_back(effect);
-  }
-  if (!unknown.empty()) {
-    std::string names;
-    for (const diagnose::Effect& effect : diagnose::effect_library())
-      names += (names.empty() ? "" : ", ") + effect.name;
-    refuse("--effects, --without", "found {}, expected some of {}", unknown[0], names);
-  }
-  return out;
-}
 
 void print_diagnosis(const diagnose::Diagnosis& d) {
   fmt::print("{}\n", report::to_lines(diagnose::verdict_of(d)));
@@ -86,7 +65,7 @@ void run_diagnose(DiagnoseArguments& a) {
   std::vector<trial::Campaign> campaigns = {trial::read_campaign(a.path)};
   for (const std::filesystem::path& more : a.with) campaigns.push_back(trial::read_campaign(more));
   const trial::Campaign campaign = trial::joined(campaigns);
-  const std::vector<diagnose::Effect> effects = chosen_effects(a);
+  const std::vector<diagnose::Effect> effects = diagnose::chosen_effects(a.effects, a.without, "--effects, --without");
   a.options.study.drag = model::drag_named(a.base);
   a.options.study.progress = report::terminal_progress("diagnose " + campaign.folder.filename().string());
   if (!a.fit.empty() && !std::filesystem::exists(a.fit / "fit.json"))

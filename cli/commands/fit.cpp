@@ -89,9 +89,7 @@ void fit_and_write(FitArguments& a, const CLI::App& command, bool speaks) {
     for (const std::string& sentence : t.damaged)
       fmt::print(stderr, "passed over as damaged: {}: {}\n", t.name, sentence);
   a.options.drag = model::drag_named(a.base);
-  a.options.hold_out = a.hold_out == "trials"   ? fit::HoldOut::trials
-                       : a.hold_out == "frames" ? fit::HoldOut::frames
-                                                : fit::HoldOut::automatic;
+  a.options.hold_out = fit::hold_out_named(a.hold_out);
   if (rig.trials.empty()) {
     if (!a.simulator.empty())
       refuse("--simulator", "found material tests alone, expected a fabric that hangs from a rig");

@@ -2,6 +2,7 @@
 // that are there, so that an effect is added or taken away with its file.
 #pragma once
 
+#include <string>
 #include <vector>
 
 #include "diagnose/effects/effect.h"
@@ -10,5 +11,10 @@ namespace selvedge::diagnose {
 
 // In alphabetical order of their names.
 const std::vector<Effect>& effect_library();
+
+// Those of these names (none named: all) but for those left out. Throws BadInput, which says `where`, for a name that
+// is none.
+std::vector<Effect> chosen_effects(const std::vector<std::string>& names, const std::vector<std::string>& without,
+                                   const std::string& where);
 
 }  // namespace selvedge::diagnose
