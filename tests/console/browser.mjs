@@ -25,6 +25,22 @@ const drawing = ["--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-s
 const args = ["--no-sandbox", "--disable-dev-shm-usage", ...drawing];
 export const launch = () => puppeteer.launch({ protocolTimeout: 300_000, executablePath: chromium, args });
 
+// Clicks where the element has come to rest and nothing lies over it: a page that has just been opened still moves.
+export async function clickSettled(page, selector) {
+  let before = "";
+  const at = () => page.$eval(selector, (node) => {
+    const box = node.getBoundingClientRect(), x = box.x + box.width / 2, y = box.y + box.height / 2;
+    return node.contains(document.elementFromPoint(x, y)) ? `${x} ${y}` : "";
+  });
+  await until(`${selector} at rest`, async () => {
+    const last = before;
+    before = await at();
+    if (!before) await page.$eval(selector, (node) => node.scrollIntoView({ block: "nearest" }));
+    return before && before === last;
+  });
+  await page.click(selector);
+}
+
 // A hundred streams that nobody reads and a hundred requests that stop halfway, at a port, kept up until they are sent
 // away.
 export function crowd(port) {

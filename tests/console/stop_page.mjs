@@ -4,7 +4,7 @@ import assert from "node:assert/strict";
 import { existsSync, readFileSync } from "node:fs";
 import http from "node:http";
 import { join } from "node:path";
-import { build, launch, screens, until } from "./browser.mjs";
+import { build, clickSettled, launch, screens, until } from "./browser.mjs";
 
 const types = { html: "text/html", js: "text/javascript", css: "text/css" };
 const made = { name: "made up", steps: [], fits: [], diagnoses: [], reports: [] };
@@ -145,12 +145,12 @@ async function run(browser, url) {
   await begin("stops", "stops");
   await until("the reset", () => shows("#reset"));
   assert.equal(await page.$eval("#arm", (button) => button.disabled), true, "arms while stopped");
-  await page.click("#reset");
-  await page.click("#reset-no");
+  await clickSettled(page, "#reset");
+  await clickSettled(page, "#reset-no");
   assert.ok(!asked.includes("page POST /api/reset"));
-  await page.click("#reset");
+  await clickSettled(page, "#reset");
   await page.screenshot({ path: join(screens, "stop-reset.png") });
-  await page.click("#reset-yes");
+  await clickSettled(page, "#reset-yes");
   await until("asked", () => asked.includes("page POST /api/reset"));
   assert.equal(tokens.get("/api/reset"), "right");
   state.arm = arm;
@@ -163,7 +163,7 @@ async function run(browser, url) {
   await until("the prompt", () => shows("#prompt-answers button"));
   const offered = await page.$$eval("#prompt-answers button", (all) => all.map((button) => button.textContent));
   assert.deepEqual(offered, ["reset"]);
-  await page.click("#prompt-answers button");
+  await clickSettled(page, "#prompt-answers button");
   await until("answered", () => asked.includes("reset"));
   delete state.prompt;
 
@@ -177,7 +177,7 @@ async function run(browser, url) {
   await page.keyboard.press(" ");
   await until("stopped without a token", async () => (await kind()) === "stopped");
   await page.screenshot({ path: join(screens, "token-dead.png") });
-  await Promise.all([page.waitForNavigation({ waitUntil: "domcontentloaded" }), page.click("#reload")]);
+  await Promise.all([page.waitForNavigation({ waitUntil: "domcontentloaded" }), clickSettled(page, "#reload")]);
   await until("only looks", async () => /may only look/.test(await text("#notice")));
   assert.equal(await page.evaluate(() => sessionStorage.getItem("selvedge-token")), null);
   await page.click("#stop");

@@ -228,7 +228,7 @@ async function walk(browser, url, stopPort) {
   await page.click(`#report-list .entry[data-path="console/report.html"]`);
   const frame =
     await until("the report", async () => page.frames().find((f) => f.url().endsWith("/run/console/report.html")));
-  await until("the report's words", () => frame.evaluate(() => /90 % interval/.test(document.body.textContent)));
+  await until("the report's words", () => frame.evaluate(() => /90 % interval/.test(document.body?.textContent)));
   await shot("results");
 
   // Tablet width: nothing may stick out.

@@ -75,6 +75,7 @@ function showPrompt(prompt) {
       (text) => element(
         "button",
         { class: "primary", onclick: () => attempt(post("/api/answer", { prompt: prompt.id, answer: text })) }, text)));
+  box.scrollIntoView({ block: "nearest" });   // whoever has scrolled away is asked all the same
 }
 
 function showSession(session, recording) {
