@@ -204,6 +204,7 @@ FittedStudy make_study(const trial::Campaign& campaign, const std::vector<Effect
       fit::observe_campaign(rig, options.protocol.rate_hz, options.protocol.image_rate_hz,
                             fit::part_of(options.progress, 0, 0.05, "campaign"), observe::Thinning::averaged);
   for (model::ObservedTrial& trial : trials) trial.experiment.stop = options.stop;
+  if (options.seen_instead) options.seen_instead(trials);
   study.measured = measure(trials, options.protocol);
   const fit::TestedParameters tested = fit::tested_parameters(campaign, options.drag);
   std::vector<model::Parameter> base = tested.parameters;

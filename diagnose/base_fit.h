@@ -5,6 +5,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -32,6 +33,8 @@ struct StudyOptions {
   Protocol protocol;
   std::optional<Eigen::VectorXd> fitted;  // coordinates of the base that a fit found
   std::optional<BaseFit> base_fit;        // found before: it is taken as it is
+  // Replaces what was seen of the trials by something else that moved so; empty: nothing does.
+  std::function<void(std::vector<model::ObservedTrial>&)> seen_instead;
   report::ProgressCallback progress = [](double, const std::string&) {};
   cloth::StopFlag stop;  // a diagnosis then throws cloth::Stopped
 };

@@ -5,6 +5,8 @@
 #include <functional>
 #include <numeric>
 
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
 #include <tbb/parallel_for.h>
 
 #include "diagnose/group_statistics.h"
@@ -75,6 +77,18 @@ Share with_interval(size_t groups, const std::function<double(const std::vector<
 
 }  // namespace
 
+std::string percent(double share) { return fmt::format("{:.0f} %", 100 * share); }
+
+std::string percent(const Share& s) {
+  return std::isfinite(s.low) ? fmt::format("{} ({:.0f} … {:.0f})", percent(s.value), 100 * s.low, 100 * s.high)
+                              : percent(s.value);
+}
+
+nlohmann::json to_json(const Share& s) {
+  const auto number = [](double x) { return std::isfinite(x) ? nlohmann::json(x) : nlohmann::json(nullptr); };
+  return {{"share", number(s.value)}, {"interval", {number(s.low), number(s.high)}}};
+}
+
 double HeldOut::mm(const std::vector<size_t>& groups) const {
   double sum = 0, count = 0;
   for (const size_t g : groups) {
@@ -134,11 +148,15 @@ VectorXd beyond_derivatives(Study& study, const Windows& windows, const Evidence
   return beyond.allFinite() ? beyond : VectorXd();
 }
 
-HeldOut noise_of(const Study& study, const Windows& windows, const Evidence& evidence) {
+HeldOut left_by(const Study& study, const Windows& windows, const Evidence& evidence, VectorXd residual) {
   HeldOut out;
-  out.residual = windows.noise_mm();
+  out.residual = std::move(residual);
   add_squares(study, windows, evidence, out);
   return out;
+}
+
+HeldOut noise_of(const Study& study, const Windows& windows, const Evidence& evidence) {
+  return left_by(study, windows, evidence, windows.noise_mm());
 }
 
 std::string cause_of(const std::map<std::string, double>& probability, const std::map<std::string, double>& inclusion,
@@ -163,8 +181,13 @@ std::vector<Share> shares_of(Study& study, const Windows& windows, const Evidenc
     taken.push_back(hold_out(study, windows, evidence, arm, scale, effects,
                              beyond_derivatives(study, windows, evidence, arm, scale, effects)));
   }
-  const HeldOut noise = noise_of(study, windows, evidence);
-  const size_t groups = study.groups.size();
+  return shares_of(taken, noise_of(study, windows, evidence), study.groups.size(), unexplained);
+}
+
+std::vector<Share> shares_of(const std::vector<HeldOut>& taken, const HeldOut& noise, size_t groups,
+                             Share& unexplained) {
+  size_t count = 0;
+  while (size_t{1} << count < taken.size()) ++count;
   std::vector<Share> out;
   for (size_t e = 0; e < count; ++e)
     out.push_back(

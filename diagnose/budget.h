@@ -10,6 +10,8 @@
 #include <string>
 #include <vector>
 
+#include <nlohmann/json_fwd.hpp>
+
 #include "diagnose/arm.h"
 
 namespace selvedge::diagnose {
@@ -43,6 +45,11 @@ struct Share {
   double value = 0, low = 0, high = 0;  // of the squared gap; 90 %, jackknife over groups of trials
 };
 
+std::string percent(double share);        // "79 %"
+std::string percent(const Share& share);  // "79 % (67 … 91)"
+// {"share", "interval"}; null for what is not finite.
+nlohmann::json to_json(const Share& share);
+
 struct BudgetPart {
   std::string effect;
   double probability = 0;  // that it is there
@@ -59,6 +66,13 @@ struct Budget {
 // likeliest of none, unknown and every effect.
 std::string cause_of(const std::map<std::string, double>& probability, const std::map<std::string, double>& inclusion,
                      const Budget& budget);
+
+// What rows are left by something, mm, of each group of trials.
+HeldOut left_by(const Study& study, const Windows& windows, const Evidence& evidence, Eigen::VectorXd residual);
+
+// What is left by each set of some parts, a bit a part: the share that each part takes of the gap above noise.
+std::vector<Share> shares_of(const std::vector<HeldOut>& left_by_sets, const HeldOut& noise, size_t groups,
+                             Share& unexplained);
 
 // Of an arm's effects, in their order.
 std::vector<Share> shares_of(Study& study, const Windows& windows, const Evidence& evidence, const Arm& arm,

@@ -264,7 +264,8 @@ std::optional<std::filesystem::path> begin_with_fit(DiagnosisOptions& options, c
   for (const std::filesystem::path& folder : folders) {
     const std::filesystem::path file = folder / "fit.json";
     if (!std::filesystem::exists(file)) continue;
-    options.study.fitted = fit::read_fit(file, estimate::recordings_hash(campaign), options.study.drag);
+    options.study.fitted = fit::read_fit(file, fit::input_of(estimate::recordings_hash(campaign), options.study.drag),
+                                         model::base_parameters(options.study.drag));
     if (options.study.fitted) return file;
   }
   return {};
@@ -294,6 +295,13 @@ Diagnosis diagnose(const trial::Campaign& campaign, const std::vector<Effect>& e
   out.base = model::to_text(options.study.drag);
   stages.done("base");
 
+  std::optional<Imitation> imitation;
+  if (options.other) {
+    StudyOptions like = options.study;
+    like.progress = part(after, 0, kBegin.windows);
+    imitation = imitate(campaign, like, *options.other);
+    stages.done("imitating " + options.other->simulator->name());
+  }
   const Windows windows(*study.simulation, study.protocol);
   WeighingOptions weighing_options;
   weighing_options.begins = part(after, kBegin.windows, kBegin.likeliest);
@@ -362,6 +370,11 @@ Diagnosis diagnose(const trial::Campaign& campaign, const std::vector<Effect>& e
       std::find_if(out.effects.begin(), out.effects.end(), [&](const EffectFinding& f) { return f.name == out.cause; });
   out.side = named == out.effects.end() ? out.cause : to_text(named->side);
   if (out.cause != "none") out.confusable = credible_set(out.probability, study.protocol.credible);
+  if (imitation) {
+    out.other = simulator_gap(study, windows, evidence, likeliest.arm, likeliest.with.x, *imitation);
+    out.other.name = options.other->simulator->name();
+    out.other.identity = options.other->simulator->identity();
+  }
   list_measured(out, study.measured);
   list_parameters(out, study, likeliest.without.x, likeliest.with.x);
   stages.done("budget");

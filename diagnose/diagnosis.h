@@ -24,6 +24,7 @@
 #include "diagnose/effect_sets.h"
 #include "diagnose/missing_force.h"
 #include "diagnose/next_experiment.h"
+#include "diagnose/other_simulator.h"
 #include "diagnose/replay.h"
 #include "diagnose/where.h"
 
@@ -32,6 +33,7 @@ namespace selvedge::diagnose {
 struct DiagnosisOptions {
   StudyOptions study;
   std::function<void(const BaseFit&)> on_base_fit;  // called once it is there
+  std::optional<FittedSimulator> other;             // a program whose gap is told as well (other_simulator.h)
 };
 
 struct SizedParameter {
@@ -90,6 +92,7 @@ struct Diagnosis {
   std::map<std::string, std::map<std::string, double>> fit;  // by set ("none": the base), all that is not neutral
   std::vector<Cell> where;
   ResidualMap map;
+  SimulatorGap other;                                   // of another simulator, where one is given
   Forecast forecast;                                    // where a cause is named
   std::vector<std::string> separates;                   // what the next experiment would tell apart
   std::string next_experiment, next_session;            // in words, and as sections of a rig's configuration

@@ -8,6 +8,7 @@
 
 #include "diagnose/diagnosis_verdict.h"
 #include "diagnose/fabric_map.h"
+#include "diagnose/simulator_report.h"
 #include "files/whole_file.h"
 #include "report/html.h"
 
@@ -27,8 +28,6 @@ json reduction_json(const Diagnosis& d, const GapReduction& s) {
   if (d.is_ahead) out["ahead_s"] = d.protocol.free_s;
   return out;
 }
-
-json share_json(const Share& s) { return {{"share", number(s.value)}, {"interval", {number(s.low), number(s.high)}}}; }
 
 // What the base leaves, falling effect by effect to what nothing explains and the sensor: shares of the squared error.
 std::string waterfall(const Diagnosis& d) {
@@ -170,11 +169,6 @@ void add_parameters(report::HtmlReport& html, const Diagnosis& d) {
 
 }  // namespace
 
-std::string percent(const Share& s) {
-  return std::isfinite(s.low) ? fmt::format("{} ({:.0f} … {:.0f})", percent(s.value), 100 * s.low, 100 * s.high)
-                              : percent(s.value);
-}
-
 std::string before_and_after(const GapReduction& s) { return fmt::format("{:.2f} → {:.2f}", s.before_mm, s.after_mm); }
 
 std::string share_closed(const GapReduction& s) {
@@ -198,7 +192,7 @@ json to_json(const Diagnosis& d) {
   for (const BaseParameter& p : d.parameters)
     parameters[p.name] = {{"base", p.value}, {"corrected", p.corrected}, {"unit", p.unit}};
   for (const BudgetPart& p : d.budget.parts) {
-    json part = share_json(p.share);
+    json part = to_json(p.share);
     part["effects"] = {p.effect};
     part["probability"] = p.probability;
     parts.push_back(part);
@@ -227,7 +221,7 @@ json to_json(const Diagnosis& d) {
                {{"total_mm", d.budget.total_mm},
                 {"measurement", {{"noise_mm", d.budget.noise_mm}}},
                 {"parts", parts},
-                {"unexplained", share_json(d.budget.unexplained)}}},
+                {"unexplained", to_json(d.budget.unexplained)}}},
               {"sets", sets},
               {"missing_force", "missing_force.json"},
               {"confusable", d.confusable},
@@ -246,6 +240,7 @@ json to_json(const Diagnosis& d) {
               {"evaluations", d.evaluations},
               {"cpu_s", d.cpu_s},
               {"wall_s", d.wall_s}};
+  if (!d.other.name.empty()) out["simulator"] = to_json(d.other);
   if (d.is_ahead) out["gap"]["ahead_s"] = d.protocol.free_s;
   if (!d.forecast.motion.empty())
     out["forecast"] = {{"motion", d.forecast.motion},
@@ -262,6 +257,7 @@ void write_diagnosis(const Diagnosis& d, const std::filesystem::path& folder) {
       fmt::format("Gap {:.2f} mm above the noise floor (90 % {:.2f} … {:.2f}), p {:.3g} that a right model leaves "
                   "as much. Next: {}.",
                   d.gap_mm, d.low_mm, d.high_mm, d.p_value, d.next_experiment));
+  add_simulator_gap(html, d.other);
   add_budget(html, d);
   add_replay(html, d);
   add_effects(html, d);

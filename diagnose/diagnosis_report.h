@@ -13,8 +13,6 @@ namespace selvedge::diagnose {
 // "3.59 → 1.64" and "0.64 (0.55 … 0.79)", for tables; no interval where there is none.
 std::string before_and_after(const GapReduction& reduction);
 std::string share_closed(const GapReduction& reduction);
-// "79 % (67 … 91)".
-std::string percent(const Share& share);
 
 nlohmann::json to_json(const Diagnosis& diagnosis);
 

@@ -67,8 +67,6 @@ void weigh_cause(const Diagnosis& d, report::Verdict& verdict) {
 
 }  // namespace
 
-std::string percent(double share) { return fmt::format("{:.0f} %", 100 * share); }
-
 report::Verdict verdict_of(const Diagnosis& d) {
   report::Verdict verdict;
   verdict.sentence = answer_in_words(d);

@@ -12,7 +12,4 @@ namespace selvedge::diagnose {
 
 report::Verdict verdict_of(const Diagnosis& diagnosis);
 
-// "79 %".
-std::string percent(double share);
-
 }  // namespace selvedge::diagnose

@@ -385,6 +385,10 @@ std::string input_of(const std::string& recordings, model::Drag drag) {
   return estimate::input_hash(recordings, std::string("fit with ") + model::to_text(drag));
 }
 
+std::string input_of(const std::string& recordings, const model::Simulator& simulator) {
+  return estimate::input_hash(recordings, "fit with " + simulator.identity());
+}
+
 HoldOut hold_out_named(const std::string& word) {
   static const std::pair<const char*, HoldOut> all[] = {{"automatic", HoldOut::automatic},
                                                         {"frames", HoldOut::frames},
@@ -405,8 +409,7 @@ FitOutcome fit_campaign(const trial::Campaign& campaign, const FitOptions& optio
   out.campaign = campaign.folder.filename().string();
   const std::string recordings = estimate::recordings_hash(campaign);
   out.simulator = options.simulator;
-  out.input = options.simulator ? estimate::input_hash(recordings, "fit with " + options.simulator->identity())
-                                : input_of(recordings, options.drag);
+  out.input = options.simulator ? input_of(recordings, *options.simulator) : input_of(recordings, options.drag);
   TestedParameters tested = begun_parameters(campaign, options);
   const std::vector<model::Parameter>& parameters = tested.parameters;
   out.tests = tested.tests;

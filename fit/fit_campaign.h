@@ -100,6 +100,8 @@ struct FitOutcome {
 
 // The hash of what a fit with this drag law rests on: recordings (their hash) and code (estimate/kept_input.h).
 std::string input_of(const std::string& recordings, model::Drag drag);
+// The same with another simulator.
+std::string input_of(const std::string& recordings, const model::Simulator& simulator);
 
 // What a fit begins from, without material tests.
 std::vector<model::Parameter> fitted_parameters(const FitOptions& options);

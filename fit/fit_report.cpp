@@ -193,17 +193,17 @@ json to_json(const FitOutcome& out) {
   return out_json;
 }
 
-std::optional<Eigen::VectorXd> read_fit(const std::filesystem::path& file, const std::string& recordings,
-                                        model::Drag drag) {
+std::optional<Eigen::VectorXd> read_fit(const std::filesystem::path& file, const std::string& input,
+                                        const std::vector<model::Parameter>& base) {
   const files::JsonReader fit(file);
   if (fit.text("format") != "fit/1") refuse(fit.where("format"), "found {}, expected fit/1", fit.text("format"));
-  if (!fit.has("input") || fit.text("input") != input_of(recordings, drag)) return std::nullopt;
-  const std::vector<model::Parameter> base = model::base_parameters(drag);
+  if (!fit.has("input") || fit.text("input") != input) return std::nullopt;
   const files::JsonReader parameters = fit.child("parameters");
   Eigen::VectorXd coordinates(static_cast<Eigen::Index>(base.size()));
   for (size_t k = 0; k < base.size(); ++k)
     coordinates(static_cast<Eigen::Index>(k)) =
-        model::to_coordinate(base[k], parameters.child(base[k].name).positive("value"));
+        model::to_coordinate(base[k], base[k].logarithmic ? parameters.child(base[k].name).positive("value")
+                                                          : parameters.child(base[k].name).number("value"));
   return coordinates;
 }
 

@@ -21,10 +21,9 @@ std::string grid_sentence(const FitOutcome& outcome);
 // read again for the pictures.
 void write_fit(const FitOutcome& outcome, const trial::Campaign& campaign, const std::filesystem::path& folder);
 
-// Coordinates of base_parameters(drag) as a fit.json holds them. Nothing where it was fitted to other recordings than
-// these (estimate::recordings_hash), with another drag law or by another version of the code. Throws BadInput where it
-// is no fit/1.
-std::optional<Eigen::VectorXd> read_fit(const std::filesystem::path& file, const std::string& recordings,
-                                        model::Drag drag);
+// Coordinates of these parameters as a fit.json holds them. Nothing where it rests on another input (input_of): other
+// recordings, another drag law or simulator, another version of the code. Throws BadInput where it is no fit/1.
+std::optional<Eigen::VectorXd> read_fit(const std::filesystem::path& file, const std::string& input,
+                                        const std::vector<model::Parameter>& parameters);
 
 }  // namespace selvedge::fit

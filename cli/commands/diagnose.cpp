@@ -12,8 +12,12 @@
 #include "diagnose/diagnosis_report.h"
 #include "diagnose/diagnosis_verdict.h"
 #include "diagnose/effects/library.h"
+#include "diagnose/simulator_report.h"
+#include "estimate/kept_input.h"
 #include "files/bad_input.h"
+#include "fit/fit_report.h"
 #include "report/progress.h"
+#include "station/simulator/foreign_simulator.h"
 
 namespace selvedge::cli {
 
@@ -22,13 +26,19 @@ namespace {
 struct DiagnoseArguments {
   std::filesystem::path path, out, fit;
   std::vector<std::filesystem::path> with;
-  std::string base = "nonlinear_drag";
+  std::string base = "nonlinear_drag", simulator;
+  double run_limit_s = 60;
   std::vector<std::string> effects, without;
   diagnose::DiagnosisOptions options;
 };
 
 void print_diagnosis(const diagnose::Diagnosis& d) {
   fmt::print("{}\n", report::to_lines(diagnose::verdict_of(d)));
+  if (!d.other.name.empty())
+    for (const std::string& line : diagnose::lines_of(d.other)) fmt::print("{}\n", line);
+  for (const diagnose::SimulatorPart& p : d.other.parts)
+    fmt::print("of {}'s gap: {} {}, {:.2f} mm left where it alone is put right\n", d.other.name, p.name,
+               diagnose::percent(p.share), p.alone_mm);
   fmt::print("{}: cause {} (probability {:.2f}), side {}\n", d.campaign, d.cause, d.probability.at(d.cause), d.side);
   fmt::print("held-out error{} {:.2f} mm, noise {:.2f} mm; gap {:.2f} mm ({:.2f} … {:.2f}), p {:.3g}\n",
              d.is_ahead ? fmt::format(" {:g} s ahead", d.protocol.free_s) : "", d.before_mm, d.noise_floor_mm, d.gap_mm,
@@ -60,6 +70,28 @@ void print_diagnosis(const diagnose::Diagnosis& d) {
   fmt::print("next: {}\n", d.next_experiment);
 }
 
+// The simulator as a fit.json has it that rests on these recordings; else as it is fitted now, kept in --out.
+diagnose::FittedSimulator fitted_simulator(const DiagnoseArguments& a, const trial::Campaign& campaign) {
+  const std::filesystem::path own = a.out / "simulator";
+  std::filesystem::create_directories(own);
+  fit::FitOptions options;
+  options.simulator = std::make_shared<station::ForeignSimulator>(
+      a.simulator, station::ForeignOptions{own / "simulator.log", a.run_limit_s});
+  const std::string input = fit::input_of(estimate::recordings_hash(campaign), *options.simulator);
+  for (const std::filesystem::path& folder : {a.fit, own, a.out, campaign.folder}) {
+    if (folder.empty() || !std::filesystem::exists(folder / "fit.json")) continue;
+    if (const auto x = fit::read_fit(folder / "fit.json", input, options.simulator->parameters())) {
+      fmt::print("{} as {} has it\n", options.simulator->name(), (folder / "fit.json").string());
+      return {options.simulator, *x};
+    }
+  }
+  options.hold_out = fit::HoldOut::none;
+  options.progress = report::terminal_progress("fit " + options.simulator->name());
+  const fit::FitOutcome out = fit::fit_campaign(campaign, options);
+  fit::write_fit(out, trial::only_tests(campaign, false), own);
+  return {options.simulator, out.coordinates};
+}
+
 void run_diagnose(DiagnoseArguments& a) {
   expect_folder("--out", a.out);
   std::vector<trial::Campaign> campaigns = {trial::read_campaign(a.path)};
@@ -73,11 +105,12 @@ void run_diagnose(DiagnoseArguments& a) {
   const auto begun = diagnose::begin_with_fit(a.options, campaign,
                                               a.fit.empty() ? std::vector{a.out, campaign.folder} : std::vector{a.fit});
   if (begun) fmt::print("begins with the parameters of {}\n", begun->string());
-  else if (!a.fit.empty())
+  else if (!a.fit.empty() && a.simulator.empty())
     refuse("--fit",
            "found a fit of other recordings, of another drag law or by another version of Selvedge in {}, expected "
            "one of {}",
            (a.fit / "fit.json").string(), campaign.folder.string());
+  if (!a.simulator.empty()) a.options.other = fitted_simulator(a, campaign);
   diagnose::keep_base_fit(a.options, a.out / "base_fit.json", campaign);
   const diagnose::Diagnosis d = diagnose::diagnose(campaign, effects, a.options);
   diagnose::write_diagnosis(d, a.out);
@@ -104,6 +137,12 @@ void add_diagnose(CLI::App& app, int&) {
   command->add_option("--base", a->base, "drag law of the base model")
       ->check(CLI::IsMember({"nonlinear_drag", "linear_drag", "no_drag"}))
       ->capture_default_str();
+  command->add_option("--simulator", a->simulator,
+                      "command of another simulator: what its motion lacks is told beside (docs/simulator.md)");
+  command->add_option("--run-limit", a->run_limit_s, "of a run of that simulator")
+      ->type_name("SECONDS")
+      ->check(CLI::PositiveNumber)
+      ->needs("--simulator");
   command->add_option("--effects", a->effects, "try these effects alone, comma between")->delimiter(',');
   command->add_option("--without", a->without, "leave these effects out, comma between")->delimiter(',');
   command

@@ -88,15 +88,16 @@ TEST_F(FitCampaign, RecoversWhatTheTrialsDetermine) {
   // A diagnosis begins there: with these recordings and this drag law, and no others.
   const fs::path file = folder_ / "out" / "fit.json";
   const std::string recordings = estimate::recordings_hash(campaign);
-  const auto coordinates = read_fit(file, recordings, model::Drag::nonlinear);
+  const std::vector<model::Parameter> base = model::base_parameters();
+  const auto coordinates = read_fit(file, input_of(recordings, model::Drag::nonlinear), base);
   ASSERT_TRUE(coordinates);
   EXPECT_LT((*coordinates - out.coordinates).cwiseAbs().maxCoeff(), 1e-12);
-  EXPECT_FALSE(read_fit(file, recordings, model::Drag::linear));
-  EXPECT_FALSE(read_fit(file, "others", model::Drag::nonlinear));
+  EXPECT_FALSE(read_fit(file, input_of(recordings, model::Drag::linear), base));
+  EXPECT_FALSE(read_fit(file, input_of("others", model::Drag::nonlinear), base));
   nlohmann::json damaged = fit;
   damaged["parameters"].erase("bend");
   files::write_json(folder_ / "damaged.json", damaged);
-  EXPECT_THROW(read_fit(folder_ / "damaged.json", recordings, model::Drag::nonlinear), BadInput);
+  EXPECT_THROW(read_fit(folder_ / "damaged.json", input_of(recordings, model::Drag::nonlinear), base), BadInput);
 }
 
 // A strip of the same fabric over an edge, its midline from the model itself: here the joining is what is tried.
