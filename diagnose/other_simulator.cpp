@@ -140,7 +140,9 @@ Imitation imitate(const trial::Campaign& campaign, const StudyOptions& recorded,
   FittedStudy fitted = make_study(campaign, {}, options);
   Study& study = fitted.study;
   const Windows windows(*study.simulation, study.protocol);
-  const Weighing weighing = weigh(study, windows, {});
+  WeighingOptions told;
+  told.begins = options.progress;
+  const Weighing weighing = weigh(study, windows, told);
   return {weighing.none.x.head(static_cast<Index>(study.base_count)), rms_mm(weighing.none.residual)};
 }
 

@@ -42,8 +42,8 @@ inside apt-get -qq update
 inside apt-get -qq install --no-install-recommends -y "$(package selvedge)" >"$folder/install.log" 2>&1 ||
   { tail -30 "$folder/install.log" >&2; exit 1; }
 done_with "selvedge and what it needs are installed"
-as_user 'selvedge demo --out runs/demo >demo.log 2>&1' || { tail -30 "$root/home/weaver/demo.log" >&2; exit 1; }
-as_user 'test -s runs/demo/report.html || find runs/demo -name report.html | grep -q .'
+as_user 'selvedge demo >demo.log 2>&1' || { tail -30 "$root/home/weaver/demo.log" >&2; exit 1; }
+as_user 'find runs/demo -name report.html | grep -q .'
 done_with "the demo, by a user"
 
 inside apt-get -qq install --no-install-recommends -y "$(package selvedge-dev)" cmake g++ make \

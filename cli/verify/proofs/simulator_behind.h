@@ -38,9 +38,11 @@ class OwnSheetHere : public model::Simulator {
   double off_m_ = 0;
 };
 
-inline std::shared_ptr<const model::Simulator> own_sheet_behind(const std::filesystem::path& log) {
+inline std::shared_ptr<const model::Simulator> own_sheet_behind(const std::filesystem::path& log,
+                                                                model::Drag drag = model::Drag::nonlinear) {
   return std::make_shared<station::ForeignSimulator>(
-      "'" + station::program(station::kLabProgram).string() + "' simulator serve", station::ForeignOptions{log});
+      "'" + station::program(station::kLabProgram).string() + "' simulator serve --base " + to_text(drag),
+      station::ForeignOptions{log});
 }
 
 // A hang and waves of a knit as 25 markers saw them.
