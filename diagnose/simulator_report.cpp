@@ -9,6 +9,8 @@ using nlohmann::json;
 
 namespace {
 
+constexpr double kImitates = 0.5;  // of its gap, that our sheet may be off its motion
+
 std::string parameters_in_words(const SimulatorPart& p) {
   std::string out;
   for (const BehavesAs& b : p.parameters)
@@ -34,6 +36,8 @@ std::vector<std::string> lines_of(const SimulatorGap& g) {
                          p.alone_mm);
     }
   if (!most.empty()) out.push_back(most);
+  if (g.imitated_mm > kImitates * g.before_mm)
+    out.push_back("Its motion is too unlike our sheet's for these parts to be believed.");
   return out;
 }
 
