@@ -2,6 +2,7 @@
 // answer's own documents say not to believe it.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -23,10 +24,16 @@ struct Verdict {
   void lower(Trust to, const std::string& why);
 };
 
-// For a terminal: one line, then one a reason.
-std::string to_lines(const Verdict& verdict);
+// For a terminal: one line, then one a reason. coloured: green, yellow or red, as ANSI escapes.
+std::string to_lines(const Verdict& verdict, bool coloured = false);
+
+// The same for standard output: coloured where that is a terminal and NO_COLOR is not set.
+std::string for_terminal(const Verdict& verdict);
 
 // {"trust", "sentence", "because"}.
 nlohmann::json to_json(const Verdict& verdict);
+
+// What to_json made; none where the value is no such thing.
+std::optional<Verdict> read_verdict(const nlohmann::json& value);
 
 }  // namespace selvedge::report

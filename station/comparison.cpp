@@ -7,6 +7,8 @@
 
 #include "files/bad_input.h"
 #include "files/whole_file.h"
+#include "report/verdict.h"
+#include "station/comparison_verdict.h"
 #include "station/diagnosis_folder.h"
 
 namespace selvedge::station {
@@ -197,6 +199,9 @@ json session_of_one(const json& trials) {
 
 json pair_json(const ComparedPair& pair) {
   json out = {{"name", pair.name}, {"held_out_mm", both_at(pair.a.fit, pair.b.fit, "/held_out/error")}};
+  out["rigid_plate_mm"] = both_at(pair.a.fit, pair.b.fit, "/held_out/rigid_plate_error");
+  out["verdicts"] = {{"fit", {{"a", at(pair.a.fit, "/verdict")}, {"b", at(pair.b.fit, "/verdict")}}},
+                     {"diagnosis", {{"a", at(pair.a.diagnosis, "/verdict")}, {"b", at(pair.b.diagnosis, "/verdict")}}}};
   out["models"] = {{"a", at(pair.a.fit, "/model")}, {"b", at(pair.b.fit, "/model")}};
   out["held_out_by"] = {{"a", at(pair.a.fit, "/held_out/by")}, {"b", at(pair.b.fit, "/held_out/by")}};
   out["evaluations"] = both_at(pair.a.fit, pair.b.fit, "/evaluations");
@@ -209,6 +214,8 @@ json pair_json(const ComparedPair& pair) {
   }
   if (!pair.a.trials.is_null() || !pair.b.trials.is_null())
     out["session"] = {{"a", session_of_one(pair.a.trials)}, {"b", session_of_one(pair.b.trials)}};
+  out["better"] = better_of(out);
+  out["verdict"] = report::to_json(verdict_of_pair(out));
   return out;
 }
 
@@ -245,8 +252,13 @@ Comparison read_comparison(const fs::path& a, const fs::path& b) {
 json to_json(const Comparison& comparison) {
   json pairs = json::array();
   for (const ComparedPair& pair : comparison.pairs) pairs.push_back(pair_json(pair));
-  return {{"format", "comparison/1"}, {"a", comparison.a.string()},  {"b", comparison.b.string()},
-          {"pairs", pairs},           {"only_a", comparison.only_a}, {"only_b", comparison.only_b}};
+  return {{"format", "comparison/1"},
+          {"verdict", report::to_json(verdict_of_pairs(pairs))},
+          {"a", comparison.a.string()},
+          {"b", comparison.b.string()},
+          {"pairs", pairs},
+          {"only_a", comparison.only_a},
+          {"only_b", comparison.only_b}};
 }
 
 }  // namespace selvedge::station

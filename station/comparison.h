@@ -35,7 +35,8 @@ struct Comparison {
 // Throws BadInput where a folder holds no result, a file is damaged, or the two cannot be paired.
 Comparison read_comparison(const std::filesystem::path& a, const std::filesystem::path& b);
 
-// {"format": "comparison/1", "a", "b", "pairs": [{"name", "held_out_mm", "parameters": {NAME: {"unit", "a", "b",
+// {"format": "comparison/1", "verdict", "a", "b", "pairs": [{"name", "verdict", "better" (comparison_verdict.h),
+// "verdicts": {"fit", "diagnosis"}, "held_out_mm", "rigid_plate_mm", "parameters": {NAME: {"unit", "a", "b",
 // "difference", "ratio", "apart"}}, "trials": {NAME: {…}}, "gap": {…}, "effects": {…}, "where": […], "session": {…}}],
 // "only_a", "only_b"}. Numbers are {"a", "b", "difference"}; null where a side has none.
 nlohmann::json to_json(const Comparison& comparison);
@@ -43,7 +44,7 @@ nlohmann::json to_json(const Comparison& comparison);
 // compare.json and report.html, each whole or not at all. Returns the former.
 nlohmann::json write_comparison(const Comparison& comparison, const std::filesystem::path& folder);
 
-// A line a fabric, for the terminal.
+// The verdict, then a line a fabric, for the terminal.
 std::string comparison_text(const nlohmann::json& comparison);
 
 }  // namespace selvedge::station

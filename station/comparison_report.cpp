@@ -214,22 +214,10 @@ void add_session_of_both(report::HtmlReport& html, const json& pair) {
 }
 
 std::string summary_sentence(const json& pair) {
-  const json& held_out = pair["held_out_mm"];
   std::vector<std::string> apart;
   for (const auto& [name, p] : pair["parameters"].items())
     if (p["apart"] == json(true)) apart.push_back(name);
   std::string text;
-  if (held_out["difference"].is_number()) {
-    const std::string a = number_text(held_out["a"]), b = number_text(held_out["b"]);
-    if (a == b) text = fmt::format("What they were not fitted to, both predict to {} mm. ", a);
-    else
-      text = fmt::format("B predicts what it was not fitted to {} mm {} than A ({} and {} mm). ",
-                         number_text(std::abs(held_out["difference"].get<double>())),
-                         held_out["difference"].get<double>() < 0 ? "better" : "worse", b, a);
-    if (pair["held_out_by"]["a"] != pair["held_out_by"]["b"])
-      text += fmt::format("The two are not measured alike: A holds out {}, B {}. ", word_text(pair["held_out_by"]["a"]),
-                          word_text(pair["held_out_by"]["b"]));
-  }
   if (!pair["parameters"].empty())
     text += apart.empty() ? "No parameter differs beyond its interval. "
                           : fmt::format("Beyond their intervals differ: {}. ", fmt::join(apart, ", "));
@@ -244,13 +232,15 @@ std::string summary_sentence(const json& pair) {
 json write_comparison(const Comparison& comparison, const fs::path& folder) {
   const json summary = to_json(comparison);
   report::HtmlReport html("Two runs side by side");
+  html.verdict(report::read_verdict(summary["verdict"]).value_or(report::Verdict{}));
   html.table({"", "folder"},
              {{"A", fs::weakly_canonical(comparison.a).string()}, {"B", fs::weakly_canonical(comparison.b).string()}});
   for (size_t i = 0; i < comparison.pairs.size(); ++i) {
     const ComparedPair& pair = comparison.pairs[i];
     const json& values = summary["pairs"][i];
     html.heading(pair.name);
-    html.paragraph(summary_sentence(values));
+    if (comparison.pairs.size() > 1) html.verdict(report::read_verdict(values["verdict"]).value_or(report::Verdict{}));
+    if (const std::string summary_text = summary_sentence(values); !summary_text.empty()) html.paragraph(summary_text);
     if (values["models"]["a"] != values["models"]["b"])
       html.table({"model", ""}, {{"A", word_text(values["models"]["a"])}, {"B", word_text(values["models"]["b"])}});
     add_parameters_of_both(html, values["parameters"]);
@@ -269,8 +259,10 @@ json write_comparison(const Comparison& comparison, const fs::path& folder) {
 
 std::string comparison_text(const json& comparison) {
   std::string text;
+  if (const auto verdict = report::read_verdict(comparison["verdict"])) text = report::for_terminal(*verdict) + "\n";
   for (const json& pair : comparison["pairs"])
-    text += fmt::format("{}: {}\n", pair["name"].get<std::string>(), summary_sentence(pair));
+    if (const std::string summary = summary_sentence(pair); !summary.empty())
+      text += fmt::format("{}: {}\n", pair["name"].get<std::string>(), summary);
   return text;
 }
 

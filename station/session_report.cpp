@@ -13,6 +13,7 @@
 #include "report/text_table.h"
 #include "station/json_text.h"
 #include "station/session_steps.h"
+#include "station/session_verdict.h"
 
 namespace selvedge::station {
 
@@ -72,6 +73,7 @@ json fabric_summary(const SwatchPlan& swatch, const fs::path& folder, const json
     const json fit = files::read_json(folder / "fit.json");
     out["fit"] = {
         {"parameters", fit["parameters"]}, {"held_out_mm", fit["held_out"]["error"]}, {"remarks", fit["remarks"]}};
+    if (fit.contains("verdict")) out["fit"]["verdict"] = fit["verdict"];
     if (truth.contains("parameters"))
       for (auto& [name, parameter] : out["fit"]["parameters"].items())
         if (truth["parameters"].contains(name)) parameter["truth"] = truth["parameters"][name]["value"];
@@ -79,8 +81,8 @@ json fabric_summary(const SwatchPlan& swatch, const fs::path& folder, const json
   const fs::path diagnosis = newest_diagnosis_folder(folder);
   if (fs::exists(diagnosis / "diagnosis.json")) {
     const json d = files::read_json(diagnosis / "diagnosis.json");
-    for (const char* key : {"cause", "side", "gap", "probabilities", "confusable", "cannot_tell", "effect_size",
-                            "shrink", "next_experiment"})
+    for (const char* key : {"verdict", "cause", "side", "gap", "probabilities", "confusable", "cannot_tell",
+                            "effect_size", "shrink", "next_experiment"})
       if (d.contains(key)) out["diagnosis"][key] = d[key];
     out["diagnosis"]["folder"] = diagnosis.filename().string();
     if (!truth.is_null()) out["truth"] = judge_against(truth, d);
@@ -257,6 +259,7 @@ json session_summary(const SessionFile& file, const fs::path& folder) {
         truth.is_object() && truth.contains("swatches") ? truth["swatches"].value(swatch.name, json()) : json();
     out["fabrics"][swatch.name] = fabric_summary(swatch, folder / swatch.name, steps, known);
   }
+  out["verdict"] = report::to_json(verdict_of_session(out));
   return out;
 }
 
@@ -265,6 +268,7 @@ json session_summary(const SessionFile& file, const fs::path& folder) {
 json write_session_report(const SessionFile& file, const fs::path& folder) {
   const json summary = session_summary(file, folder);
   report::HtmlReport html("Session " + file.path.stem().string());
+  html.verdict(verdict_of_session(summary));
   add_answers(html, summary);
   add_links(html, summary, folder);
   add_pictures(html, file, folder);
@@ -282,7 +286,8 @@ std::string session_text(const json& summary) {
   for (const auto& [name, f] : summary["fabrics"].items()) {
     rows.push_back({name, recorded(f), held_out(f), answer(f), truth_text(f)});
   }
-  return report::text_table({"fabric", "trials", "held out, mm", "diagnosis", ""}, rows);
+  return report::for_terminal(verdict_of_session(summary)) + "\n" +
+         report::text_table({"fabric", "trials", "held out, mm", "diagnosis", ""}, rows);
 }
 
 }  // namespace selvedge::station

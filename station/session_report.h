@@ -13,11 +13,11 @@
 namespace selvedge::station {
 
 // Writes FOLDER/session.json and FOLDER/report.html. Returns the former:
-// {"format": "session/1", "fabrics": {NAME: {"trials", "fit", "diagnosis", "truth"}}, "steps": {ID: {…}},
+// {"format": "session/1", "verdict", "fabrics": {NAME: {"trials", "fit", "diagnosis", "truth"}}, "steps": {ID: {…}},
 // "calibration"}.
 nlohmann::json write_session_report(const SessionFile& file, const std::filesystem::path& folder);
 
-// About a line a fabric, for the terminal.
+// The verdict, then about a line a fabric, for the terminal.
 std::string session_text(const nlohmann::json& summary);
 
 }  // namespace selvedge::station

@@ -33,7 +33,7 @@ struct DiagnoseArguments {
 };
 
 void print_diagnosis(const diagnose::Diagnosis& d) {
-  fmt::print("{}\n", report::to_lines(diagnose::verdict_of(d)));
+  fmt::print("{}\n", report::for_terminal(diagnose::verdict_of(d)));
   if (!d.other.name.empty())
     for (const std::string& line : diagnose::lines_of(d.other)) fmt::print("{}\n", line);
   for (const diagnose::SimulatorPart& p : d.other.parts)

@@ -36,7 +36,7 @@ struct FitArguments {
 };
 
 void print_outcome(const fit::FitOutcome& out) {
-  fmt::print("{}\n", report::to_lines(fit::verdict_of(out)));
+  fmt::print("{}\n", report::for_terminal(fit::verdict_of(out)));
   fmt::print("{:<16} {:>11} {:<11} {:>23}  {:>9}\n", "parameter", "value", "unit", "90 % interval", "1 % error");
   for (const fit::FittedParameter& p : out.parameters)
     fmt::print("{:<16} {:>11.4g} {:<11} {:>11.3g} {:>11.3g}  {:>7.1f} %  {}\n", p.parameter.name, p.value,

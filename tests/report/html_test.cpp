@@ -5,6 +5,7 @@
 #include <regex>
 
 #include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
 
 #include "files/whole_file.h"
 #include "report/base64.h"
@@ -182,6 +183,12 @@ TEST(HtmlReport, BeginsWithItsVerdictAndEndsWithWhoMadeIt) {
   EXPECT_EQ(to_lines(verdict),
             "not to be believed: the fit predicts 2 < 3 mm\n  because the recording is doubted\n"
             "  because a parameter is at its bound\n");
+  EXPECT_EQ(to_lines(verdict, true).find("\x1b[31mnot to be believed\x1b[0m: the fit"), 0u);
+  const std::optional<Verdict> read = read_verdict(to_json(verdict));
+  ASSERT_TRUE(read);
+  EXPECT_EQ(to_lines(*read), to_lines(verdict));
+  EXPECT_FALSE(read_verdict({{"trust", "somewhat"}, {"sentence", "x"}}));
+  EXPECT_FALSE(read_verdict(nullptr));
   HtmlReport html("A & B");
   html.verdict(verdict);
   const std::filesystem::path file = std::filesystem::temp_directory_path() / "selvedge-verdict.html";

@@ -43,7 +43,7 @@ class ComparisonTest : public testing::Test {
             {"error_end", 0.5},
             {"frames", 30},
             {"error_held_out", held_out},
-            {"error_held_out_interval", {0.1, 2}}}}}},
+            {"error_held_out_interval", {0.9 * held_out, 1.1 * held_out}}}}}},
         {"held_out", {{"by", "frames"}, {"error", held_out}}}};
     files::write_json(folder / "fit.json", fit);
     report::HtmlReport html("Fit");
@@ -95,8 +95,52 @@ TEST_F(ComparisonTest, SaysWhichParametersDifferAndHowFarEachPredicts) {
   EXPECT_NEAR(pair["gap"]["value_mm"]["b"].get<double>(), 0.3, 1e-12);  // the newest diagnosis
   EXPECT_EQ(pair["gap"]["cause"]["a"], "bend_friction");
   EXPECT_EQ(pair["where"][0]["cell"], "lower hem");
-  EXPECT_NE(comparison_text(written).find("0.3 mm better than A"), std::string::npos) << comparison_text(written);
+  EXPECT_NE(comparison_text(written).find("better by 0.3 mm than A"), std::string::npos) << comparison_text(written);
   EXPECT_NE(comparison_text(written).find("differ: bend."), std::string::npos) << comparison_text(written);
+}
+
+TEST_F(ComparisonTest, BeginsWithWhoPredictsBetterAndByHowMuch) {
+  write_fit(folder_ / "a", 4e-5, 0.8);
+  write_fit(folder_ / "b", 6e-5, 0.5);
+  write_fit(folder_ / "near_b", 6e-5, 0.52);
+  json written = write_comparison(read_comparison(folder_ / "a", folder_ / "b"), folder_ / "out");
+  EXPECT_EQ(written["verdict"]["trust"], "to be believed");
+  EXPECT_EQ(written["verdict"]["sentence"],
+            "B predicts what it was not fitted to better by 0.3 mm than A (0.5 and 0.8 mm)");
+  EXPECT_EQ(written["pairs"][0]["better"], "b");
+  EXPECT_EQ(comparison_text(written).find("to be believed: B predicts"), 0u) << comparison_text(written);
+  const std::string html = files::read_whole(folder_ / "out" / "report.html");
+  EXPECT_LT(html.find("<div class=\"verdict full\">"), html.find("<table>"));
+  written = to_json(read_comparison(folder_ / "b", folder_ / "a"));
+  EXPECT_EQ(written["pairs"][0]["better"], "a");
+  written = to_json(read_comparison(folder_ / "b", folder_ / "near_b"));
+  EXPECT_EQ(written["pairs"][0]["better"], "neither");
+  EXPECT_EQ(written["verdict"]["sentence"].get<std::string>().find("no difference that the data can show"), 0u);
+}
+
+TEST_F(ComparisonTest, IsTrustedNoFurtherThanWhatItCompares) {
+  write_fit(folder_ / "a", 4e-5, 0.8);
+  write_fit(folder_ / "b", 6e-5, 0.5);
+  const json as_written = files::read_json(folder_ / "b" / "fit.json");
+  const auto trust_with = [&](auto change) {
+    json fit = as_written;
+    change(fit);
+    files::write_json(folder_ / "b" / "fit.json", fit);
+    return to_json(read_comparison(folder_ / "a", folder_ / "b"))["verdict"];
+  };
+  const json doubted = trust_with([](json& fit) {
+    fit["verdict"] = {{"trust", "not to be believed"}, {"sentence", "x"}, {"because", {"gravity points up"}}};
+  });
+  EXPECT_EQ(doubted["trust"], "not to be believed");
+  EXPECT_NE(doubted["because"][0].get<std::string>().find("gravity points up"), std::string::npos);
+  const json plate = trust_with([](json& fit) { fit["held_out"]["rigid_plate_error"] = 0.4; });
+  EXPECT_EQ(plate["trust"], "not to be believed");
+  EXPECT_NE(plate["because"][0].get<std::string>().find("rigid plate"), std::string::npos);
+  EXPECT_EQ(trust_with([](json& fit) { fit["held_out"]["rigid_plate_error"] = 0.6; })["trust"], "to be believed");
+  EXPECT_EQ(trust_with([](json& fit) { fit["held_out"]["by"] = "trials"; })["trust"], "to be taken with care");
+  EXPECT_EQ(trust_with([](json& fit) { fit["trials"]["waving-1"].erase("error_held_out_interval"); })["trust"],
+            "to be taken with care");
+  EXPECT_EQ(trust_with([](json& fit) { fit["held_out"]["error"] = nullptr; })["because"][0], "B held nothing out");
 }
 
 TEST_F(ComparisonTest, ThePageStandsAloneWithTheFiguresOfBoth) {
@@ -150,6 +194,7 @@ TEST_F(ComparisonTest, SessionsArePairedByFabric) {
   EXPECT_EQ(written["pairs"][0]["name"], "linen");
   EXPECT_EQ(written["pairs"][0]["session"]["b"]["frames_lost"], 2);
   EXPECT_EQ(written["pairs"][0]["session"]["a"]["kept_aside"], 1);
+  EXPECT_EQ(written["verdict"]["sentence"].get<std::string>().find("no difference"), 0u) << written["verdict"];
   EXPECT_EQ(written["only_a"][0], "a-silk");
   EXPECT_EQ(written["only_b"][0], "b-silk");
   write_fit(folder_ / "single", 1e-5, 1);
