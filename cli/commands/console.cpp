@@ -27,8 +27,11 @@ struct ConsoleArguments {
 void run_console(ConsoleArguments& a) {
   if (a.run.empty() && a.configuration.empty()) refuse("console", "expected --run DIR, --config FILE, or both");
   if (a.run.empty()) a.run = std::filesystem::path("runs") / "console";
-  if (a.configuration.empty()) a.configuration = a.run / "rig.toml";
-  else if (!std::filesystem::is_regular_file(a.configuration))
+  if (a.configuration.empty()) {
+    if (!std::filesystem::is_directory(a.run))
+      refuse("--run " + a.run.string(), "found no such folder, expected one, or --config FILE to begin a new one");
+    a.configuration = a.run / "rig.toml";
+  } else if (!std::filesystem::is_regular_file(a.configuration))
     refuse("--config " + a.configuration.string(), "no such file");
   expect_folder("--run", a.run);
   std::filesystem::create_directories(a.run);

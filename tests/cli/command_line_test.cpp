@@ -58,6 +58,7 @@ TEST_F(CommandLine, RefusesWhatItDoesNotKnow) {
   expect_refused(run("check \"$(printf 'two\\nlines')\""), "two lines");
   expect_refused(run("fit nowhere --out fitted --evaluations 5"), "--evaluations");  // least squares has no budget
   expect_refused(run("compare . .. --out compared"), "neither fit.json nor diagnosis.json");
+  expect_refused(run("console --run nowhere"), "nowhere");
   expect_refused(run("prove nothing"), "nothing");
   expect_refused(run("bench nothing"), "nothing");
   expect_refused(run("prove format --seed many"), "seed");
