@@ -281,7 +281,8 @@ Diagnosis diagnose(const trial::Campaign& campaign, const std::vector<Effect>& e
   const bool is_fitted = options.study.fitted || options.study.base_fit;
   const double fit_share = is_fitted ? kBegin.windows : 0.4;
   study_options.progress = part(progress, 0, fit_share);
-  const report::ProgressCallback after = part(progress, fit_share, 1);
+  const double imitated_at = options.other ? 0.5 * (1 + fit_share) : fit_share;
+  const report::ProgressCallback after = part(progress, imitated_at, 1);
   FittedStudy fitted = make_study(campaign, effects, study_options);
   Study& study = fitted.study;
   out.base_fit = fitted.base_fit;
@@ -298,7 +299,7 @@ Diagnosis diagnose(const trial::Campaign& campaign, const std::vector<Effect>& e
   std::optional<Imitation> imitation;
   if (options.other) {
     StudyOptions like = options.study;
-    like.progress = part(after, 0, kBegin.windows);
+    like.progress = part(progress, fit_share, imitated_at);
     imitation = imitate(campaign, like, *options.other);
     stages.done("imitating " + options.other->simulator->name());
   }

@@ -57,7 +57,7 @@ struct Imitation {
 // options: of the diagnosis of the recording. Throws BadInput where the simulator diverges or breaks its protocol.
 Imitation imitate(const trial::Campaign& campaign, const StudyOptions& options, const FittedSimulator& other);
 
-// arm, scale: the likeliest set; likeliest: all coordinates at its estimate.
+// arm: the likeliest set; likeliest: all coordinates at its estimate.
 SimulatorGap simulator_gap(Study& study, const Windows& windows, const Evidence& evidence, const Arm& arm,
                            const Eigen::VectorXd& likeliest, const Imitation& imitation);
 

@@ -70,8 +70,17 @@ void print_diagnosis(const diagnose::Diagnosis& d) {
   fmt::print("next: {}\n", d.next_experiment);
 }
 
+[[noreturn]] void refuse_fit(const DiagnoseArguments& a, const trial::Campaign& campaign) {
+  refuse("--fit",
+         "found a fit of other recordings, of another drag law or simulator, or by another version of Selvedge in {}, "
+         "expected one of {}",
+         (a.fit / "fit.json").string(), campaign.folder.string());
+}
+
 // The simulator as a fit.json has it that rests on these recordings; else as it is fitted now, kept in --out.
-diagnose::FittedSimulator fitted_simulator(const DiagnoseArguments& a, const trial::Campaign& campaign) {
+// fit_is_ours: --fit holds one of our sheet.
+diagnose::FittedSimulator fitted_simulator(const DiagnoseArguments& a, const trial::Campaign& campaign,
+                                           bool fit_is_ours) {
   const std::filesystem::path own = a.out / "simulator";
   std::filesystem::create_directories(own);
   fit::FitOptions options;
@@ -84,6 +93,7 @@ diagnose::FittedSimulator fitted_simulator(const DiagnoseArguments& a, const tri
       fmt::print("{} as {} has it\n", options.simulator->name(), (folder / "fit.json").string());
       return {options.simulator, *x};
     }
+    if (folder == a.fit && !fit_is_ours) refuse_fit(a, campaign);
   }
   options.hold_out = fit::HoldOut::none;
   options.progress = report::terminal_progress("fit " + options.simulator->name());
@@ -105,12 +115,8 @@ void run_diagnose(DiagnoseArguments& a) {
   const auto begun = diagnose::begin_with_fit(a.options, campaign,
                                               a.fit.empty() ? std::vector{a.out, campaign.folder} : std::vector{a.fit});
   if (begun) fmt::print("begins with the parameters of {}\n", begun->string());
-  else if (!a.fit.empty() && a.simulator.empty())
-    refuse("--fit",
-           "found a fit of other recordings, of another drag law or by another version of Selvedge in {}, expected "
-           "one of {}",
-           (a.fit / "fit.json").string(), campaign.folder.string());
-  if (!a.simulator.empty()) a.options.other = fitted_simulator(a, campaign);
+  if (!a.simulator.empty()) a.options.other = fitted_simulator(a, campaign, begun.has_value());
+  else if (!begun && !a.fit.empty()) refuse_fit(a, campaign);
   diagnose::keep_base_fit(a.options, a.out / "base_fit.json", campaign);
   const diagnose::Diagnosis d = diagnose::diagnose(campaign, effects, a.options);
   diagnose::write_diagnosis(d, a.out);
@@ -142,6 +148,7 @@ void add_diagnose(CLI::App& app, int&) {
   command->add_option("--run-limit", a->run_limit_s, "of a run of that simulator")
       ->type_name("SECONDS")
       ->check(CLI::PositiveNumber)
+      ->capture_default_str()
       ->needs("--simulator");
   command->add_option("--effects", a->effects, "try these effects alone, comma between")->delimiter(',');
   command->add_option("--without", a->without, "leave these effects out, comma between")->delimiter(',');
