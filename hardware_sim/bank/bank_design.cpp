@@ -7,6 +7,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include "hardware_sim/world/sheet_grip.h"
+
 namespace selvedge::hardware_sim {
 
 namespace {
@@ -86,8 +88,11 @@ BankDesign usual_design() {
 }
 
 SwatchHold draw_hold(const FabricTruth& fabric, std::mt19937_64& g) {
+  constexpr double kMostStrain = 0.3;
   const bool by_edge = uniform(g, 0, 1) < 1.0 / 3;
-  return by_edge || bending_length_m(fabric) < kCornersFrom_m ? SwatchHold::top_edge : SwatchHold::corners;
+  const double at_a_corner = kGravity * fabric.density * kSwatch_m * kSwatch_m / 2 / kGrip_m / fabric.stretch;
+  return by_edge || bending_length_m(fabric) < kCornersFrom_m || at_a_corner > kMostStrain ? SwatchHold::top_edge
+                                                                                           : SwatchHold::corners;
 }
 
 BankDesign draw_design(const FabricTruth& fabric, std::mt19937_64& g) {

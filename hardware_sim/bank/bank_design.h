@@ -37,7 +37,8 @@ BankDesign usual_design();
 BankDesign draw_design(const FabricTruth& fabric, std::mt19937_64& generator);
 
 // One in three by the whole edge; and every fabric of less than kCornersFrom_m of bending length, which by its corners
-// hangs in a shape that depends on the mesh of every world (./selvedge prove worlds).
+// hangs in a shape that depends on the mesh of every world (./selvedge prove worlds); and every one that half its
+// weight would stretch by more than three tenths at a grip of a corner.
 SwatchHold draw_hold(const FabricTruth& fabric, std::mt19937_64& generator);
 constexpr double kCornersFrom_m = 0.016;
 
