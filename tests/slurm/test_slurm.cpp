@@ -11,7 +11,8 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include "capture/trial/trial.h"
+#include "capture/trial/trial_writer.h"
+#include "cli/verify/proofs/simulated_trial.h"
 #include "diagnose/diagnosis.h"
 #include "evaluation/blind.h"
 #include "experiments/simulated_trials.h"
@@ -40,6 +41,18 @@ void record_small(const std::string& name, double bend, const fs::path& folder) 
   protocol.trials = {{"still", trial::Experiment::static_hang, 0.29, 0, 0, 0},
                      {"waving", trial::Experiment::waving, 0.29, 0.05, 2.0, 0}};
   experiments::record_fabric(fabric, protocol, folder);
+}
+
+// Markers of a swatch that our own model simulates: what lacks nothing is diagnosed soonest.
+void record_markers(const std::string& name, double bend, const fs::path& folder) {
+  SimulatedSwatch swatch;
+  swatch.material.bend = bend;
+  trial::Campaign campaign;
+  campaign.fabric = name;
+  campaign.trials = {simulated_trial(swatch, {.half_apart_m = 0.14}, "still", 1),
+                     simulated_trial(swatch, {.half_apart_m = 0.14, .amplitude_m = 0.05, .samples = 48}, "waving", 2)};
+  for (const trial::Trial& t : campaign.trials) trial::write_trial(t, folder / t.name);
+  trial::write_campaign_json(campaign, folder);
 }
 
 class Slurm : public testing::Test {
@@ -91,7 +104,7 @@ class BlindBank : public Slurm {
 
   void SetUp() override {
     for (size_t i = 0; i < kIds.size(); ++i)
-      record_small(kIds[i], 2e-5 * (1.0 + static_cast<double>(i)), folder_ / "bank" / "campaigns" / kIds[i]);
+      record_markers(kIds[i], 6e-5 * (1.0 + static_cast<double>(i)), folder_ / "bank" / "campaigns" / kIds[i]);
     seal("bank", kIds);
   }
 
