@@ -2,7 +2,8 @@
 //
 // A header whose includes reach another is compiled behind it in one go, the other first: what comes before a header is
 // then nothing but what it includes anyway. So a chain of headers costs one compilation (a greedy cover of the order by
-// chains). What compiled is kept by its text, so that a second run compiles what has changed.
+// chains). Libraries that take a second to read are compiled once for all headers that reach just the same of them.
+// What compiled is kept by its text, so that a second run compiles what has changed.
 #include <algorithm>
 #include <atomic>
 #include <filesystem>
@@ -17,6 +18,7 @@
 #include <vector>
 
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include "tests/house/house_files.h"
 
@@ -107,13 +109,55 @@ class Stamps {
   std::map<std::string, std::string> known_;
 };
 
-// The compiler's words; empty: it compiles.
-std::string compile(const std::vector<std::string>& chain) {
-  std::string text;
-  for (const std::string& header : chain) text += "#include \"" + header + "\"\\n";
-  const Ran ran = run("printf '" + text +
-                      "' | " SELVEDGE_COMPILER " @" SELVEDGE_HEADER_FLAGS " -std=c++20 -fsyntax-only -w -x c++ - 2>&1");
+// Those of the slow libraries that a header reaches.
+std::vector<std::string> slow_of(const Closures& closures, const std::string& header) {
+  std::string text = text_of(header);
+  for (const std::string& file : closures.at(header)) text += text_of(file);
+  std::vector<std::string> out;
+  for (const char* slow : {"Eigen/Core", "Eigen/Geometry", "filesystem", "functional", "gtest/gtest.h",
+                           "nlohmann/json.hpp", "opencv2/core.hpp"})
+    if (text.find("#include <" + std::string(slow) + ">") != std::string::npos) out.emplace_back(slow);
+  return out;
+}
+
+// The compiler's words; empty: it compiles. what: options and the file, as a shell takes them.
+std::string compile(const std::string& what) {
+  const Ran ran = run(SELVEDGE_COMPILER " @" SELVEDGE_HEADER_FLAGS " -std=c++20 -w " + what + " 2>&1");
   return ran.status == 0 ? "" : "exit status " + std::to_string(ran.status) + "\n" + ran.output.substr(0, 2000);
+}
+
+// Headers that reach the same slow libraries.
+struct Alike {
+  std::string precompiled;  // the file to include for those libraries; empty: none
+  std::vector<std::vector<std::string>> chains;
+};
+
+Alike precompile(const std::vector<std::string>& slow, const std::string& file) {
+  if (slow.empty()) return {};
+  std::ofstream text(file);
+  for (const std::string& name : slow) text << "#include <" << name << ">\n";
+  text.close();
+  EXPECT_EQ(compile("-x c++-header -o '" + file + ".gch' '" + file + "'"), "");
+  return {file, {}};
+}
+
+std::string compile_chain(const Alike& alike, const std::vector<std::string>& chain, const std::string& file) {
+  std::ofstream text(file);
+  for (const std::string& header : chain) text << "#include \"" << header << "\"\n";
+  text.close();
+  const std::string first = alike.precompiled.empty() ? "" : " -Winvalid-pch -include '" + alike.precompiled + "'";
+  return compile("-fsyntax-only" + first + " '" + file + "'");
+}
+
+// do_one(i) for each i < count, on all processors.
+void on_all_processors(size_t count, const std::function<void(size_t)>& do_one) {
+  std::atomic<size_t> next = 0;
+  std::vector<std::thread> workers;
+  for (unsigned i = 0; i < std::max(2u, std::thread::hardware_concurrency()); ++i)
+    workers.emplace_back([&] {
+      for (size_t k = next++; k < count; k = next++) do_one(k);
+    });
+  for (std::thread& worker : workers) worker.join();
 }
 
 TEST(Headers, EachCompilesAlone) {
@@ -124,21 +168,30 @@ TEST(Headers, EachCompilesAlone) {
   std::set<std::string> changed;
   for (const auto& [header, stamp] : stamps)
     if (!kept.knows(header, stamp)) changed.insert(header);
-  const auto chains = chains_of(closures, changed);
-  std::atomic<size_t> next = 0;
+  std::map<std::vector<std::string>, std::set<std::string>> by_slow;
+  for (const std::string& header : changed) by_slow[slow_of(closures, header)].insert(header);
+  const std::vector<std::pair<std::vector<std::string>, std::set<std::string>>> groups(by_slow.begin(), by_slow.end());
+  const fs::path folder = fs::temp_directory_path() / ("selvedge_headers_" + std::to_string(::getpid()));
+  fs::create_directories(folder);
+  std::vector<Alike> alike(groups.size());
+  on_all_processors(groups.size(), [&](size_t i) {
+    alike[i] = precompile(groups[i].first, folder / (std::to_string(i) + ".h"));
+    alike[i].chains = chains_of(closures, groups[i].second);
+  });
+  std::vector<std::pair<size_t, size_t>> chains;
+  for (size_t i = 0; i < alike.size(); ++i)
+    for (size_t k = 0; k < alike[i].chains.size(); ++k) chains.emplace_back(i, k);
   std::mutex mutex;
-  std::vector<std::thread> workers;
-  for (unsigned i = 0; i < std::max(2u, std::thread::hardware_concurrency()); ++i)
-    workers.emplace_back([&] {
-      for (size_t c = next++; c < chains.size(); c = next++) {
-        const std::string said = compile(chains[c]);
-        const std::lock_guard lock(mutex);
-        if (said.empty())
-          for (const std::string& header : chains[c]) kept.keep(header, stamps.at(header));
-        else ADD_FAILURE() << "does not compile alone: " << chains[c].back() << " or one that it reaches: " << said;
-      }
-    });
-  for (std::thread& worker : workers) worker.join();
+  on_all_processors(chains.size(), [&](size_t i) {
+    const Alike& those = alike[chains[i].first];
+    const std::vector<std::string>& chain = those.chains[chains[i].second];
+    const std::string said = compile_chain(those, chain, folder / (std::to_string(i) + ".cpp"));
+    const std::lock_guard lock(mutex);
+    if (said.empty())
+      for (const std::string& header : chain) kept.keep(header, stamps.at(header));
+    else ADD_FAILURE() << "does not compile alone: " << chain.back() << " or one that it reaches: " << said;
+  });
+  fs::remove_all(folder);
   std::printf("%zu of %zu headers compiled in %zu chains\n", changed.size(), closures.size(), chains.size());
 }
 
