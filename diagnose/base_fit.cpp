@@ -8,12 +8,12 @@
 #include <nlohmann/json.hpp>
 
 #include "capture/trial/doubts.h"
-#include "diagnose/excerpts.h"
 #include "estimate/least_squares.h"
 #include "files/bad_input.h"
 #include "files/whole_file.h"
 #include "fit/stages.h"
 #include "fit/tested_parameters.h"
+#include "model/excerpts.h"
 #include "model/held_markers.h"
 
 namespace selvedge::diagnose {
@@ -226,7 +226,8 @@ FittedStudy make_study(const trial::Campaign& campaign, const std::vector<Effect
   study.base = model::usual_coordinates(study.parameters);
   begin_with_measured(study, trials);
   if (!measured_effects(study).empty()) base = model::only(study.parameters, rows_of_base(study), study.base);
-  trials = excerpts(std::move(trials), study.measured.delay ? study.measured.delay->delay_s : 0, options.protocol);
+  trials = excerpts(std::move(trials), {options.protocol.most_motion_s, options.protocol.lead_s,
+                                        study.measured.delay ? study.measured.delay->delay_s : 0});
 
   if (options.base_fit) out.base_fit = *options.base_fit;
   else if (options.fitted) out.base_fit = {*options.fitted, 0, {}};

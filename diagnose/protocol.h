@@ -20,7 +20,7 @@ struct Protocol {
   double finer = 1.5;                       // times as many, to see what the grid does
   double rate_hz = 30, image_rate_hz = 10;  // observations are averaged, or thinned, to these
 
-  // What recordings show by themselves (measured.h), and how much of them is looked at (excerpts.h).
+  // What recordings show by themselves (measured.h), and how much of them is looked at (model/excerpts.h).
   double most_delay_s = 0.5;
   double most_motion_s = 12, lead_s = 0.5;
 

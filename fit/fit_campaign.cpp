@@ -14,6 +14,7 @@
 #include "cloth/spline/chosen_grid.h"
 #include "files/bad_input.h"
 #include "estimate/kept_input.h"
+#include "model/excerpts.h"
 #include "model/held_markers.h"
 #include "model/trial_error.h"
 #include "fit/stages.h"
@@ -34,13 +35,6 @@ std::vector<size_t> moving(const std::vector<model::ObservedTrial>& trials) {
   for (size_t i = 0; i < trials.size(); ++i)
     if (!trials[i].still) out.push_back(i);
   return out;
-}
-
-double motion_s(const std::vector<model::ObservedTrial>& trials) {
-  double sum = 0;
-  for (const model::ObservedTrial& t : trials)
-    if (!t.still) sum += t.experiment.sample_s.back() - t.experiment.start_s;
-  return sum;
 }
 
 model::SimulationOptions on_grid_of(int cells, const FitOptions& options) {
@@ -95,9 +89,9 @@ std::optional<double> plate_error(const model::ObservedTrial& trial) {
 std::string identity_of(const FitOptions& o, const std::string& recordings) {
   const std::string like = o.like ? fmt::format(" like {} {:.9g}", o.like->name, mean_bend(*o.like)) : "";
   const std::string settings =
-      fmt::format("{} drag {} cells {} after {} rates {} {} iterations {} hold-out {}",
+      fmt::format("{} drag {} cells {} after {} rates {} {} motion {} iterations {} hold-out {}",
                   o.search ? "start of a search" : "least_squares", static_cast<int>(o.drag), o.cells, o.coarse_cells,
-                  o.rate_hz, o.image_rate_hz, o.max_iterations, static_cast<int>(o.hold_out)) +
+                  o.rate_hz, o.image_rate_hz, o.most_motion_s, o.max_iterations, static_cast<int>(o.hold_out)) +
       like + (o.simulator ? " simulator " + o.simulator->identity() : "");
   return settings + " input " + estimate::input_hash(recordings, settings);
 }
@@ -302,13 +296,13 @@ OnGrids fit_on_grids(FitOutcome& out, const std::vector<model::ObservedTrial>& t
     from = from + 0.5 * (0.75 - from - 0.1);
     return 1e-3 * change.mm;
   };
-  const int most = most_cells(motion_s(trials));
+  const int most = most_cells(model::motion_s(trials));
   const cloth::spline::ChosenGrid grid =
       cloth::spline::choose_grid(cells, options.cells > 0 ? options.cells : most, moved_m);
   if (options.cells == 0 && grid.leaves_open())
     out.remarks.push_back(fmt::format(
         "a grid of {} cells leaves {:.1f} mm open; a finer one would take minutes an iteration for {:.0f} s of motion",
-        grid.cells, change.mm, motion_s(trials)));
+        grid.cells, change.mm, model::motion_s(trials)));
   search.least_decrease = enough;
   search.steps_between = 0;
   search.max_iterations = 2;
@@ -375,6 +369,17 @@ void put_clocks_together(FitOutcome& out, std::vector<model::ObservedTrial>& tri
       "markers on held points come {:.3f} s after the grips' path: the fit moves the path by as much", delay->delay_s));
 }
 
+// What is fitted of a campaign that moves for long: its most moved pieces, which other trials then predict.
+void take_excerpts(FitOutcome& out, std::vector<model::ObservedTrial>& trials, const FitOptions& options) {
+  const double all_s = model::motion_s(trials);
+  if (options.most_motion_s <= 0 || all_s <= options.most_motion_s || moving(trials).size() < 2) return;
+  trials = model::without_leads(model::excerpts(std::move(trials), {.most_motion_s = options.most_motion_s}));
+  const double taken_s = model::motion_s(trials);
+  if (taken_s < all_s)
+    out.remarks.push_back(fmt::format(
+        "of {:.0f} s of motion the {:.0f} s in which the held points move most are fitted", all_s, taken_s));
+}
+
 const char* drag_text(model::Drag drag) {
   return drag == model::Drag::nonlinear ? "nonlinear drag" : drag == model::Drag::linear ? "linear drag" : "no drag";
 }
@@ -422,10 +427,11 @@ FitOutcome fit_campaign(const trial::Campaign& campaign, const FitOptions& optio
       observe_campaign(rig, options.rate_hz, options.image_rate_hz, part_of(options.progress, 0, 0.05, "campaign"));
   for (model::ObservedTrial& trial : observed) trial.experiment.stop = options.stop;
   put_clocks_together(out, observed);
-  const std::vector<model::ObservedTrial>& trials = observed;
   const bool by_trials =
-      options.hold_out == HoldOut::trials || (options.hold_out == HoldOut::automatic && moving(trials).size() >= 4);
+      options.hold_out == HoldOut::trials || (options.hold_out == HoldOut::automatic && moving(observed).size() >= 4);
   const bool of_none = options.hold_out == HoldOut::none;
+  if (by_trials || of_none) take_excerpts(out, observed, options);
+  const std::vector<model::ObservedTrial>& trials = observed;
   out.hold_out = of_none ? "none" : by_trials ? "trials" : "frames";
   out.cut_s = of_none || by_trials || moving(trials).empty()
                   ? 1e300
@@ -442,13 +448,13 @@ FitOutcome fit_campaign(const trial::Campaign& campaign, const FitOptions& optio
       trials, on_grid_of(options.simulator ? others : options.coarse_cells, options),
       options.simulator   ? others
       : options.cells > 0 ? options.coarse_cells
-                          : std::min(kMostCellsAtFirst, most_cells(motion_s(trials))),
+                          : std::min(kMostCellsAtFirst, most_cells(model::motion_s(trials))),
       parameters, search_options(options, out.cut_s, part_of(options.progress, 0.05, 0.25, "coarse grid"), journal));
   const int cells = options.simulator ? others
                     : options.cells > 0
                         ? options.cells
                         : std::clamp(model::cells_of_bending_length(trials.front(), parameters, found.coordinates),
-                                     options.coarse_cells, most_cells(motion_s(trials)));
+                                     options.coarse_cells, most_cells(model::motion_s(trials)));
   estimate::LeastSquaresOptions last = search_options(options, out.cut_s, options.progress, journal);
   estimate::LeastSquaresResult fit;
   VectorXd mesh = VectorXd::Zero(found.coordinates.size());

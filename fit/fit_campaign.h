@@ -37,8 +37,10 @@ struct FitOptions {
   model::Drag drag = model::Drag::nonlinear;
   int cells = 0;  // of the final grid along the width; 0: chosen from the fabric
   int coarse_cells = 8;
-  double rate_hz = 30;                    // observations are thinned to this
-  double image_rate_hz = 10;              // frames likewise
+  double rate_hz = 30;        // observations are thinned to this
+  double image_rate_hz = 10;  // frames likewise
+  // Of motion that markers saw, the pieces that move most (model/excerpts.h); 0: all of it. Held-out frames need all.
+  double most_motion_s = 18;
   HoldOut hold_out = HoldOut::automatic;  // trials where at least four move, else the last third of the frames
   int max_iterations = 10;
   std::optional<material_tests::LibraryFabric> like;  // where rigidity begins, and what it is loosely drawn to

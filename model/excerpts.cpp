@@ -1,16 +1,16 @@
-#include "diagnose/excerpts.h"
+#include "model/excerpts.h"
 
 #include <algorithm>
 
-namespace selvedge::diagnose {
+namespace selvedge::model {
 
 namespace {
 
 constexpr double kStep_s = 0.05;
 
-bool may_be_cut(const model::ObservedTrial& trial) { return trial.markers && !trial.still; }
+bool may_be_cut(const ObservedTrial& trial) { return trial.markers && !trial.still; }
 
-double duration_s(const model::ObservedTrial& trial) { return trial.markers->time_s.back() - trial.experiment.start_s; }
+double duration_s(const ObservedTrial& trial) { return trial.markers->time_s.back() - trial.experiment.start_s; }
 
 // Squared speed of both ends of the held edge, summed over a piece.
 double excitation(const cloth::HeldPath& path, double from_s, double length_s) {
@@ -20,7 +20,7 @@ double excitation(const cloth::HeldPath& path, double from_s, double length_s) {
 }
 
 // The beginning of the piece with most excitation, s.
-double most_excited(const model::ObservedTrial& trial, double length_s, double delay_s) {
+double most_excited(const ObservedTrial& trial, double length_s, double delay_s) {
   const double first = trial.experiment.start_s, last = trial.markers->time_s.back() - length_s;
   double best = first, most = -1;
   for (double from = first; from <= last; from += kStep_s) {
@@ -46,24 +46,40 @@ observe::MarkerTrack piece_of(const observe::MarkerTrack& track, double from_s, 
 
 }  // namespace
 
-std::vector<model::ObservedTrial> excerpts(std::vector<model::ObservedTrial> trials, double delay_s,
-                                           const Protocol& protocol) {
+std::vector<ObservedTrial> excerpts(std::vector<ObservedTrial> trials, const ExcerptOptions& options) {
   double total_s = 0;
-  for (const model::ObservedTrial& trial : trials)
+  for (const ObservedTrial& trial : trials)
     if (may_be_cut(trial)) total_s += duration_s(trial);
-  if (total_s <= protocol.most_motion_s) return trials;
-  for (model::ObservedTrial& trial : trials) {
+  if (total_s <= options.most_motion_s) return trials;
+  for (ObservedTrial& trial : trials) {
     if (!may_be_cut(trial)) continue;
-    const double length_s = duration_s(trial) * protocol.most_motion_s / total_s + protocol.lead_s;
+    const double length_s = duration_s(trial) * options.most_motion_s / total_s + options.lead_s;
     if (length_s >= duration_s(trial)) continue;
     cloth::Experiment& e = trial.experiment;
-    const double from_s = most_excited(trial, length_s, delay_s);
+    const double from_s = most_excited(trial, length_s, options.delay_s);
     trial.markers = piece_of(*trial.markers, from_s, from_s + length_s);
     e.start_s = from_s;
-    e.sample_s = model::sample_times(from_s, from_s + length_s);
-    trial.lead_s = protocol.lead_s;
+    e.sample_s = sample_times(from_s, from_s + length_s);
+    trial.lead_s = options.lead_s;
   }
   return trials;
 }
 
-}  // namespace selvedge::diagnose
+std::vector<ObservedTrial> without_leads(std::vector<ObservedTrial> trials) {
+  for (ObservedTrial& trial : trials) {
+    if (trial.lead_s <= 0) continue;
+    const std::vector<double>& time_s = trial.markers->time_s;
+    trial.markers = piece_of(*trial.markers, trial.experiment.start_s + trial.lead_s, time_s.back());
+    trial.lead_s = 0;
+  }
+  return trials;
+}
+
+double motion_s(const std::vector<ObservedTrial>& trials) {
+  double sum = 0;
+  for (const ObservedTrial& t : trials)
+    if (!t.still) sum += t.experiment.sample_s.back() - t.experiment.start_s;
+  return sum;
+}
+
+}  // namespace selvedge::model

@@ -1,20 +1,28 @@
 // The pieces of long recordings that are looked at: where the held edge moves most.
 //
-// Windows (windows.h) forget how the sheet came to where it is, so they may begin anywhere, and a campaign of any
-// length costs the same.
+// What hung cloth does is soon forgotten, so a piece may begin anywhere, and a campaign of any length costs the same.
 #pragma once
 
 #include <vector>
 
-#include "diagnose/protocol.h"
 #include "model/observed_trial.h"
 
-namespace selvedge::diagnose {
+namespace selvedge::model {
 
-// Of trials with markers that together move for longer than Protocol::most_motion_s: one piece of each, as much of each
-// as of the others. It begins as if it had hung there, so its first Protocol::lead_s do not count
-// (ObservedTrial::lead_s). delay_s: of the markers' stamps.
-std::vector<model::ObservedTrial> excerpts(std::vector<model::ObservedTrial> trials, double delay_s,
-                                           const Protocol& protocol);
+struct ExcerptOptions {
+  double most_motion_s = 12;  // of all pieces together, their leads apart
+  double lead_s = 0.5;        // of each piece, from where it begins as if it had hung there; that does not count
+  double delay_s = 0;         // of the markers' stamps
+};
 
-}  // namespace selvedge::diagnose
+// Of trials with markers that together move for longer than most_motion_s: one piece of each, as much of each as of the
+// others, with ObservedTrial::lead_s. The others as they are.
+std::vector<ObservedTrial> excerpts(std::vector<ObservedTrial> trials, const ExcerptOptions& options);
+
+// Markers within the leads left out: what remains is simulated from where the piece begins, and all of it counts.
+std::vector<ObservedTrial> without_leads(std::vector<ObservedTrial> trials);
+
+// Of all that moves, s.
+double motion_s(const std::vector<ObservedTrial>& trials);
+
+}  // namespace selvedge::model

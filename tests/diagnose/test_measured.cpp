@@ -8,7 +8,7 @@
 
 #include "diagnose/diagnosis.h"
 #include "diagnose/effects/library.h"
-#include "diagnose/excerpts.h"
+#include "model/excerpts.h"
 #include "diagnose/measured.h"
 #include "geometry/projection.h"
 #include "model/seen_markers.h"
@@ -113,12 +113,8 @@ TEST(GuideTrack, HoldsBackAFrameThatJumps) {
 TEST(Excerpts, TakeTheMostMovedPieceOfALongCampaign) {
   model::ObservedTrial trial = observed(truthful);
   const double whole_s = trial.markers->time_s.back() - trial.experiment.start_s;
-  Protocol protocol;
-  protocol.most_motion_s = 10;
-  EXPECT_EQ(excerpts({trial}, 0, protocol)[0].lead_s, 0);
-  protocol.most_motion_s = 0.3;
-  protocol.lead_s = 0.1;
-  const model::ObservedTrial piece = excerpts({trial}, 0, protocol)[0];
+  EXPECT_EQ(model::excerpts({trial}, {.most_motion_s = 10})[0].lead_s, 0);
+  const model::ObservedTrial piece = model::excerpts({trial}, {.most_motion_s = 0.3, .lead_s = 0.1})[0];
   EXPECT_EQ(piece.lead_s, 0.1);
   const double from = piece.markers->time_s.front(), to = piece.markers->time_s.back();
   EXPECT_LT(to - from, 0.4 + 1e-6);
