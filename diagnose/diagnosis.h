@@ -20,8 +20,7 @@
 
 #include "capture/trial/trial.h"
 #include "diagnose/base_fit.h"
-#include "diagnose/budget.h"
-#include "diagnose/effect_sets.h"
+#include "diagnose/looked_at.h"
 #include "diagnose/missing_force.h"
 #include "diagnose/next_experiment.h"
 #include "diagnose/other_simulator.h"
@@ -34,18 +33,6 @@ struct DiagnosisOptions {
   StudyOptions study;
   std::function<void(const BaseFit&)> on_base_fit;  // called once it is there
   std::optional<FittedSimulator> other;             // a program whose gap is told as well (other_simulator.h)
-};
-
-struct SizedParameter {
-  std::string name, unit;
-  double value = 0, low = 0, high = 0;  // 90 %: of the evidence, and Protocol::rig_size_share or fabric_size_share
-};
-
-// Of trials that nothing was fitted to: root mean square, mm, of predictions Protocol::free_s ahead where markers hold
-// the sheet, else of motions that run free.
-struct GapReduction {
-  double before_mm = 0, after_mm = 0;
-  double fraction = 0, low = 0, high = 0;  // 90 % for as many trials again, jackknife over groups; NaN for one group
 };
 
 // What is known of one effect.

@@ -140,8 +140,18 @@ double grid_share(const Study& study, const VectorXd& x) {
 }
 
 MatrixXd simulated(Study& study, const Windows& windows, const MatrixXd& sets) {
+  constexpr Index kAtOnce = 32;  // between two words of progress
   study.evaluations += static_cast<int>(sets.cols());
-  return windows.residuals(*study.simulation, study.state, study.parameters, sets);
+  MatrixXd out;
+  for (Index first = 0; first < sets.cols(); first += kAtOnce) {
+    const Index count = std::min(kAtOnce, sets.cols() - first);
+    const MatrixXd some =
+        windows.residuals(*study.simulation, study.state, study.parameters, sets.middleCols(first, count));
+    if (first == 0) out.resize(some.rows(), sets.cols());
+    out.middleCols(first, count) = some;
+    if (sets.cols() > kAtOnce) study.on_share(static_cast<double>(first + count) / static_cast<double>(sets.cols()));
+  }
+  return out;
 }
 
 VectorXd grid_change(Study& study, const Windows& windows, const VectorXd& x, const VectorXd& residual) {

@@ -5,6 +5,7 @@
 // are zero at neutral.
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -39,6 +40,7 @@ struct Study {
   std::vector<std::string> remarks;  // what material tests gave the base
   std::vector<std::string> doubts;   // of the recordings (capture/trial/doubts.h)
   int evaluations = 0;
+  std::function<void(double)> on_share = [](double) {};  // of many simulations: how many are there, 0 to 1
 };
 
 // The base's parameters, of study.parameters.

@@ -58,7 +58,11 @@ const Linearisation& Weighing::about(const std::vector<size_t>& effects) const {
 const EffectSet& Weighing::set_of(const std::vector<size_t>& effects) const { return *place_of(sets, effects); }
 
 Weighing weigh(Study& study, const Windows& windows, const WeighingOptions& options) {
-  options.begins(0, "changing everything once");
+  const auto begin = [&](double from, double to, const std::string& what) {
+    options.begins(from, what);
+    study.on_share = [=, &options](double share) { options.begins(from + (to - from) * share, what); };
+  };
+  begin(0, 0.37, "changing everything once");
   const VectorXd at_fit = simulated(study, windows, study.base).col(0);
   if (!at_fit.allFinite())
     throw std::runtime_error(fmt::format("{}: the base model diverges at its fitted parameters", study.campaign));
@@ -72,7 +76,7 @@ Weighing weigh(Study& study, const Windows& windows, const WeighingOptions& opti
   const Evidence at_first(windows, error_about(at_base));
   options.ends("changing everything once");
 
-  options.begins(0.37, "the base with what is negligible of every effect");
+  begin(0.37, 0.53, "the base with what is negligible of every effect");
   Weighing out;
   out.none = linearised_at(study, windows, at_first, at_base,
                            weigh_set(study, at_first, at_base, ways_of_measured(study, at_base)), forces);
@@ -81,10 +85,13 @@ Weighing weigh(Study& study, const Windows& windows, const WeighingOptions& opti
   options.ends("the base where it is likeliest");
 
   out.first = out.verdict.weights.front().effects;
+  if (!out.first.empty()) {
+    begin(0.53, 1, "again about " + name_of(study, out.first));
+    out.there = linearised_at(study, windows, *out.evidence, out.none, out.set_of(out.first), forces);
+    weigh_all(study, out);
+  }
+  study.on_share = [](double) {};
   if (out.first.empty()) return out;
-  options.begins(0.53, "again about " + name_of(study, out.first));
-  out.there = linearised_at(study, windows, *out.evidence, out.none, out.set_of(out.first), forces);
-  weigh_all(study, out);
   options.ends("again about the likeliest set");
   return out;
 }

@@ -1,0 +1,99 @@
+#include "diagnose/looked_at.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <boost/math/distributions/normal.hpp>
+
+#include "diagnose/group_statistics.h"
+
+namespace selvedge::diagnose {
+
+using Eigen::Index;
+using Eigen::VectorXd;
+
+namespace {
+
+double size_share(const Protocol& protocol, Side side) {
+  const bool of_rig = side == Side::measurement || side == Side::boundary || side == Side::aerodynamic;
+  return of_rig ? protocol.rig_size_share : protocol.fabric_size_share;
+}
+
+}  // namespace
+
+LookedAt look_at(const Weighed& w, const std::vector<size_t>& effects) {
+  const EffectSet& set = w.weighing.set_of(effects);
+  LookedAt out;
+  out.about = &w.weighing.about(effects);
+  out.arm = arm_at(w.study, *out.about, set.chosen);
+  out.scale = set.scale;
+  Arm neutral = out.arm;
+  for (Size& size : neutral.sizes)
+    if (size == Size::free) size = Size::neutral;
+  out.posterior = posterior_of(w.study, w.evidence(), out.arm, set.scale);
+  out.after = hold_out(w.study, w.windows, w.evidence(), out.arm, set.scale, out.arm.effects);
+  out.before = hold_out(w.study, w.windows, w.evidence(), out.arm, set.scale, {},
+                        beyond_derivatives(w.study, w.windows, w.evidence(), out.arm, set.scale, {}));
+  const Eigen::VectorXd d = posterior_of(w.study, w.evidence(), neutral, set.scale).mean;
+  out.without = {"none", estimate_of(w.study, *out.about, neutral, d), out.before.coordinates};
+  out.with = {name_of(w.study, out.arm.effects), estimate_of(w.study, *out.about, out.arm, out.posterior.mean),
+              out.after.coordinates};
+  if (!out.arm.effects.empty())
+    out.parts = shares_of(w.study, w.windows, w.evidence(), out.arm, set.scale, out.unexplained);
+  return out;
+}
+
+// Where the base leaves little more than a right model does, nothing is left to take.
+GapTaken taken_by(const LookedAt& l, const HeldOut& noise, const Protocol& protocol) {
+  GapTaken out;
+  for (const Share& part : l.parts) out.parts.push_back(part.value);
+  const double before = std::pow(l.before.mm(), 2), right = std::pow(noise.mm(), 2) + std::pow(protocol.form_mm, 2);
+  if (before > protocol.explains_over * right) out.explained = (before - std::pow(l.after.mm(), 2)) / (before - right);
+  return out;
+}
+
+// Pooled over groups, before and after.
+GapReduction reduction_of(const Study& study, const LookedAt& looked_at, const HeldOut& noise) {
+  const HeldOut &before = looked_at.before, &after = looked_at.after;
+  const auto fraction = [&](const std::vector<size_t>& groups) {
+    const double gap = before.mm(groups) - noise.mm(groups);
+    return gap > 1e-6 ? (before.mm(groups) - after.mm(groups)) / gap : 0;
+  };
+  const size_t groups = study.groups.size();
+  const double all = fraction(all_groups(groups));
+  // Trials to come vary as much as these: hence √2.
+  const double half = std::sqrt(2.0) * half_interval(groups, fraction);
+  return {before.mm(), after.mm(), all, all - half, all + half};
+}
+
+std::vector<SizedParameter> size_of(const Study& study, const LookedAt& looked_at, size_t effect) {
+  const Linearisation& about = *looked_at.about;
+  const Arm& arm = looked_at.arm;
+  const Posterior& posterior = looked_at.posterior;
+  const double k90 = boost::math::quantile(boost::math::normal(), 0.95);
+  const Effect& e = study.effects[effect];
+  const double form_share = k90 * size_share(study.protocol, e.side);
+  std::vector<SizedParameter> out;
+  const auto add = [&](const model::Parameter& p, double coordinate, double deviation) {
+    const double value = model::to_value(p, coordinate),
+                 half = std::hypot(k90 * std::abs(model::to_value(p, deviation)), form_share * std::abs(value));
+    out.push_back({p.name, p.unit, value, std::max(p.lower, value - half), std::min(p.upper, value + half)});
+  };
+  for (const Way& way : about.ways) {
+    if (way.effect != effect || arm.sizes[static_cast<size_t>(way.columns[0])] != Size::free) continue;
+    if (!way.units.empty()) {
+      const VectorXd at = effect_at(study, way, posterior.mean);
+      add(e.parameters[0], at(0), deviation_at(study, way, posterior));
+      for (Index j = 1; j < at.size(); ++j) add(e.parameters[static_cast<size_t>(j)], at(j), 0);
+      continue;
+    }
+    for (const Index k : way.columns) {
+      const Column& c = about.columns[static_cast<size_t>(k)];
+      add(study.parameters[static_cast<size_t>(c.coordinate)],
+          std::clamp(arm.x(c.coordinate) + posterior.mean(k), c.lower, c.upper), posterior.sd(k));
+    }
+  }
+  return out;
+}
+
+}  // namespace selvedge::diagnose

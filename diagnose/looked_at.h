@@ -1,0 +1,58 @@
+// A set of effects, looked at in trials that it was not fitted to, beside the base with its effects neutral.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "diagnose/budget.h"
+#include "diagnose/effect_sets.h"
+#include "diagnose/next_experiment.h"
+#include "diagnose/weighing.h"
+
+namespace selvedge::diagnose {
+
+struct SizedParameter {
+  std::string name, unit;
+  double value = 0, low = 0, high = 0;  // 90 %: of the evidence, and Protocol::rig_size_share or fabric_size_share
+};
+
+// Of trials that nothing was fitted to: root mean square, mm, of predictions Protocol::free_s ahead where markers hold
+// the sheet, else of motions that run free.
+struct GapReduction {
+  double before_mm = 0, after_mm = 0;
+  double fraction = 0, low = 0, high = 0;  // 90 % for as many trials again, jackknife over groups; NaN for one group
+};
+
+// What all looks at sets need. study counts evaluations.
+struct Weighed {
+  Study& study;
+  const Windows& windows;
+  const Weighing& weighing;
+  HeldOut noise;
+
+  const Evidence& evidence() const { return *weighing.evidence; }
+};
+
+struct LookedAt {
+  const Linearisation* about = nullptr;  // of the weighing
+  Arm arm;
+  size_t scale = 0;
+  Posterior posterior;
+  HeldOut before, after;
+  PredictedSet without, with;  // predicted by the base alone, and with the set
+  std::vector<Share> parts;    // of the gap, an effect of the set each
+  Share unexplained = {1, 1, 1};
+};
+
+LookedAt look_at(const Weighed& weighed, const std::vector<size_t>& effects);
+
+// What the set takes, for judge().
+GapTaken taken_by(const LookedAt& looked_at, const HeldOut& noise, const Protocol& protocol);
+
+GapReduction reduction_of(const Study& study, const LookedAt& looked_at, const HeldOut& noise);
+
+// Of one of its effects: the evidence's interval, joined with what a model of another form than nature's is usually off
+// by.
+std::vector<SizedParameter> size_of(const Study& study, const LookedAt& looked_at, size_t effect);
+
+}  // namespace selvedge::diagnose
