@@ -18,11 +18,15 @@
 #include "files/whole_file.h"
 #include "fit/fit_report.h"
 #include "report/progress.h"
+#include "report/verdict.h"
 #include "rig/network.h"
 #include "station/calibration_watch.h"
 #include "station/demo_verdict.h"
+#include "station/diagnosis_folder.h"
+#include "station/file_steps.h"
 #include "station/free_addresses.h"
 #include "station/session_steps.h"
+#include "station/simulated_motion.h"
 #include "station/station_steps.h"
 
 namespace selvedge::cli {
@@ -37,10 +41,11 @@ struct DemoArguments {
   fs::path rig = shared_folder() / "examples" / "demo-rig.toml";
   fs::path world = shared_folder() / "examples" / "demo-world.toml";
   int cells = fit::FitOptions().cells;
+  bool diagnose = false;
 };
 
-// Shares of the whole time, for the time left.
-constexpr double kCaptured = 0.55;
+// Shares of the whole time, for the time left: without a diagnosis, and with one.
+constexpr double kCaptured = 0.55, kFitted = 0.5;
 
 // A folder that was not there before.
 fs::path make_folder(const DemoArguments& a) {
@@ -77,7 +82,23 @@ fit::FitOutcome fit_run(const DemoArguments& a, const trial::Campaign& campaign,
   };
   fit::FitOutcome outcome = fit::fit_campaign(campaign, options);
   fit::write_fit(outcome, campaign, folder);
+  station::write_simulated_motions(outcome, campaign, folder);
   return outcome;
+}
+
+// Beginning from its fit, as a session's.
+void diagnose_run(station::SessionFile file, const fs::path& folder, const report::ProgressCallback& progress) {
+  file.fit = true;
+  const nlohmann::json told = station::run_on_files(
+      file, {"diagnose"}, folder,
+      [&](double done, const std::string& what) { progress(kFitted + (1 - kFitted) * done, "diagnosing: " + what); });
+  const fs::path diagnosis = folder / station::diagnosis_folder_name(0);
+  fmt::print("\ndiagnosis: {} (probability {:.2f})\n", told["cause"].get<std::string>(),
+             told["probability"].get<double>());
+  if (const auto verdict =
+          report::read_verdict(files::read_json(diagnosis / "diagnosis.json").value("verdict", nlohmann::json())))
+    fmt::print("{}\n", report::for_terminal(*verdict));
+  fmt::print("see {}\n", (diagnosis / "report.html").string());
 }
 
 void print_session(const station::SessionFile& file, const station::Journal& journal,
@@ -107,7 +128,10 @@ int run_demo(const DemoArguments& a) {
   fs::create_directories(folder / "logs");
   spdlog::set_default_logger(spdlog::basic_logger_mt("session", (folder / "logs" / "session.log").string()));
   spdlog::flush_on(spdlog::level::info);
-  const report::ProgressCallback progress = report::terminal_progress("demo");
+  const report::ProgressCallback whole = report::terminal_progress("demo");
+  const report::ProgressCallback progress = [&](double done, const std::string& what) {
+    whole(a.diagnose ? kFitted * done : done, what);
+  };
   const station::SessionFile file = station::session_of_rig(a.rig, a.world);
   station::Journal journal(folder, file.text);
   const trial::Campaign campaign = capture(file, journal, folder, progress);
@@ -120,6 +144,7 @@ int run_demo(const DemoArguments& a) {
   print_session(file, journal, watch);
   fmt::print("{}", station::to_text(verdict));
   fmt::print("{:.0f} s; see {}\n", wall_s, (folder / "report.html").string());
+  if (a.diagnose) diagnose_run(file, folder, whole);
   return verdict.parameters_hold() && verdict.held_out_holds() ? 0 : 1;
 }
 
@@ -138,6 +163,8 @@ void add_demo(CLI::App& app, int& exit_status) {
       ->add_option("--cells", a->cells,
                    "of the fit's sheet along the width (6 to 64); by default as many as the fabric asks for")
       ->check(CLI::Range(6, 64));
+  command->add_flag("--diagnose", a->diagnose,
+                    "diagnose it as well, some minutes more: what the fitted simulation lacks of the recorded fabric");
   command->callback([a, &exit_status] { exit_status = run_demo(*a); });
 }
 

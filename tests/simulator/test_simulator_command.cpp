@@ -99,6 +99,16 @@ TEST_F(SimulatorCommand, AFitNamesTheSimulator) {
   const Ran fabric = run_binary("fabrics --library library --add out/fit.json", folder_);
   EXPECT_EQ(fabric.exit_status, 2);
   EXPECT_NE(fabric.err.find("found a fit of masses and springs in C++"), std::string::npos) << fabric.err;
+  // A diagnosis of another simulator begins neither with this fit, nor one without a simulator.
+  files::write_whole(folder_ / "other.sh", station::shell_simulator("cat"));
+  for (const char* with : {" --simulator 'sh other.sh'", ""}) {
+    const Ran other = run_binary("diagnose campaign --out told --fit out" + std::string(with), folder_);
+    EXPECT_EQ(other.exit_status, 2) << with;
+    EXPECT_NE(other.err.find("--fit: found a fit of other recordings, of another drag law or simulator"),
+              std::string::npos)
+        << other.err;
+    EXPECT_FALSE(fs::exists(folder_ / "told" / "diagnosis.json"));
+  }
 }
 
 TEST_F(SimulatorCommand, AFitEndsWhereTheSimulatorDoes) {
