@@ -383,6 +383,11 @@ Diagnosis diagnose(const trial::Campaign& campaign, const std::vector<Effect>& e
   const Where where = split_residual(study, by_trial(study, windows, likeliest.before.residual), out.noise_floor_mm);
   out.where = where.cells;
   out.map = where.map;
+  if (!likeliest.arm.effects.empty()) {
+    const Where after_it =
+        split_residual(study, by_trial(study, windows, likeliest.after.residual), out.noise_floor_mm);
+    if (after_it.map.uv == where.map.uv) out.map.after_mm = after_it.map.at_mm;
+  }
   stages.done("where");
   after(kBegin.next, "what to record next");
   const NextExperiment next = propose_experiment(study, predicted, out.probability);
