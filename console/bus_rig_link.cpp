@@ -195,6 +195,7 @@ json BusRigLink::state() {
   json out = heard ? heard->state() : json{{"devices", json::array()}};
   out["rig"] = heard ? "listening" : "none";
   out["armed_here"] = impl_->armed.load();
+  out["calibrated"] = fs::exists(impl_->options.calibration);
   const std::lock_guard lock(impl_->mutex);
   out["record"] = impl_->recording;
   return out;

@@ -191,6 +191,11 @@ class Run {
         split_residual(study(), by_trial(study(), *windows_, likeliest().before.residual), out_.noise_floor_mm);
     out_.where = where.cells;
     out_.map = where.map;
+    if (!likeliest().arm.effects.empty()) {
+      const Where with =
+          split_residual(study(), by_trial(study(), *windows_, likeliest().after.residual), out_.noise_floor_mm);
+      if (with.map.uv == where.map.uv) out_.map.after_mm = with.map.at_mm;
+    }
     stages_.done("where");
   }
 

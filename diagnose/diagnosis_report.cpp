@@ -9,6 +9,7 @@
 #include "diagnose/diagnosis_verdict.h"
 #include "diagnose/fabric_map.h"
 #include "diagnose/simulator_report.h"
+#include "diagnose/where_report.h"
 #include "files/whole_file.h"
 #include "report/html.h"
 
@@ -125,36 +126,6 @@ void add_effects(report::HtmlReport& html, const Diagnosis& d) {
   }
 }
 
-void add_where(report::HtmlReport& html, const Diagnosis& d) {
-  html.heading("Where");
-  if (!d.map.uv.empty())
-    html.svg(fabric_map(d.map),
-             "Held-out error of the base model at each marker, or about each spot that stripes and outline showed, mm, "
-             "on the flat fabric; the top edge is held");
-  std::vector<report::Series> series;
-  for (const auto& t : d.map.over_time) series.push_back({t.trial, t.time_s, t.mm});
-  report::PlotOptions plot;
-  plot.x_label = "time, s";
-  plot.y_label = "error, mm";
-  plot.height_px = 240;
-  if (!series.empty())
-    html.svg(report::line_plot(series, plot),
-             "Over time: held-out error of the base model, each trial predicted from the others");
-  plot.x_label = "frequency, Hz";
-  if (!d.map.frequency_hz.empty())
-    html.svg(report::line_plot({{"residual", d.map.frequency_hz, d.map.frequency_mm}}, plot),
-             "Over frequency: amplitude of the residual per bin");
-  plot.x_label = "camera row, px";
-  if (!d.map.image_row_px.empty())
-    html.svg(report::line_plot({{"residual", d.map.image_row_px, d.map.image_mm}}, plot),
-             "Over the image: by the camera row at which the point is seen");
-  std::vector<std::vector<std::string>> rows;
-  for (const Cell& c : d.where)
-    rows.push_back({c.axis, c.cell, percent(c.share), fmt::format("{:.2f}", c.mm), fmt::format("{:.3f}", c.p_value),
-                    c.p_value < 0.05 ? "stands out" : ""});
-  html.table({"axis", "cell", "share of the gap", "error, mm", "p, corrected", ""}, rows);
-}
-
 void add_parameters(report::HtmlReport& html, const Diagnosis& d) {
   html.heading("Parameters of the model");
   const bool named = d.cause != "none" && d.cause != "unknown";
@@ -213,6 +184,7 @@ json to_json(const Diagnosis& d) {
                 {"held_out_mm", d.before_mm},
                 {"right_model_mm", d.right_floor_mm}}},
               {"where", where},
+              {"map", map_to_json(d.map)},
               {"side", d.side},
               {"cause", d.cause},
               {"probabilities", d.probability},

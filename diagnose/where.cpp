@@ -282,6 +282,10 @@ Where split_residual(const Study& study, const std::vector<VectorXd>& residual_m
   std::map<std::pair<double, double>, Sum> spots;
   out.map.width_m = study.simulation->trials()[0].width_m;
   out.map.height_m = study.simulation->trials()[0].height_m;
+  for (const model::ObservedTrial& t : study.simulation->trials())
+    if (const cloth::Hold hold = t.experiment.path.hold;
+        std::find(out.map.held.begin(), out.map.held.end(), hold) == out.map.held.end())
+      out.map.held.push_back(hold);
   for (size_t g = 0; g < study.groups.size(); ++g)
     for (const size_t trial : study.groups[g]) {
       if (study.simulation->trials()[trial].markers)

@@ -23,8 +23,10 @@ struct Cell {
 // For pictures: root mean square at each marker, at each time of each trial, and in each frequency band.
 struct ResidualMap {
   double width_m = 0, height_m = 0;
+  std::vector<cloth::Hold> held;    // of the trials, each once
   std::vector<Eigen::Vector2d> uv;  // markers, or centres of a grid where images were compared
-  std::vector<double> at_mm;
+  std::vector<double> at_mm;        // of the base model
+  std::vector<double> after_mm;     // with the likeliest effects; empty where there are none
   struct OverTime {
     std::string trial;
     std::vector<double> time_s, mm;

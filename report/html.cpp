@@ -9,47 +9,24 @@
 
 #include "files/whole_file.h"
 #include "report/base64.h"
+#include "report/page_style.h"
 
 namespace selvedge::report {
 
 namespace {
-
-constexpr const char* style_sheet = R"(
-body { font-family: sans-serif; font-size: 15px; line-height: 1.45; color: #111; background: #fff;
-       max-width: 980px; margin: 2em auto; padding: 0 1em; }
-h1 { font-size: 1.7em; border-bottom: 2px solid #111; padding-bottom: .2em; }
-h2 { font-size: 1.25em; margin-top: 1.8em; }
-table { border-collapse: collapse; margin: .8em 0; font-size: .93em; }
-th, td { border-bottom: 1px solid #bbb; padding: .22em .8em; text-align: left; vertical-align: top; }
-th { border-bottom: 2px solid #111; }
-td.number { text-align: right; font-variant-numeric: tabular-nums; }
-figure { margin: 1em 0; break-inside: avoid; }
-figure img, figure svg { max-width: 100%; height: auto; }
-figcaption { font-size: .9em; color: #333; }
-.row { display: flex; flex-wrap: wrap; gap: 10px; }
-.row figure { flex: 1 1 0; min-width: 150px; margin: 0; }
-.row img { width: 100%; image-rendering: pixelated; }
-.row img.plot { image-rendering: auto; }
-footer { margin-top: 2.5em; border-top: 1px solid #bbb; font-size: .85em; color: #555; }
-.verdict { border-left: .5em solid; padding: .5em 1em; background: #f6f6f6; }
-.verdict strong { display: block; }
-.verdict.full { border-color: #2a7a3a; }
-.verdict.limited { border-color: #c78a00; }
-.verdict.none { border-color: #b3261e; }
-@media (max-width: 700px) { body { margin: .5em auto; } table { display: block; overflow-x: auto; } }
-@media print { body { margin: 0; max-width: none; font-size: 11pt; } }
-)";
 
 std::string& command() {
   static std::string line;
   return line;
 }
 
-// Who made it, when and how.
-std::string foot() {
+// Who made it, when, how and of what.
+std::string foot(const std::string& input) {
   const auto now = std::chrono::time_point_cast<std::chrono::seconds>(std::chrono::system_clock::now());
   const std::string by = command().empty() ? "" : ", by " + escape_html(command());
-  return fmt::format("<footer>Selvedge {}, {:%Y-%m-%d %H:%M} UTC{}</footer>\n", SELVEDGE_VERSION, fmt::gmtime(now), by);
+  const std::string of = input.empty() ? "" : "; input " + escape_html(input);
+  return fmt::format("<footer>Selvedge {}, {:%Y-%m-%d %H:%M} UTC{}{}</footer>\n", SELVEDGE_VERSION, fmt::gmtime(now),
+                     by, of);
 }
 
 std::string figure(const std::string& content, const std::string& caption) {
@@ -59,6 +36,41 @@ std::string figure(const std::string& content, const std::string& caption) {
 std::string image(const std::string& png, const std::string& caption, int width_px) {
   const std::string width = width_px > 0 ? fmt::format(" width=\"{}\"", width_px) : "";
   return fmt::format("<img{} alt=\"{}\" src=\"data:image/png;base64,{}\">", width, escape_html(caption), base64(png));
+}
+
+// What a reader who does not see the drawing is told of it.
+std::string named_svg(const std::string& svg, const std::string& name) {
+  const size_t tag = svg.find("<svg"), tag_end = svg.find('>', tag);
+  if (tag == std::string::npos || tag_end == std::string::npos) return svg;
+  const bool has_role = svg.substr(tag, tag_end - tag).find("role=") != std::string::npos;
+  const std::string text = escape_html(name), mark = fmt::format(" role=\"img\" aria-label=\"{}\"", text);
+  const std::string title =
+      svg.find("<title>") == std::string::npos ? fmt::format("<title>{}</title>", text) : std::string();
+  return svg.substr(0, tag + 4) + (has_role ? "" : mark) + svg.substr(tag + 4, tag_end + 1 - tag - 4) + title +
+         svg.substr(tag_end + 1);
+}
+
+// A box that scrolls by itself where its content is wider than the screen, reached by the keyboard.
+std::string scrolling(const std::string& content, const std::string& name) {
+  return fmt::format("<div class=\"scroll\" role=\"region\" tabindex=\"0\" aria-label=\"{}\">{}</div>",
+                     escape_html(name), content);
+}
+
+// The id of a heading: its letters and digits, and its number, so that no two are alike.
+std::string id_of(const std::string& heading, size_t number) {
+  std::string id;
+  for (const char c : heading)
+    if (std::isalnum(static_cast<unsigned char>(c))) id += static_cast<char>(std::tolower(c));
+    else if (!id.empty() && id.back() != '-') id += '-';
+  return fmt::format("{}{}{}", id, id.empty() || id.back() != '-' ? "-" : "", number);
+}
+
+std::string contents(const std::vector<std::string>& headings) {
+  if (headings.size() < 2) return "";
+  std::string list;
+  for (size_t i = 0; i < headings.size(); ++i)
+    list += fmt::format("<li><a href=\"#{}\">{}</a></li>", id_of(headings[i], i + 1), escape_html(headings[i]));
+  return "<nav aria-label=\"Contents\"><ul>" + list + "</ul></nav>\n";
 }
 
 bool starts_like_a_number(const std::string& cell) {
@@ -97,21 +109,29 @@ void HtmlReport::verdict(const Verdict& verdict) {
                        classes[static_cast<size_t>(verdict.trust)], text, escape_html(verdict.sentence), reasons);
 }
 
-void HtmlReport::heading(const std::string& text) { body_ += "<h2>" + escape_html(text) + "</h2>\n"; }
+void HtmlReport::heading(const std::string& text) {
+  headings_.push_back(text);
+  body_ += fmt::format("<h2 id=\"{}\">{}</h2>\n", id_of(text, headings_.size()), escape_html(text));
+}
+
+void HtmlReport::input(const std::string& hash) { input_ = hash; }
 
 void HtmlReport::paragraph(const std::string& text) { body_ += "<p>" + escape_html(text) + "</p>\n"; }
 
 void HtmlReport::table(const std::vector<std::string>& header, const std::vector<std::vector<std::string>>& rows) {
-  body_ += "<table>\n<tr>";
-  for (const std::string& cell : header) body_ += "<th>" + escape_html(cell) + "</th>";
-  body_ += "</tr>\n";
-  for (const auto& row : rows) {
-    body_ += "<tr>";
-    for (const std::string& cell : row)
-      body_ += (starts_like_a_number(cell) ? "<td class=\"number\">" : "<td>") + escape_html(cell) + "</td>";
-    body_ += "</tr>\n";
+  std::string text = "<table>\n<tr>", name;
+  for (const std::string& cell : header) {
+    text += cell.empty() ? "<td></td>" : "<th scope=\"col\">" + escape_html(cell) + "</th>";
+    if (!cell.empty()) name += (name.empty() ? "" : ", ") + cell;
   }
-  body_ += "</table>\n";
+  text += "</tr>\n";
+  for (const auto& row : rows) {
+    text += "<tr>";
+    for (const std::string& cell : row)
+      text += (starts_like_a_number(cell) ? "<td class=\"number\">" : "<td>") + escape_html(cell) + "</td>";
+    text += "</tr>\n";
+  }
+  body_ += scrolling(text + "</table>", fmt::format("Table {}: {}", ++tables_, name)) + "\n";
 }
 
 void HtmlReport::links(const std::vector<std::pair<std::string, std::string>>& to) {
@@ -122,7 +142,10 @@ void HtmlReport::links(const std::vector<std::pair<std::string, std::string>>& t
   body_ += "</p>\n";
 }
 
-void HtmlReport::svg(const std::string& svg_text, const std::string& caption) { body_ += figure(svg_text, caption); }
+void HtmlReport::svg(const std::string& svg_text, const std::string& caption) {
+  const std::string name = fmt::format("Figure {}: {}", ++figures_, caption);
+  body_ += figure(scrolling(named_svg(svg_text, caption), name), caption);
+}
 
 void HtmlReport::interactive(const std::string& markup, const std::string& caption) {
   body_ += figure(markup, caption);
@@ -154,10 +177,12 @@ void HtmlReport::svg_row(const std::vector<std::string>& svg_texts, const std::v
 void HtmlReport::write(const std::filesystem::path& path) const {
   const std::string title = escape_html(title_);
   files::write_whole(
-      path, fmt::format("<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\n"
-                        "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<title>{}</title>\n"
-                        "<style>{}</style></head>\n<body>\n<h1>{}</h1>\n{}{}</body></html>\n",
-                        title, style_sheet, title, body_, foot()));
+      path,
+      fmt::format("<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\n"
+                  "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<title>{}</title>\n"
+                  "<style>{}</style></head>\n<body>\n<a class=\"skip\" href=\"#main\">Skip to the content</a>\n"
+                  "<header><h1>{}</h1></header>\n{}<main id=\"main\" tabindex=\"-1\">\n{}</main>\n{}</body></html>\n",
+                  title, page_style, title, contents(headings_), body_, foot(input_)));
 }
 
 }  // namespace selvedge::report

@@ -1,8 +1,10 @@
-// A report that stands alone as one HTML file: headings, paragraphs, tables, inline SVG plots and
-// pictures embedded as PNG. Legible in print (white ground, no colour without a second mark).
+// A report that stands alone as one HTML file: headings with a list of them at the top, paragraphs, tables, inline SVG
+// plots and pictures embedded as PNG. Light or dark by the reader's choice; legible in print (white ground, no colour
+// without a second mark), on a phone (tables and plots scroll by themselves), by keyboard and read aloud.
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -22,6 +24,9 @@ struct PlotOptions {
   std::string x_label, y_label;  // with units
   bool log_x = false, log_y = false;
   int width_px = 640, height_px = 300;
+  std::vector<std::pair<double, double>> shaded = {};  // spans of x
+  std::optional<double> level = {};                    // a line at this y
+  std::string shaded_name = {}, level_name = {};       // for the legend
 };
 
 // SVG text with axes, ticks, legend. Series differ in colour and dash.
@@ -47,6 +52,8 @@ class HtmlReport {
 
   // The head of a report: how far it is to be trusted, as a word and a colour, then the answer, then why no further.
   void verdict(const Verdict& verdict);
+  // The hash of what it was made from, for its foot.
+  void input(const std::string& hash);
   void heading(const std::string& text);
   void paragraph(const std::string& text);
   void table(const std::vector<std::string>& header, const std::vector<std::vector<std::string>>& rows);
@@ -66,7 +73,9 @@ class HtmlReport {
   void write(const std::filesystem::path& path) const;
 
  private:
-  std::string title_;
+  std::string title_, input_;
+  std::vector<std::string> headings_;
+  int tables_ = 0, figures_ = 0;
   std::string body_;
 };
 

@@ -140,6 +140,33 @@ int legend(const std::vector<Series>& series, double width_px, std::string& svg)
   return lines;
 }
 
+// Behind everything else; its name at the top of the first.
+std::string shaded_spans(const Frame& frame, const PlotAxis& x, const PlotOptions& options) {
+  std::string svg;
+  for (const auto& [from, to] : options.shaded) {
+    const double left = std::clamp(x.place(from), 0.0, 1.0), right = std::clamp(x.place(to), 0.0, 1.0);
+    if (!(right > left)) continue;
+    const double at = frame.x_px + left * frame.width_px;
+    const std::string name = svg.empty() ? text_at(at + 5, frame.y_px + 14, "start", options.shaded_name) : "";
+    svg += fmt::format(
+               "<rect class=\"shaded\" x=\"{:.1f}\" y=\"{:.1f}\" width=\"{:.1f}\" height=\"{:.1f}\" "
+               "fill=\"#ece7d8\"/>\n",
+               at, frame.y_px, (right - left) * frame.width_px, frame.height_px) +
+           name;
+  }
+  return svg;
+}
+
+std::string level_line(const Frame& frame, const PlotAxis& y, const PlotOptions& options) {
+  if (!options.level || !std::isfinite(y.place(*options.level))) return "";
+  const double at = frame.y_px + (1 - y.place(*options.level)) * frame.height_px, right = frame.x_px + frame.width_px;
+  return fmt::format(
+             "<path class=\"level\" d=\"M{:.1f} {:.1f}H{:.1f}\" stroke=\"#666\" stroke-width=\"1.4\" "
+             "stroke-dasharray=\"8 3 1 3\"/>\n",
+             frame.x_px, at, right) +
+         text_at(right - 5, at - 5, "end", options.level_name);
+}
+
 }  // namespace
 
 std::string line_plot(const std::vector<Series>& series, const PlotOptions& options) {
@@ -154,13 +181,15 @@ std::string line_plot(const std::vector<Series>& series, const PlotOptions& opti
       all_y.push_back(one.y[i]);
     }
   }
+  if (options.level && !all_y.empty()) all_y.push_back(*options.level);
   const PlotAxis x(all_x, options.log_x), y(all_y, options.log_y);
   std::string names;
   const bool named = std::any_of(series.begin(), series.end(), [](const Series& s) { return !s.name.empty(); });
   const double above = named ? legend_line_px * legend(series, options.width_px, names) + 6 : 0;
   const Frame frame{left_px, top_px + above, options.width_px - left_px - right_px,
                     options.height_px - top_px - bottom_px};
-  std::string svg = open_svg(options.width_px, options.height_px + above) + names + axes(frame, x, y, options);
+  std::string svg = open_svg(options.width_px, options.height_px + above) + names + shaded_spans(frame, x, options) +
+                    axes(frame, x, y, options) + level_line(frame, y, options);
   for (size_t i = 0; i < series.size(); ++i) svg += curve(series[i], i, frame, x, y);
   if (all_x.empty())
     svg += text_at(frame.x_px + frame.width_px / 2, frame.y_px + frame.height_px / 2, "middle", "no data");

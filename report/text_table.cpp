@@ -14,7 +14,7 @@ size_t width(const std::string& text) {
 }
 
 bool is_numeric(const std::string& text) {
-  if (text.empty() || text == "-" || text == "nan") return true;
+  if (text.empty() || text == "-" || text == "–") return true;
   const size_t sign = text[0] == '-' || text[0] == '+' ? 1 : 0;
   return sign < text.size() && text[sign] >= '0' && text[sign] <= '9';
 }
@@ -54,7 +54,7 @@ std::string text_table(const std::vector<std::string>& header, const std::vector
 }
 
 std::string short_number(double value, int digits) {
-  if (!std::isfinite(value)) return std::isnan(value) ? "nan" : value > 0 ? "inf" : "-inf";
+  if (!std::isfinite(value)) return std::isnan(value) ? "–" : value > 0 ? "∞" : "-∞";
   const double size = std::abs(value);
   if (size != 0 && (size < 1e-4 || size >= 1e7)) return fmt::format("{:.{}g}", value, digits);
   const int before = size < 1 ? 1 : static_cast<int>(std::floor(std::log10(size))) + 1;

@@ -10,7 +10,7 @@ namespace selvedge::report {
 // without a unit behind, are set to the right. UTF-8 counts by code point.
 std::string text_table(const std::vector<std::string>& header, const std::vector<std::vector<std::string>>& rows);
 
-// A number for a person: `digits` significant ones, no needless zeros or exponent.
+// A number for a person: `digits` significant ones, no needless zeros or exponent; "–" where there is none.
 std::string short_number(double value, int digits = 4);
 
 }  // namespace selvedge::report

@@ -1,17 +1,16 @@
-// write_comparison and comparison_text of station/comparison.h: the page, from what compare.json holds and the figures
-// of the reports beside the results.
+// write_comparison and comparison_text of station/comparison.h: the page, from what compare.json holds
+// and the figures of the reports beside the results.
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <utility>
 
 #include <fmt/format.h>
 
 #include "files/whole_file.h"
 #include "report/html.h"
-#include "report/read_figures.h"
 #include "report/text_table.h"
 #include "station/comparison.h"
+#include "station/comparison_figures.h"
 #include "station/json_text.h"
 
 namespace selvedge::station {
@@ -20,7 +19,6 @@ namespace {
 
 namespace fs = std::filesystem;
 using nlohmann::json;
-using report::ReadFigure;
 using report::short_number;
 
 std::string word_text(const json& value) { return value.is_string() ? value.get<std::string>() : "–"; }
@@ -136,69 +134,6 @@ void add_gap_of_both(report::HtmlReport& html, const json& pair) {
     html.table({"axis", "where", "share of the gap, A", "B", "error, A, mm", "error, B, mm", "B − A"}, rows);
 }
 
-// What tells a figure from others of its report: its caption up to what changes from run to run.
-std::string figure_key(const ReadFigure& figure) { return figure.caption.substr(0, figure.caption.find(';')); }
-
-void add_plots_of_both(report::HtmlReport& html, const std::vector<std::vector<ReadFigure>>& a,
-                       const std::vector<std::vector<ReadFigure>>& b) {
-  std::map<std::string, const ReadFigure*> of_b;
-  for (const auto& row : b)
-    for (const ReadFigure& figure : row)
-      if (figure.is_svg) of_b[figure_key(figure)] = &figure;
-  for (const auto& row : a)
-    for (const ReadFigure& figure : row) {
-      if (!figure.is_svg) continue;
-      const auto found = of_b.find(figure_key(figure));
-      if (found != of_b.end())
-        html.svg_row({figure.bytes, found->second->bytes}, {"A: " + figure.caption, "B: " + found->second->caption});
-    }
-}
-
-// A fit's report has a row of pictures a frame, its first caption "TRIAL, …"; of five, recorded, simulated and
-// difference.
-std::map<std::string, std::vector<ReadFigure>> pictures_of_trials(const std::vector<std::vector<ReadFigure>>& rows) {
-  std::map<std::string, std::vector<std::vector<ReadFigure>>> of_trial;
-  for (const auto& row : rows)
-    if (row.size() > 1 && !row[0].is_svg) of_trial[row[0].caption.substr(0, row[0].caption.find(','))].push_back(row);
-  std::map<std::string, std::vector<ReadFigure>> chosen;
-  for (const auto& [trial, frames] : of_trial) {
-    const std::vector<ReadFigure>& row = frames[frames.size() / 2];
-    chosen[trial] = row.size() == 5 ? std::vector<ReadFigure>{row[0], row[1], row[4]} : row;
-  }
-  return chosen;
-}
-
-void add_picture_rows(report::HtmlReport& html, const std::vector<ReadFigure>& figures, const char* side) {
-  std::vector<std::string> pngs, captions;
-  for (const ReadFigure& figure : figures) {
-    pngs.push_back(figure.bytes);
-    captions.push_back(fmt::format("{}: {}", side, figure.caption));
-  }
-  html.picture_row(pngs, captions);
-}
-
-std::vector<std::vector<ReadFigure>> figures_in(const fs::path& folder, const json& result) {
-  if (result.is_null() || !fs::is_regular_file(folder / "report.html")) return {};
-  return report::read_figures(files::read_whole(folder / "report.html"));
-}
-
-void add_figures(report::HtmlReport& html, const ComparedPair& pair) {
-  const auto fit_a = figures_in(pair.a.fit_folder, pair.a.fit), fit_b = figures_in(pair.b.fit_folder, pair.b.fit);
-  const auto diagnosis_a = figures_in(pair.a.diagnosis_folder, pair.a.diagnosis),
-             diagnosis_b = figures_in(pair.b.diagnosis_folder, pair.b.diagnosis);
-  if ((fit_a.empty() || fit_b.empty()) && (diagnosis_a.empty() || diagnosis_b.empty())) return;
-  html.heading("What is left");
-  add_plots_of_both(html, diagnosis_a, diagnosis_b);
-  const auto a = pictures_of_trials(fit_a), b = pictures_of_trials(fit_b);
-  for (const auto& [trial, figures] : a) {
-    const auto found = b.find(trial);
-    if (found == b.end()) continue;
-    add_picture_rows(html, figures, "A");
-    add_picture_rows(html, found->second, "B");
-  }
-  add_plots_of_both(html, fit_a, fit_b);
-}
-
 void add_session_of_both(report::HtmlReport& html, const json& pair) {
   if (!pair.contains("session")) return;
   html.heading("Recording");
@@ -246,7 +181,7 @@ json write_comparison(const Comparison& comparison, const fs::path& folder) {
     add_parameters_of_both(html, values["parameters"]);
     add_errors_of_both(html, values["trials"]);
     add_gap_of_both(html, values);
-    add_figures(html, pair);
+    add_figures_of_both(html, pair);
     add_session_of_both(html, values);
   }
   for (const auto& [names, side] : {std::pair{&comparison.only_a, "A"}, {&comparison.only_b, "B"}})

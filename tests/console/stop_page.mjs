@@ -167,6 +167,38 @@ async function run(browser, url) {
   await until("answered", () => asked.includes("reset"));
   delete state.prompt;
 
+  // The badge and what may be recorded follow the devices.
+  const cannot = () => page.$eval("#record-start", (button) => button.disabled);
+  const device = (name, how = "running") => ({ name, state: how });
+  const all = (how) => ["camera", "tracker", "projector"].map((name) => device(name, how));
+  const now = (change) => {
+    Object.assign(state, change);
+    for (const listener of listeners) sendState(listener);
+  };
+  now({ devices: all("silent") });
+  await until("a badge of silence", async () => (await text("#link")) === "no device answers");
+  assert.match(await page.$eval("#link", (node) => node.className), /silent/);
+  await until("no record", cannot);
+  assert.match(await text("#record-why"), /^The camera is silent: .*rig up/);
+  now({ devices: [...all("running").slice(0, 2), device("projector", "lost")] });
+  await until("who is lost", async () => (await text("#link")) === "projector lost");
+  assert.match(await text("#record-why"), /^The projector is lost/);
+  now({ devices: all("running"), calibrated: false });
+  await until("not calibrated", async () => /not calibrated/.test(await text("#record-why")));
+  now({ calibrated: true });
+  await until("no markers", async () => /sends no markers/.test(await text("#record-why")));
+  now({ markers: { rate_hz: 100, age_s: 0, seen: [] } });
+  await until("a record", async () => !(await cannot()));
+  assert.equal(await text("#link"), "live");
+  assert.equal(await shows("#record-why"), false);
+  await page.select("#record [name=kind]", "robot");
+  assert.match(await text("#record-why"), /needs an arm/);
+  await page.screenshot({ path: join(screens, "record-why.png"), fullPage: true });
+  await page.select("#record [name=kind]", "static");
+  now({ devices: [] });
+  delete state.markers;
+  delete state.calibrated;
+
   // A token that is dead: said, nothing but the stop is offered, and a reload forgets it.
   await begin("stops", "stops");
   assert.equal(await shows("#token-dead"), false);

@@ -64,7 +64,8 @@ TEST(Diagnosis, NamesADelayAndMeasuresIt) {
   write_diagnosis(d, folder);
   const nlohmann::json json = files::read_json(folder / "diagnosis.json");
   EXPECT_EQ(json.at("format"), "diagnosis/1");
-  for (const char* key : {"campaign", "gap", "where", "side", "cause", "probabilities", "inclusion", "budget",
+  EXPECT_EQ(json.at("map").at("after_mm").size(), json.at("map").at("uv_m").size());
+  for (const char* key : {"campaign", "gap", "where", "map", "side", "cause", "probabilities", "inclusion", "budget",
                           "confusable", "effect_size", "shrink", "next_experiment", "wall_s"})
     EXPECT_TRUE(json.contains(key)) << key;
   const nlohmann::json force = files::read_json(folder / json.at("missing_force").get<std::string>());

@@ -3,12 +3,14 @@
 #include <cmath>
 #include <limits>
 #include <regex>
+#include <set>
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
 #include "files/whole_file.h"
 #include "report/base64.h"
+#include "report/parameter_plots.h"
 #include "report/plot_axis.h"
 #include "report/read_figures.h"
 
@@ -96,6 +98,45 @@ TEST(LinePlot, StaysInsideItsFrameAndRefusesUnequalLengths) {
   EXPECT_NE(line_plot({}, {}).find("no data"), std::string::npos);
 }
 
+TEST(LinePlot, ShadesSpansAndDrawsALevelWithinItsFrame) {
+  PlotOptions options{"time, s", "error, mm"};
+  options.shaded = {{1.5, 9}};
+  options.shaded_name = "held out";
+  options.level = 0.2;
+  options.level_name = "noise";
+  const std::string svg = line_plot({{"a", {0, 1, 2}, {1, 2, 3}}}, options);
+  expect_well_formed(svg);
+  std::smatch found;
+  ASSERT_TRUE(std::regex_search(svg, found, std::regex("class=\"shaded\" x=\"([0-9.]+)\"[^>]*width=\"([0-9.]+)\"")));
+  EXPECT_LE(std::stod(found[1]) + std::stod(found[2]), options.width_px - 13.9);  // cut off at the frame
+  EXPECT_EQ(count(svg, "class=\"level\""), 1u);
+  EXPECT_NE(svg.find(">held out</text>"), std::string::npos);
+  EXPECT_NE(svg.find(">noise</text>"), std::string::npos);
+}
+
+TEST(ForestPlot, EachParameterLiesBetweenItsBounds) {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  const std::string svg = forest_plot(
+      {{"stretch", "N/m", 100, 10, 1000, 1, 10000, 100, true}, {"coupling", "", 0.1, nan, nan, 0, 0.2, nan, false}});
+  expect_well_formed(svg);
+  EXPECT_EQ(svg.find("nan"), std::string::npos);
+  std::smatch found;
+  ASSERT_TRUE(std::regex_search(svg, found, std::regex("class=\"interval\" x=\"([0-9.]+)\"[^>]*width=\"([0-9.]+)\"")));
+  EXPECT_NEAR(std::stod(found[1]), 305, 0.2);  // a quarter of the way from 225 to 545
+  EXPECT_NEAR(std::stod(found[2]), 160, 0.2);  // and half of it wide
+  EXPECT_EQ(count(svg, "class=\"interval\""), 1u);
+  EXPECT_EQ(count(svg, "cx=\"385.0\""), 3u);  // both values and one start lie in the middle
+}
+
+TEST(CorrelationMap, HasAColourAndANumberInEachCell) {
+  const std::string svg = correlation_map({"a", "b"}, {1, -0.8, -0.8, 1});
+  expect_well_formed(svg);
+  EXPECT_EQ(count(svg, ">-0.80</text>"), 2u);
+  EXPECT_EQ(count(svg, "fill=\"rgb(99,147,211)\""), 2u);
+  EXPECT_NE(correlation_map({"a", "b"}, {1, 0.8, 0.8, 1}).find("rgb(231,151,83)"), std::string::npos);
+  EXPECT_THROW(correlation_map({"a"}, {1, 2}), std::invalid_argument);
+}
+
 TEST(BarPlot, BarsAreInProportion) {
   const std::string svg = bar_plot({"bend_friction", "draught"}, {0.8, 0.4}, "probability");
   expect_well_formed(svg);
@@ -144,7 +185,7 @@ TEST(ReadFigures, GivesBackWhatAReportShows) {
   ASSERT_EQ(rows.size(), 3u);
   ASSERT_EQ(rows[0].size(), 1u);
   EXPECT_TRUE(rows[0][0].is_svg);
-  EXPECT_EQ(rows[0][0].bytes + "\n", plot);
+  EXPECT_EQ(rows[0][0].bytes.substr(rows[0][0].bytes.find("</title>") + 8) + "\n", plot.substr(plot.find('>') + 1));
   EXPECT_EQ(rows[0][0].caption, "bars <1> & \"2\"");
   ASSERT_EQ(rows[1].size(), 2u);
   EXPECT_EQ(rows[1][1].bytes, "two");
@@ -170,8 +211,31 @@ TEST(HtmlReport, StandsAloneAndEscapes) {
   EXPECT_NE(html.find("base64,YWI=\""), std::string::npos);
   EXPECT_NE(html.find("base64,YQ==\""), std::string::npos);
   EXPECT_EQ(html.find("http://", html.find("<body>")), html.find("http://www.w3.org/2000/svg"));
+  // For the keyboard, a phone and a reader who does not see it.
+  for (const char* part :
+       {"<html lang=\"en\">", "name=\"viewport\"", "<a class=\"skip\" href=\"#main\">", "<main id=\"main\"",
+        "prefers-color-scheme: dark", "<div class=\"scroll\" role=\"region\" tabindex=\"0\" aria-label=\"Table 1: name",
+        "role=\"img\" aria-label=\"bars\"", "<title>bars</title>", "alt=\"two\"", "<th scope=\"col\">value</th>"})
+    EXPECT_NE(html.find(part), std::string::npos) << part;
+  EXPECT_EQ(html.find("<nav"), std::string::npos);  // of one heading no list
   EXPECT_THROW(report.picture_row({"a"}, {}), std::invalid_argument);
   EXPECT_THROW(report.svg_row({"a"}, {}), std::invalid_argument);
+}
+
+TEST(HtmlReport, ListsItsHeadingsAndLeadsToEach) {
+  HtmlReport report("x");
+  for (const char* heading : {"Where", "What is <left>", "Where"}) report.heading(heading);
+  const std::filesystem::path path = std::filesystem::path(testing::TempDir()) / "selvedge_contents_test.html";
+  report.input("abc123");
+  report.write(path);
+  const std::string html = files::read_whole(path);
+  std::filesystem::remove(path);
+  const std::regex link("<a href=\"#([^\"]+)\">");
+  std::set<std::string> ids;
+  for (std::sregex_iterator it(html.begin(), html.end(), link), end; it != end; ++it) ids.insert((*it)[1]);
+  ASSERT_EQ(ids.size(), 3u);
+  for (const std::string& id : ids) EXPECT_EQ(count(html, "id=\"" + id + "\""), 1u) << id;
+  EXPECT_NE(html.find("; input abc123</footer>"), std::string::npos);
 }
 
 TEST(HtmlReport, BeginsWithItsVerdictAndEndsWithWhoMadeIt) {

@@ -15,7 +15,8 @@ TEST(ShortNumber, KeepsWhatCountsAndDropsNoise) {
   EXPECT_EQ(short_number(0.1 + 0.2), "0.3");
   EXPECT_EQ(short_number(5.5e-5), "5.5e-05");
   EXPECT_EQ(short_number(1.23456e9), "1.235e+09");
-  EXPECT_EQ(short_number(std::nan("")), "nan");
+  EXPECT_EQ(short_number(std::nan("")), "–");
+  EXPECT_EQ(short_number(-INFINITY), "-∞");
 }
 
 TEST(TextTable, AlignsNumbersRightAndTextLeftByCodePoint) {

@@ -7,6 +7,7 @@
 
 #include "files/bad_input.h"
 #include "files/whole_file.h"
+#include "report/base64.h"
 #include "report/html.h"
 #include "report/read_figures.h"
 
@@ -57,19 +58,22 @@ class ComparisonTest : public testing::Test {
 
   void write_diagnosis(const fs::path& folder, double gap, const char* cause) {
     fs::create_directories(folder);
-    const json d = {{"format", "diagnosis/1"},
-                    {"campaign", "denim"},
-                    {"gap",
-                     {{"value_mm", gap},
-                      {"noise_floor_mm", 0.2},
-                      {"interval_mm", {gap - 0.1, gap + 0.1}},
-                      {"p_value", 0.01},
-                      {"held_out_mm", gap + 0.4}}},
-                    {"cause", cause},
-                    {"side", "dissipative"},
-                    {"probabilities", {{"none", 0.1}, {"bend_friction", 0.9}}},
-                    {"shrink", {{"bend_friction", {{"fraction", 0.8}, {"interval", {0.6, 1.0}}}}}},
-                    {"where", {{{"axis", "region"}, {"cell", "lower hem"}, {"share", 0.7}, {"mm", gap}}}}};
+    const json d = {
+        {"format", "diagnosis/1"},
+        {"campaign", "denim"},
+        {"gap",
+         {{"value_mm", gap},
+          {"noise_floor_mm", 0.2},
+          {"interval_mm", {gap - 0.1, gap + 0.1}},
+          {"p_value", 0.01},
+          {"held_out_mm", gap + 0.4}}},
+        {"cause", cause},
+        {"side", "dissipative"},
+        {"probabilities", {{"none", 0.1}, {"bend_friction", 0.9}}},
+        {"shrink", {{"bend_friction", {{"fraction", 0.8}, {"interval", {0.6, 1.0}}}}}},
+        {"where", {{{"axis", "region"}, {"cell", "lower hem"}, {"share", 0.7}, {"mm", gap}}}},
+        {"map",
+         {{"size_m", {0.3, 0.4}}, {"held", {"corners"}}, {"uv_m", {{0.1, 0.1}, {0.2, 0.3}}}, {"mm", {gap, gap / 2}}}}};
     files::write_json(folder / "diagnosis.json", d);
   }
 
@@ -158,6 +162,33 @@ TEST_F(ComparisonTest, ThePageStandsAloneWithTheFiguresOfBoth) {
   EXPECT_EQ(pictures,
             "A: waving-1, frame 3: recorded=recorded;A: simulated=simulated;A: difference=difference of a;"
             "B: waving-1, frame 3: recorded=recorded;B: simulated=simulated;B: difference=difference of b;");
+}
+
+TEST_F(ComparisonTest, DrawsBothMapsOfTheFabricOnOneScale) {
+  write_diagnosis(folder_ / "a", 61, "draught");
+  write_diagnosis(folder_ / "b", 2.5, "none");
+  write_comparison(read_comparison(folder_ / "a", folder_ / "b"), folder_ / "out");
+  const std::string html = files::read_whole(folder_ / "out" / "report.html");
+  std::vector<std::string> maps;
+  const std::string mark = "data:image/svg+xml;base64,";
+  for (size_t at = html.find(mark); at != std::string::npos; at = html.find(mark, at + 1))
+    maps.push_back(report::from_base64(html.substr(at + mark.size(), html.find('"', at) - at - mark.size())).value());
+  ASSERT_EQ(maps.size(), 2u);
+  const auto first_circle = [](const std::string& svg) {
+    const size_t at = svg.find("<circle");
+    return svg.substr(at, svg.find("/>", at) - at);
+  };
+  for (const std::string& map : maps) EXPECT_NE(map.find(">100 mm</text>"), std::string::npos) << map;
+  EXPECT_NE(first_circle(maps[0]), first_circle(maps[1]));
+  EXPECT_NE(html.find("one colour scale, 0 to 100 mm"), std::string::npos);
+  EXPECT_NE(html.find("B: error of the base model on the flat fabric, mm (the two upper corners are held)"),
+            std::string::npos);
+  json old = files::read_json(folder_ / "b" / "diagnosis.json");
+  old.erase("map");
+  files::write_json(folder_ / "b" / "diagnosis.json", old);
+  write_comparison(read_comparison(folder_ / "a", folder_ / "b"), folder_ / "out");
+  EXPECT_NE(files::read_whole(folder_ / "out" / "report.html").find("the diagnosis of B was written before"),
+            std::string::npos);
 }
 
 TEST_F(ComparisonTest, AForeignReportRunsNothingHere) {

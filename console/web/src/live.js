@@ -1,12 +1,13 @@
 // The live view: devices, arm, session, prompts, and recording.
 import { get, hasToken, post } from "./api.js";
 import { by, element, notice, number, say } from "./dom.js";
+import { whyNoRecord } from "./readiness.js";
 import { Space } from "./space.js";
 import { setStopPort } from "./stop.js";
 
 const space = new Space(by("space"));
 const rates = new Map();   // device: the last rates, for its small plot
-let armedHere = false, prompted = 0, stood = "", tokenDead = false;
+let armedHere = false, prompted = 0, stood = "", tokenDead = false, last = null;
 
 const may = () => hasToken() && !tokenDead;
 
@@ -97,7 +98,7 @@ function check(name, value, good) {
 
 function showChecks(state) {
   const own = state.record ?? {}, r = state.recording;
-  by("record-start").disabled = Boolean(own.running) || !may();
+  showWhether(state);
   by("record-stop").disabled = !own.running;
   const parts = [];
   if (r)
@@ -114,9 +115,19 @@ function showChecks(state) {
   by("checks").replaceChildren(...parts, ...(words ? [element("p", { class: "sub", id: "record-words" }, words)] : []));
 }
 
+// A trial that would fail is not offered, and why is said.
+function showWhether(state) {
+  const kind = by("record").elements.kind.value;
+  const why = state.record?.running ? "" : whyNoRecord(state, kind);
+  by("record-start").disabled = Boolean(state.record?.running) || !may() || why !== "";
+  by("record-why").hidden = why === "";
+  say(by("record-why"), why);
+}
+
 let states = 0;
 
 export function showState(state) {
+  last = state;
   armedHere = state.armed_here;
   setStopPort(state.stop_port);
   showDevices(state.devices);
@@ -170,6 +181,7 @@ function askReset(sure) {
 }
 
 export function record() {
+  if (by("record-start").disabled) return by("record-why").hidden ? undefined : notice(by("record-why").textContent);
   const form = new FormData(by("record"));
   const trial = { name: form.get("name"), kind: form.get("kind"), duration_s: Number(form.get("duration_s")) };
   if (trial.kind !== "static")
@@ -183,5 +195,6 @@ by("disarm").addEventListener("click", disarm);
 by("reset").addEventListener("click", () => askReset(true));
 by("reset-no").addEventListener("click", () => askReset(false));
 by("reset-yes").addEventListener("click", () => { askReset(false); attempt(post("/api/reset")); });
+by("record").elements.kind.addEventListener("change", () => { if (last) showWhether(last); });
 by("record").addEventListener("submit", (event) => { event.preventDefault(); record(); });
 by("record-stop").addEventListener("click", () => attempt(post("/api/record/stop")));

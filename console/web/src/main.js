@@ -5,12 +5,13 @@ import { beat, forgetToken, hasToken, listen, takeToken } from "./api.js";
 import { by, notice, say } from "./dom.js";
 import * as live from "./live.js";
 import { showPreview } from "./preview.js";
+import { badge } from "./readiness.js";
 import * as results from "./results.js";
 import { stop } from "./stop.js";
 import * as trials from "./trials.js";
 
 const views = ["live", "trials", "results"];
-let shown = "live", linked = false, looks = false;
+let shown = "live", linked = false, looks = false, state = null;
 
 function view(name) {
   shown = name;
@@ -53,6 +54,12 @@ function key(event) {
   }
 }
 
+function showBadge() {
+  const [text, kind] = badge(linked, state);
+  say(by("link"), text);
+  by("link").className = `pill ${kind}`;
+}
+
 takeToken();
 if (!hasToken())
   notice("This page may only look: open the address that ./selvedge console printed, with its token.", "info");
@@ -63,13 +70,16 @@ by("report").addEventListener("load", () => by("report").contentDocument?.addEve
 by("stop").addEventListener("click", stop);
 by("reload").addEventListener("click", () => { forgetToken(); location.reload(); });
 listen({
-  onState: live.showState,
+  onState: (newest) => {
+    state = newest;
+    live.showState(state);
+    showBadge();
+  },
   onPreview: showPreview,
   onLink: (up) => {
     if (up === linked) return;
     linked = up;
-    say(by("link"), up ? "live" : "no link");
-    by("link").className = `pill ${up ? "running" : "lost"}`;
+    showBadge();
   },
 });
 beat((why, status) => {
