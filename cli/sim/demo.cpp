@@ -90,7 +90,7 @@ fit::FitOutcome fit_run(const DemoArguments& a, const trial::Campaign& campaign,
 void diagnose_run(station::SessionFile file, const fs::path& folder, const report::ProgressCallback& progress) {
   file.fit = true;
   const nlohmann::json told = station::run_on_files(
-      file, {"diagnose"}, folder,
+      file, {"diagnose", 0, "", 0, 0}, folder,
       [&](double done, const std::string& what) { progress(kFitted + (1 - kFitted) * done, "diagnosing: " + what); });
   const fs::path diagnosis = folder / station::diagnosis_folder_name(0);
   fmt::print("\ndiagnosis: {} (probability {:.2f})\n", told["cause"].get<std::string>(),
