@@ -202,10 +202,10 @@ void fill_gap(Diagnosis& out, const Study& study, const HeldOut& before, const H
   out.noise_floor_mm = noise.mm();
   out.right_floor_mm = std::hypot(noise.mm(), study.protocol.form_mm);
   out.gap_mm = out.low_mm = out.high_mm = out.before_mm - out.noise_floor_mm;
+  out.groups = study.groups.size();
   out.p_value = p_of_gap(before, out.right_floor_mm);
   const double half = half_interval(
       study.groups.size(), [&](const std::vector<size_t>& groups) { return before.mm(groups) - noise.mm(groups); });
-  if (!std::isfinite(half)) return;
   out.low_mm -= half;
   out.high_mm += half;
 }
@@ -239,9 +239,7 @@ void list_measured(Diagnosis& out, const Measured& measured) {
         "markers on held points lie {:.1f} mm (root mean square) from the grips' path, which no physics lets "
         "them leave",
         1e3 * measured.held_m));
-  if (measured.delay)
-    out.remarks.push_back(fmt::format("they come {:.3f} s (standard deviation {:.3f} s) after that path",
-                                      measured.delay->delay_s, measured.delay->sd_s));
+  if (measured.delay) out.remarks.push_back(in_words(*measured.delay));
 }
 
 std::string settings_of(const StudyOptions& study) {
@@ -289,6 +287,7 @@ Diagnosis diagnose(const trial::Campaign& campaign, const std::vector<Effect>& e
   if (options.on_base_fit) options.on_base_fit(out.base_fit);
   out.protocol = study.protocol;
   out.campaign = study.campaign;
+  out.input = estimate::input_hash(estimate::recordings_hash(campaign), settings_of(options.study));
   out.doubts = study.doubts;
   out.remarks = study.remarks;
   out.cells = study.simulation->options().cells;

@@ -75,7 +75,10 @@ struct WeighedSet {
 struct Diagnosis {
   Protocol protocol;
   std::string campaign, base;
+  std::string input;  // hash of the recordings, the settings and the code
   double gap_mm = 0, low_mm = 0, high_mm = 0, noise_floor_mm = 0, right_floor_mm = 0, p_value = 1;
+  // low_mm, high_mm: NaN of one group of trials alone, which cannot tell; then p_value means nothing either.
+  size_t groups = 0;
   double before_mm = 0;
   bool is_ahead = false;  // errors are of predictions Protocol::free_s ahead
   std::string side, cause;
