@@ -62,7 +62,10 @@ struct WeighedSet {
 struct Diagnosis {
   Protocol protocol;
   std::string campaign, base;
+  std::string input;  // hash of the recordings, the settings and the code
   double gap_mm = 0, low_mm = 0, high_mm = 0, noise_floor_mm = 0, right_floor_mm = 0, p_value = 1;
+  // low_mm, high_mm: NaN of one group of trials alone, which cannot tell; then p_value means nothing either.
+  size_t groups = 0;
   double before_mm = 0;
   bool is_ahead = false;  // errors are of predictions Protocol::free_s ahead
   std::string side, cause;
@@ -90,6 +93,9 @@ struct Diagnosis {
   int evaluations = 0;
   double wall_s = 0, cpu_s = 0;
 };
+
+// The hash of what a diagnosis rests on: recordings, settings, code.
+std::string input_of(const DiagnosisOptions& options, const trial::Campaign& campaign);
 
 // Goes on from the base fit that `file` holds of this campaign, these settings and this code, and keeps it there once
 // it is found.

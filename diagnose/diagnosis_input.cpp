@@ -20,8 +20,12 @@ std::string settings_of(const StudyOptions& study) {
 
 }  // namespace
 
+std::string input_of(const DiagnosisOptions& options, const trial::Campaign& campaign) {
+  return estimate::input_hash(estimate::recordings_hash(campaign), settings_of(options.study));
+}
+
 void keep_base_fit(DiagnosisOptions& options, const std::filesystem::path& file, const trial::Campaign& campaign) {
-  const std::string input = estimate::input_hash(estimate::recordings_hash(campaign), settings_of(options.study));
+  const std::string input = input_of(options, campaign);
   options.study.base_fit = read_base_fit(file, input);
   options.on_base_fit = [file, input](const BaseFit& fit) { write_base_fit(file, fit, input); };
 }

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "diagnose/diagnosis_verdict.h"
+#include "diagnose/diagnosis_words.h"
 #include "diagnose/fabric_map.h"
 #include "diagnose/simulator_report.h"
 #include "diagnose/where_report.h"
@@ -67,7 +68,7 @@ std::string waterfall(const Diagnosis& d) {
 }
 
 void add_budget(report::HtmlReport& html, const Diagnosis& d) {
-  html.heading("The budget");
+  html.heading("What takes how much of the gap");
   html.svg(
       waterfall(d),
       "Shares of the squared error of held-out trials: what the base leaves, what each effect of the likeliest set "
@@ -81,7 +82,8 @@ void add_budget(report::HtmlReport& html, const Diagnosis& d) {
   for (const WeighedSet& s : d.sets)
     rows.push_back({s.name + (s.and_unknown ? " and something unknown" : ""), fmt::format("{:.3f}", s.probability),
                     fmt::format("{:.2f}", s.model_error)});
-  html.table({"set of effects", "probability", "model error, times its usual size"}, rows);
+  html.table({"set of effects", "probability", "what the model itself must be off by (1: as right models usually are)"},
+             rows);
 }
 
 void add_replay(report::HtmlReport& html, const Diagnosis& d) {
@@ -89,12 +91,14 @@ void add_replay(report::HtmlReport& html, const Diagnosis& d) {
   html.heading("In motion");
   html.interactive(
       report::moving_sheets(d.replay, "missing force", "N/m²"),
-      fmt::format("Dots: where markers were recorded; lines: to where the model has them, in trials that it was not "
-                  "fitted to (blue: none off, red: 4 mm and more). Arrows: the force that the model still lacks; faint "
-                  "where it is less than two standard deviations. {}Drag to turn, turn the wheel to come nearer.",
-                  d.is_ahead ? fmt::format("The sheet is held near the markers, then predicted for {:g} s, and so on. ",
-                                           d.protocol.free_s)
-                             : ""));
+      fmt::format(
+          "Dots: where markers were recorded; lines: to where the model has them, in trials that it was not "
+          "fitted to (blue: none off, red: 4 mm and more). Arrows: the force that the model still lacks; faint "
+          "where it is less than two standard deviations. {}Drag or press the arrow keys to turn, turn the wheel "
+          "or press + to come nearer.",
+          d.is_ahead ? fmt::format("The sheet is held near the markers, then predicted for {:g} s, and so on. ",
+                                   d.protocol.free_s)
+                     : ""));
 }
 
 void add_effects(report::HtmlReport& html, const Diagnosis& d) {
@@ -102,27 +106,27 @@ void add_effects(report::HtmlReport& html, const Diagnosis& d) {
   std::vector<std::vector<std::string>> rows;
   for (const EffectFinding& f : d.effects) {
     std::string size;
-    for (const SizedParameter& p : f.size)
-      size += fmt::format("{}{} {:.3g} {} ({:.3g} … {:.3g})", size.empty() ? "" : "; ", p.name, p.value, p.unit, p.low,
-                          p.high);
+    for (const SizedParameter& p : f.size) size += (size.empty() ? "" : "; ") + in_words(p);
     rows.push_back({f.name, to_text(f.side), fmt::format("{:.3f}", f.inclusion), fmt::format("{:.3f}", f.probability),
                     percent(f.absorbed), f.weighed ? before_and_after(f.reduction) : "–",
                     f.weighed ? share_closed(f.reduction) : "–", size.empty() ? "–" : size});
   }
   html.table({"effect", "side", "probability that it is there", "probability as the cause",
-              "absorbed by refitting the base", "error with it, mm", "of the gap (90 %)", "size (90 %)"},
+              "hidden by refitting the base model", "error without and with it, mm",
+              "share of the gap it closes (90 %)", "size (90 %)"},
              rows);
-  html.paragraph(fmt::format("none {:.3f}, unknown {:.3f}.", d.probability.at("none"), d.probability.at("unknown")));
+  html.paragraph(no_effect_in_words(d));
   if (!d.forecast.motion.empty())
-    html.paragraph(fmt::format(
-        "Forecast, not recorded yet: in {} the base model will be {:.1f} mm off (90 % {:.1f} … {:.1f}), with {} {:.1f} "
-        "mm.",
-        d.forecast.motion, d.forecast.before_mm, d.forecast.low_mm, d.forecast.high_mm, d.likeliest,
-        d.forecast.after_mm));
+    html.paragraph(
+        fmt::format("Forecast of a motion that is not recorded yet: in {} the base model will be {:.1f} mm off{}, and "
+                    "{:.1f} mm with "
+                    "{}.",
+                    d.forecast.motion, d.forecast.before_mm,
+                    interval_in_words(d.forecast.low_mm, d.forecast.high_mm, 1), d.forecast.after_mm, d.likeliest));
   if (!d.cannot_tell.empty()) {
     std::string names;
     for (const std::string& name : d.cannot_tell) names += (names.empty() ? "" : ", ") + name;
-    html.paragraph("These data cannot show, however large it usually is: " + names + ".");
+    html.paragraph("These trials could not show these effects even at their usual size: " + names + ".");
   }
 }
 
@@ -139,13 +143,6 @@ void add_parameters(report::HtmlReport& html, const Diagnosis& d) {
 }
 
 }  // namespace
-
-std::string before_and_after(const GapReduction& s) { return fmt::format("{:.2f} → {:.2f}", s.before_mm, s.after_mm); }
-
-std::string share_closed(const GapReduction& s) {
-  return std::isfinite(s.low) ? fmt::format("{:.2f} ({:.2f} … {:.2f})", s.fraction, s.low, s.high)
-                              : fmt::format("{:.2f}", s.fraction);
-}
 
 json to_json(const Diagnosis& d) {
   json sides = json::object(), where = json::array(), sizes = json::object(), shrink = json::object(),
@@ -179,7 +176,7 @@ json to_json(const Diagnosis& d) {
               {"gap",
                {{"value_mm", d.gap_mm},
                 {"noise_floor_mm", d.noise_floor_mm},
-                {"interval_mm", {d.low_mm, d.high_mm}},
+                {"interval_mm", {number(d.low_mm), number(d.high_mm)}},
                 {"p_value", d.p_value},
                 {"held_out_mm", d.before_mm},
                 {"right_model_mm", d.right_floor_mm}}},
@@ -217,7 +214,7 @@ json to_json(const Diagnosis& d) {
   if (!d.forecast.motion.empty())
     out["forecast"] = {{"motion", d.forecast.motion},
                        {"before_mm", d.forecast.before_mm},
-                       {"interval_mm", {d.forecast.low_mm, d.forecast.high_mm}},
+                       {"interval_mm", {number(d.forecast.low_mm), number(d.forecast.high_mm)}},
                        {"after_mm", d.forecast.after_mm}};
   return out;
 }
@@ -225,10 +222,8 @@ json to_json(const Diagnosis& d) {
 void write_diagnosis(const Diagnosis& d, const std::filesystem::path& folder) {
   report::HtmlReport html("Diagnosis of " + d.campaign);
   html.verdict(verdict_of(d));
-  html.paragraph(
-      fmt::format("Gap {:.2f} mm above the noise floor (90 % {:.2f} … {:.2f}), p {:.3g} that a right model leaves "
-                  "as much. Next: {}.",
-                  d.gap_mm, d.low_mm, d.high_mm, d.p_value, d.next_experiment));
+  html.input(d.input);
+  html.paragraph(fmt::format("{} What to do next: {}.", gap_in_words(d), d.next_experiment));
   add_simulator_gap(html, d.other);
   add_budget(html, d);
   add_replay(html, d);

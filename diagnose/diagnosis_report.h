@@ -2,17 +2,12 @@
 #pragma once
 
 #include <filesystem>
-#include <string>
 
 #include <nlohmann/json_fwd.hpp>
 
 #include "diagnose/diagnosis.h"
 
 namespace selvedge::diagnose {
-
-// "3.59 → 1.64" and "0.64 (0.55 … 0.79)", for tables; no interval where there is none.
-std::string before_and_after(const GapReduction& reduction);
-std::string share_closed(const GapReduction& reduction);
 
 nlohmann::json to_json(const Diagnosis& diagnosis);
 

@@ -50,7 +50,10 @@ void weigh_cause(const Diagnosis& d, report::Verdict& verdict) {
     verdict.lower(Trust::limited, "what causes the gap is not in the library, or not to be told");
   if (p < kLikely) verdict.lower(Trust::limited, fmt::format("it is likely by {} only", percent(p)));
   if (!named) return;
-  if (d.p_value > kSure)
+  if (d.groups < 2)
+    verdict.lower(Trust::limited,
+                  "all trials repeat one motion: whether a right model would leave as much cannot be told");
+  else if (d.p_value > kSure)
     verdict.lower(Trust::limited,
                   fmt::format("trials vary so much that a right model may leave as much (p {:.2g})", d.p_value));
   const auto part = std::find_if(d.budget.parts.begin(), d.budget.parts.end(),

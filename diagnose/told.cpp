@@ -74,10 +74,10 @@ void fill_gap(Diagnosis& out, const Study& study, const HeldOut& before, const H
   out.noise_floor_mm = noise.mm();
   out.right_floor_mm = std::hypot(noise.mm(), study.protocol.form_mm);
   out.gap_mm = out.low_mm = out.high_mm = out.before_mm - out.noise_floor_mm;
+  out.groups = study.groups.size();
   out.p_value = p_of_gap(before, out.right_floor_mm);
   const double half = half_interval(
       study.groups.size(), [&](const std::vector<size_t>& groups) { return before.mm(groups) - noise.mm(groups); });
-  if (!std::isfinite(half)) return;
   out.low_mm -= half;
   out.high_mm += half;
 }
@@ -111,8 +111,8 @@ void list_measured(Diagnosis& out, const Measured& measured) {
         "markers on held points lie {:.1f} mm (root mean square) from the grips' path, which no physics lets "
         "them leave",
         1e3 * measured.held_m));
-  if (measured.delay)
-    out.remarks.push_back(fmt::format("they come {:.3f} s (standard deviation {:.3f} s) after that path",
+  if (measured.delay) out.remarks.push_back(in_words(*measured.delay));
+} s (standard deviation {:.3f} s) after that path",
                                       measured.delay->delay_s, measured.delay->sd_s));
 }
 

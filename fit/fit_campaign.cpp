@@ -138,7 +138,7 @@ void judge_parameters(FitOutcome& out, const std::vector<model::Parameter>& para
       f.lower_interval = p.lower;
       f.upper_interval = p.upper;
       out.remarks.push_back(
-          fmt::format("{} is undetermined: these trials do not show it, it stays where the search left it", p.name));
+          fmt::format("{} does not show in these trials: its value is where the search left it", p.name));
     }
     f.determined = !f.at_bound && (!unseen || p.measured) && f.upper_interval < 1.25 * f.value &&
                    f.lower_interval > f.value / 1.25;
@@ -147,22 +147,44 @@ void judge_parameters(FitOutcome& out, const std::vector<model::Parameter>& para
   }
 }
 
+constexpr double kMostUnseen = 6.9;  // a factor of a thousand: more is not told from it
+
+// In words, of parameters that may rise together, and of others that would fall.
+std::string unseen_change(const std::string& up, const std::string& down, double factor) {
+  const std::string by = factor > 0.98 * std::exp(kMostUnseen) ? "a thousand or more" : fmt::format("{:.2g}", factor);
+  const std::string& some = up.empty() ? down : up;
+  if (up.empty() || down.empty())
+    return some.find(" and ") == std::string::npos
+               ? fmt::format("{} could be larger or smaller by a factor of {} and these trials would not show it", some,
+                             by)
+               : fmt::format("{} could grow or shrink together by a factor of {} and these trials would not show it",
+                             some, by);
+  return fmt::format(
+      "{} could grow while {} shrinks, or the other way round, by a factor of {} in all, and these trials "
+      "would not show it",
+      up, down, by);
+}
+
 // Combinations that the trials cannot tell apart: eigenvectors of the information with little of it.
 void name_weak_combinations(FitOutcome& out, const std::vector<model::Parameter>& parameters,
                             const estimate::LeastSquaresResult& fit) {
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(fit.covariance);
   for (Index i = solver.eigenvalues().size() - 1; i >= 0; --i) {
     if (solver.eigenvalues()(i) < 0.25 * 0.25) break;
-    std::string text;
+    std::string up, down;
     for (size_t k = 0; k < parameters.size(); ++k) {
       const double weight = solver.eigenvectors()(static_cast<Index>(k), i);
-      if (std::abs(weight) > 0.3)
-        text += fmt::format("{}{} ({:+.2f})", text.empty() ? "" : ", ", parameters[k].name, weight);
+      std::string& side = weight > 0 ? up : down;
+      if (std::abs(weight) > 0.3) side += (side.empty() ? "" : " and ") + parameters[k].name;
     }
-    out.remarks.push_back(
-        fmt::format("these trials hardly determine {}: a change by a factor {:.1f} along it stays unseen", text,
-                    std::exp(std::min(1.645 * std::sqrt(solver.eigenvalues()(i)), 6.9))));
+    out.combinations.push_back(
+        unseen_change(up, down, std::exp(std::min(1.645 * std::sqrt(solver.eigenvalues()(i)), kMostUnseen))));
   }
+}
+
+void find_correlation(FitOutcome& out, const estimate::LeastSquaresResult& fit) {
+  const VectorXd sd = fit.covariance.diagonal().cwiseMax(0).cwiseSqrt();
+  out.correlation = fit.covariance.cwiseQuotient((sd * sd.transpose()).cwiseMax(1e-300));
 }
 
 // Two folds of whole trials: each half is predicted by what the other half gives.
@@ -365,8 +387,7 @@ void put_clocks_together(FitOutcome& out, std::vector<model::ObservedTrial>& tri
     if (trial.markers)
       for (double& t : trial.experiment.path.time_s) t += delay->delay_s;
   out.delay = delay;
-  out.remarks.push_back(fmt::format(
-      "markers on held points come {:.3f} s after the grips' path: the fit moves the path by as much", delay->delay_s));
+  out.remarks.push_back(in_words(*delay) + "; the fit moves the path by as much");
 }
 
 // What is fitted of a campaign that moves for long: its most moved pieces, which other trials then predict.
@@ -490,6 +511,7 @@ FitOutcome fit_campaign(const trial::Campaign& campaign, const FitOptions& optio
   out.evaluations = before_last + fit.evaluations + 1;
   judge_parameters(out, parameters, found.coordinates, fit, mesh);
   name_weak_combinations(out, parameters, fit);
+  find_correlation(out, fit);
   list_errors(out);
   if (by_trials) hold_out_trials(out, parameters, fit.coordinates, options, journal);
   out.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();

@@ -97,7 +97,9 @@ struct FitOutcome {
   std::optional<model::HeldDelay> delay;  // of markers on held points behind the grips' path, which was moved by it
   std::vector<material_tests::KindAnswer> tests;  // of the campaign's material tests, where it holds some
   std::vector<std::string> doubts;                // of the recordings (capture/trial/doubts.h)
-  std::vector<std::string> remarks;               // what a reader should know: bounds, combinations not told apart
+  std::vector<std::string> remarks;               // what a reader should know: bounds, what the trials do not show
+  std::vector<std::string> combinations;          // of parameters that they do not tell apart
+  Eigen::MatrixXd correlation;                    // of the parameters' coordinates
 };
 
 // The hash of what a fit with this drag law rests on: recordings (their hash) and code (estimate/kept_input.h).

@@ -88,8 +88,10 @@ void add_frames(report::HtmlReport& html, const FitOutcome& out, const trial::Tr
         {png_of(grey(recorded)), png_of(grey(simulated)), png_of(hues(a)), png_of(hues(b)), png_of(difference(a, b))},
         {fmt::format("{}, frame {}: recorded", trial.name, frame.number), "simulated", "angle map, recorded",
          "angle map, simulated",
-         fmt::format("difference (white: 20°); fold error {:.1f}, silhouette {:.0f} px, E {:.1f}", error.fold,
-                     error.silhouette, error.total)});
+         fmt::format("difference of the angles (white: 20° and more); error of the folds {:.1f}, of the outline {:.0f} "
+                     "px, both "
+                     "together {:.1f}",
+                     error.fold, error.silhouette, error.total)});
   }
 }
 

@@ -9,9 +9,9 @@
 #include "files/json_number.h"
 #include "files/whole_file.h"
 #include "fit/fit_pictures.h"
+#include "fit/fit_sections.h"
+#include "fit/fit_text.h"
 #include "fit/fit_verdict.h"
-#include "model/trial_error.h"
-#include "observe/stripe_residual.h"
 #include "report/html.h"
 
 namespace selvedge::fit {
@@ -20,133 +20,11 @@ namespace {
 
 using nlohmann::json;
 
-std::string text(double value, const char* format = "{:.2f}") {
-  return std::isfinite(value) ? fmt::format(fmt::runtime(format), value) : "–";
-}
-
-std::string text(const std::optional<double>& value) { return value ? text(*value) : "–"; }
-
-std::string interval_text(const std::optional<model::Interval>& interval) {
-  return interval ? fmt::format("{:.2f} … {:.2f}", interval->first, interval->second) : "–";
-}
-
-// Root mean square at each compared time of a trial.
-report::Series error_over_time(const FitOutcome& out, size_t trial, const model::Residuals& residuals,
-                               const std::string& name) {
-  const model::ObservedTrial& t = out.simulation->trials()[trial];
-  const Eigen::VectorXd time = out.simulation->time_s(trial);
-  std::vector<double> times;
-  if (t.markers) times = t.markers->time_s;
-  else
-    for (const observe::StripeFrame& f : t.stripes->frames) times.push_back(f.time_s);
-  report::Series series;
-  series.name = name;
-  for (const double s : times) {
-    series.x.push_back(s);
-    series.y.push_back(model::rms_mm(t, residuals.mm[trial], time, s - 1e-9, s + 1e-9));
-  }
-  return series;
-}
-
-void add_parameters(report::HtmlReport& html, const FitOutcome& out) {
-  html.heading("Parameters");
-  std::vector<std::vector<std::string>> rows;
-  for (const FittedParameter& p : out.parameters)
-    rows.push_back({p.parameter.name, fmt::format("{:.4g}", p.value), p.parameter.unit,
-                    fmt::format("{:.3g} … {:.3g}", p.lower_interval, p.upper_interval),
-                    fmt::format("{:.1f}", p.variability_percent), fmt::format("{:.1f}", p.mesh_percent),
-                    fmt::format("{:.3g}", p.start),
-                    p.at_bound     ? "at its bound"
-                    : p.determined ? "determined"
-                                   : "hardly determined"});
-  html.table({"parameter", "value", "unit", "90 % interval", "change for 1 % of error, %", "left open by the grid, %",
-              "start", "verdict"},
-             rows);
-  html.paragraph(grid_sentence(out));
-  for (const std::string& remark : out.remarks) html.paragraph(remark + ".");
-}
-
-void add_errors(report::HtmlReport& html, const FitOutcome& out) {
-  html.heading("Error of each trial");
-  std::vector<std::vector<std::string>> rows;
-  for (const TrialError& t : out.trials)
-    rows.push_back({t.name, std::to_string(t.frames), text(t.start_mm), text(t.end_mm), text(t.moving_mm),
-                    text(t.held_out_mm), interval_text(t.held_out_interval_mm), text(t.rigid_plate_mm),
-                    text(t.velocity_end_mm_s)});
-  html.table({"trial", "compared times", "start, mm", "fitted, mm", "of that in motion, mm", "held out, mm", "90 %",
-              "rigid plate, mm", "velocity error, mm/s"},
-             rows);
-  html.paragraph(out.hold_out == "trials"
-                     ? "Held out: each half of the trials predicted with parameters fitted to the other half alone."
-                 : out.hold_out == "frames" ? "Held out: the last third of the frames, which the fit did not see."
-                                            : "Nothing was held out.");
-  for (size_t i = 0; i < out.trials.size(); ++i) {
-    if (out.simulation->trials()[i].still) continue;
-    report::PlotOptions plot;
-    plot.x_label = "time, s";
-    plot.y_label = "error, mm";
-    plot.height_px = 220;
-    html.svg(report::line_plot({error_over_time(out, i, out.residuals_start, "start"),
-                                error_over_time(out, i, out.residuals, "fitted")},
-                               plot),
-             fmt::format("{}: root mean square error over time{}", out.trials[i].name,
-                         out.cut_s < 1e299 ? fmt::format("; held out after {:.2f} s", out.cut_s) : ""));
-  }
-}
-
-// Best error so far and, where there is one, the temperature, against evaluations (figure 5 of Bhat et al. 2003).
-void add_search(report::HtmlReport& html, const FitOutcome& out) {
-  report::Series best{"best error", {}, {}}, temperature{"temperature", {}, {}};
-  for (const estimate::SearchStep& step : out.trace) {
-    best.x.push_back(step.evaluations);
-    best.y.push_back(step.best_cost);
-    if (!std::isfinite(step.temperature)) continue;
-    temperature.x.push_back(step.evaluations);
-    temperature.y.push_back(step.temperature);
-  }
-  std::vector<report::Series> series = {best};
-  if (!temperature.x.empty()) series.push_back(temperature);
-  report::PlotOptions plot;
-  plot.x_label = "evaluations";
-  plot.y_label = "error, and temperature in its unit";
-  plot.log_y = true;
-  html.svg(report::line_plot(series, plot),
-           fmt::format("{}: {} evaluations", out.optimiser, out.trace.back().evaluations));
-}
-
-void add_progress(report::HtmlReport& html, const FitOutcome& out) {
-  html.heading("Progress of the fit");
-  if (!out.trace.empty()) {
-    add_search(html, out);
-    return;
-  }
-  report::Series series;
-  series.name = "cost";
-  for (size_t i = 0; i < out.history.size(); ++i) {
-    series.x.push_back(static_cast<double>(i));
-    series.y.push_back(out.history[i]);
-  }
-  report::PlotOptions plot;
-  plot.x_label = "iteration on the final grid";
-  plot.y_label = "cost";
-  plot.log_y = true;
-  html.svg(report::line_plot({series}, plot),
-           fmt::format("{} simulations of the campaign, {:.0f} s", out.evaluations, out.wall_s));
+std::string mm_text(const std::optional<double>& mm) {
+  return mm && std::isfinite(*mm) ? fmt::format("{:.2f} mm", *mm) : "not known";
 }
 
 }  // namespace
-
-std::string grid_sentence(const FitOutcome& out) {
-  const int cells = out.simulation->options().cells;
-  if (out.simulator)
-    return fmt::format("Simulated by {}, whose sheet is looked at through {} cells along the width.",
-                       out.simulator->name(), cells);
-  if (!std::isfinite(out.grid_mm)) return fmt::format("Fitted on a grid of {} cells along the width.", cells);
-  return fmt::format(
-      "Fitted on a grid of {} cells along the width; the next finer grid moves the fabric by {:.2f} mm "
-      "(root mean square), which the parameters take into account.",
-      cells, out.grid_mm);
-}
 
 json to_json(const FitOutcome& out) {
   json parameters = json::object(), trials = json::object();
@@ -179,7 +57,7 @@ json to_json(const FitOutcome& out) {
                    {"units", "mm root mean square"},
                    {"evaluations", out.evaluations},
                    {"wall_s", out.wall_s},
-                   {"remarks", out.remarks},
+                   {"remarks", remarks_of(out)},
                    {"held_out", {{"by", out.hold_out}, {"error", files::finite_or_null(held_out_mm(out))}}}};
   out_json["optimiser"] = out.optimiser;
   out_json["grid"] = {{"cells", out.simulation->options().cells},
@@ -210,9 +88,10 @@ std::optional<Eigen::VectorXd> read_fit(const std::filesystem::path& file, const
 void write_fit(const FitOutcome& out, const trial::Campaign& campaign, const std::filesystem::path& folder) {
   report::HtmlReport html("Fit of " + out.campaign);
   html.verdict(verdict_of(out));
+  html.input(out.input);
   html.paragraph(fmt::format(
-      "Model: {}. Held-out error {} mm root mean square{}.", out.model, text(held_out_mm(out)),
-      rigid_plate_mm(out) ? fmt::format("; a rigid plate on the same bar: {} mm", text(rigid_plate_mm(out))) : ""));
+      "Model: {}. Held-out error {}, root mean square{}.", out.model, mm_text(held_out_mm(out)),
+      rigid_plate_mm(out) ? fmt::format("; of a rigid plate on the same bar {}", mm_text(rigid_plate_mm(out))) : ""));
   add_parameters(html, out);
   add_errors(html, out);
   add_pictures(html, out, campaign);

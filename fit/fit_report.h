@@ -14,9 +14,6 @@ namespace selvedge::fit {
 // The fixed keys of the exchange format, and `held_out`, `remarks` beside them.
 nlohmann::json to_json(const FitOutcome& outcome);
 
-// What grid it was fitted on, and what that leaves open.
-std::string grid_sentence(const FitOutcome& outcome);
-
 // Writes DIR/fit.json and DIR/report.html. campaign: of what hangs from a rig, without material tests. Its frames are
 // read again for the pictures.
 void write_fit(const FitOutcome& outcome, const trial::Campaign& campaign, const std::filesystem::path& folder);

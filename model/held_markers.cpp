@@ -4,6 +4,8 @@
 #include <cmath>
 #include <functional>
 
+#include <fmt/format.h>
+
 #include "geometry/order_statistics.h"
 
 namespace selvedge::model {
@@ -211,6 +213,14 @@ std::optional<HeldDelay> held_delay(const std::vector<ObservedTrial>& trials, do
   const auto count = static_cast<double>(moving.size());
   out.sd_s = count > 1 ? std::sqrt(square / (count - 1) / count) : most_s;
   return out;
+}
+
+std::string in_words(const HeldDelay& delay) {
+  constexpr double kUnknown_s = 0.2;
+  const double ms = 1e3 * std::abs(delay.delay_s), half = 1.645e3 * delay.sd_s;
+  return fmt::format("the clock of the markers is {} by {:.1f} ms{} against the path of the grips",
+                     delay.delay_s < 0 ? "early" : "late", ms,
+                     delay.sd_s < kUnknown_s ? fmt::format(" ({:.1f} to {:.1f})", ms - half, ms + half) : "");
 }
 
 std::vector<double> marker_noise_m(const ObservedTrial& trial) {

@@ -167,10 +167,11 @@ void HtmlReport::svg_row(const std::vector<std::string>& svg_texts, const std::v
   if (svg_texts.size() != captions.size())
     throw std::invalid_argument(fmt::format("svg_row: {} plots and {} captions", svg_texts.size(), captions.size()));
   body_ += "<div class=\"row\">\n";
-  for (size_t i = 0; i < svg_texts.size(); ++i)
-    body_ += figure(fmt::format("<img class=\"plot\" alt=\"{}\" src=\"data:image/svg+xml;base64,{}\">",
-                                escape_html(captions[i]), base64(svg_texts[i])),
-                    captions[i]);
+  for (size_t i = 0; i < svg_texts.size(); ++i) {
+    const std::string plot = fmt::format("<img class=\"plot\" alt=\"{}\" src=\"data:image/svg+xml;base64,{}\">",
+                                         escape_html(captions[i]), base64(svg_texts[i]));
+    body_ += figure(scrolling(plot, fmt::format("Figure {}: {}", ++figures_, captions[i])), captions[i]);
+  }
   body_ += "</div>\n";
 }
 

@@ -180,6 +180,22 @@ for (const figure of document.querySelectorAll('.moving-sheets')) {
     pitch = Math.max(-1.5, Math.min(1.5, pitch + 0.01 * event.movementY));
     draw();
   };
+  stage.tabIndex = 0;
+  stage.setAttribute('role', 'group');
+  stage.setAttribute('aria-label', 'sheets in motion: arrow keys turn them, plus and minus come nearer and go away');
+  stage.onkeydown = event => {
+    const turns = {ArrowLeft: [-0.1, 0], ArrowRight: [0.1, 0], ArrowUp: [0, 0.1], ArrowDown: [0, -0.1]}[event.key];
+    const nearer = {'+': 1.1, '-': 1 / 1.1}[event.key];
+    if (!turns && !nearer) return;
+    event.preventDefault();
+    if (turns) {
+      yaw += turns[0];
+      pitch = Math.max(-1.5, Math.min(1.5, pitch + turns[1]));
+    } else {
+      zoom = Math.max(0.3, Math.min(8, zoom * nearer));
+    }
+    draw();
+  };
   stage.addEventListener('wheel', event => {
     event.preventDefault();
     zoom = Math.max(0.3, Math.min(8, zoom * Math.exp(-0.001 * event.deltaY)));

@@ -45,6 +45,7 @@ footer { margin-top: 2.5em; border-top: 1px solid var(--rule); font-size: .85em;
 @media (max-width: 700px) {
   body { margin: .5em auto; }
   .scroll svg { min-width: 520px; }
+  .row .scroll img.plot { width: 408px; max-width: none; }
   .row figure:has(.plot) { min-width: 100%; } }
 @media print {
   body { margin: 0; max-width: none; font-size: 11pt; }

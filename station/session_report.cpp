@@ -58,7 +58,8 @@ json judge_against(const json& truth, const json& diagnosis) {
     const json list = diagnosis.value(key, json::array());
     return std::find(list.begin(), list.end(), json(hidden)) != list.end();
   };
-  if (lists("cannot_tell")) out["why_not"] = "these trials cannot tell: refitting the base model absorbs " + hidden;
+  if (lists("cannot_tell"))
+    out["why_not"] = "these trials cannot tell: other values of the fitted parameters look the same as " + hidden;
   else if (lists("confusable")) out["why_not"] = hidden + " is among what these trials cannot tell apart";
   else
     out["why_not"] = fmt::format("probability of {} was {}, of {} {}", right,

@@ -10,6 +10,7 @@
 #include "capture/trial/trial_summary.h"
 #include "cli/command.h"
 #include "report/text_table.h"
+#include "station/exchange/trial_facts.h"
 
 namespace selvedge::cli {
 
@@ -18,96 +19,8 @@ namespace {
 using report::short_number;
 using trial::Trial;
 
-std::string percent(double share) { return short_number(100 * share, 3) + " %"; }
-
-std::string span(const trial::Sampling& sampling) {
-  return fmt::format("{} s at {} Hz", short_number(sampling.last_s - sampling.first_s), short_number(sampling.rate_hz));
-}
-
-std::string gaps(const trial::Sampling& sampling) {
-  if (sampling.gaps == 0) return "no gaps";
-  return fmt::format("{} gaps, longest {} s", sampling.gaps, short_number(sampling.longest_gap_s, 3));
-}
-
-std::string seen_by(const geometry::Projection& projection) {
-  const bool distorted = projection.distortion != std::array<double, 5>{};
-  return fmt::format("{} x {} px, {}", projection.width_px, projection.height_px,
-                     distorted ? "distorted" : "without distortion");
-}
-
-std::string fabric_line(const Trial& trial) {
-  const trial::Fabric& fabric = trial.fabric;
-  return fmt::format("{}, {} x {} m, {} g{}, {} g/m²", fabric.name.empty() ? "(no name)" : fabric.name,
-                     short_number(fabric.width_m), short_number(fabric.height_m), short_number(1e3 * fabric.mass_kg),
-                     fabric.mass_known ? "" : " (guessed)", short_number(1e3 * trial::areal_mass(trial), 3));
-}
-
-std::string noise_line(const Trial& trial) {
-  std::vector<std::string> parts;
-  if (trial.mocap_noise_m) parts.push_back(short_number(1e3 * *trial.mocap_noise_m, 3) + " mm of the tracker");
-  if (trial.noise_grey_levels) parts.push_back(short_number(*trial.noise_grey_levels, 3) + " grey levels");
-  return parts.empty() ? "not stated" : fmt::format("{}", fmt::join(parts, ", "));
-}
-
-std::string frames_line(const trial::Frames& frames) {
-  const size_t missing = trial::missing_numbers(frames);
-  return fmt::format("{}, {}, {}", frames.number.size(), span(trial::sampling(frames.time_s)),
-                     missing == 0 ? "no number missing" : fmt::format("{} numbers missing", missing));
-}
-
-std::string markers_line(const trial::MarkerSummary& markers) {
-  return fmt::format("{} markers, {} times, {}, {} hidden, {}", markers.markers, markers.sampling.count,
-                     span(markers.sampling), percent(markers.hidden_share), gaps(markers.sampling));
-}
-
-// Of a material test.
-std::vector<std::string> test_row(const Trial& trial) {
-  const auto mm = [](double m) { return short_number(1e3 * m, 4) + " mm"; };
-  if (const auto& t = trial.cantilever)
-    return {"strip", fmt::format("{}° from the warp, {} beyond the edge, bending length {}, midline of {} points",
-                                 short_number(t->angle_deg), mm(t->overhang_m),
-                                 t->bending_length_m ? mm(*t->bending_length_m) : "not given", t->midline_m.cols())};
-  if (const auto& t = trial.cusick)
-    return {"disc", fmt::format("{} across on a support of {}, {} captures", mm(t->disc_m), mm(t->support_m),
-                                t->outlines.size())};
-  size_t rows = 0;
-  for (const trial::Pull& pull : trial.tensile->pulls) rows += pull.time_s.size();
-  return {"strip",
-          fmt::format("{}° from the warp, {} x {}, {} pulls, {} samples, force in {}",
-                      short_number(trial.tensile->angle_deg), mm(trial.tensile->width_m), mm(trial.tensile->length_m),
-                      trial.tensile->pulls.size(), rows, trial.tensile->force_unit)};
-}
-
 void print_trial(const Trial& trial) {
-  if (trial::is_material_test(trial.experiment)) {
-    fmt::print("{}", report::text_table(
-                         {"trial", trial.name},
-                         {{"experiment", to_text(trial.experiment)}, {"fabric", fabric_line(trial)}, test_row(trial)}));
-    return;
-  }
-  const trial::Sampling corners = trial::sampling(trial.corners.time_s);
-  std::vector<std::vector<std::string>> rows = {
-      {"experiment", to_text(trial.experiment)},
-      {"state", to_text(trial.state)},
-      {"held", to_text(trial.held)},
-      {"fabric", fabric_line(trial)},
-      {"start", trial.starts_at_rest ? "at rest" : "not known to be at rest"},
-      {"gravity", fmt::format("{} m/s²", fmt::join(trial.gravity_m_s2, ", "))},
-      {"camera", trial.camera ? seen_by(*trial.camera) : "none"},
-      {"projector", trial.projector ? seen_by(*trial.projector) : "none"},
-      {"stripes", trial.pattern ? fmt::format("period {} px, duty {}", short_number(trial.pattern->period_px),
-                                              short_number(trial.pattern->duty))
-                                : "none"},
-      {"corners", fmt::format("{} samples, {}, hidden left {}, right {}, {}", trial.corners.time_s.size(),
-                              span(corners), percent(trial::hidden_share(trial.corners.left)),
-                              percent(trial::hidden_share(trial.corners.right)), gaps(corners))},
-      {"frames", trial.frames ? frames_line(*trial.frames) : "none"},
-      {"markers", trial.markers ? markers_line(trial::summary(*trial.markers)) : "none"},
-      {"robot", trial.robot ? fmt::format("{} samples, {}", trial.robot->time_s.size(),
-                                          span(trial::sampling(trial.robot->time_s)))
-                            : "none"},
-      {"noise", noise_line(trial)}};
-  fmt::print("{}", report::text_table({"trial", trial.name}, rows));
+  fmt::print("{}", report::text_table({"trial", trial.name}, station::facts_of(trial)));
 }
 
 std::vector<std::string> campaign_row(const Trial& trial) {
@@ -127,7 +40,7 @@ std::vector<std::string> campaign_row(const Trial& trial) {
           to_text(trial.state),
           short_number(corners.last_s - corners.first_s, 3),
           short_number(corners.rate_hz, 3),
-          percent(hidden),
+          station::percent_of(hidden),
           std::to_string(corners.gaps),
           trial.frames ? std::to_string(trial.frames->number.size()) : "-",
           trial.frames ? short_number(trial::sampling(trial.frames->time_s).rate_hz, 3) : "-",
@@ -135,7 +48,7 @@ std::vector<std::string> campaign_row(const Trial& trial) {
           trial.markers ? std::to_string(markers.markers) : "-",
           trial.markers ? std::to_string(markers.sampling.count) : "-",
           trial.markers ? short_number(markers.sampling.rate_hz, 3) : "-",
-          trial.markers ? percent(markers.hidden_share) : "-"};
+          trial.markers ? station::percent_of(markers.hidden_share) : "-"};
 }
 
 void drop_empty_columns(std::vector<std::string>& header, std::vector<std::vector<std::string>>& rows) {
@@ -150,8 +63,8 @@ void drop_empty_columns(std::vector<std::string>& header, std::vector<std::vecto
 void print_campaign(const trial::Campaign& campaign) {
   const Trial& first = campaign.trials.front();
   fmt::print("campaign of {} trials\nfabric: {}\ncamera: {}\nprojector: {}\nnoise: {}\n", campaign.trials.size(),
-             fabric_line(first), first.camera ? seen_by(*first.camera) : "none",
-             first.projector ? seen_by(*first.projector) : "none", noise_line(first));
+             station::fabric_in_words(first), first.camera ? station::seen_by(*first.camera) : "none",
+             first.projector ? station::seen_by(*first.projector) : "none", station::noise_in_words(first));
   for (const auto& group : campaign.replicates) fmt::print("same motion: {}\n", fmt::join(group, ", "));
   std::vector<std::vector<std::string>> rows;
   for (const Trial& trial : campaign.trials) rows.push_back(campaign_row(trial));
@@ -161,7 +74,8 @@ void print_campaign(const trial::Campaign& campaign) {
   drop_empty_columns(header, rows);
   fmt::print("\n{}", report::text_table(header, rows));
   for (const Trial& trial : campaign.trials)
-    if (trial::is_material_test(trial.experiment)) fmt::print("{}: {}\n", trial.name, test_row(trial)[1]);
+    if (trial::is_material_test(trial.experiment))
+      fmt::print("{}: {}\n", trial.name, station::material_test_in_words(trial)[1]);
 }
 
 // What was passed over on reading.

@@ -5,12 +5,14 @@
 #include <vector>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "capture/trial/trial.h"
 #include "cli/command.h"
 #include "cli/output_folder.h"
 #include "diagnose/diagnosis_report.h"
 #include "diagnose/diagnosis_verdict.h"
+#include "diagnose/diagnosis_words.h"
 #include "diagnose/effects/library.h"
 #include "diagnose/simulator_report.h"
 #include "estimate/kept_input.h"
@@ -40,33 +42,28 @@ void print_diagnosis(const diagnose::Diagnosis& d) {
     fmt::print("of {}'s gap: {} {}, {:.2f} mm left where it alone is put right\n", d.other.name, p.name,
                diagnose::percent(p.share), p.alone_mm);
   fmt::print("{}: cause {} (probability {:.2f}), side {}\n", d.campaign, d.cause, d.probability.at(d.cause), d.side);
-  fmt::print("held-out error{} {:.2f} mm, noise {:.2f} mm; gap {:.2f} mm ({:.2f} … {:.2f}), p {:.3g}\n",
-             d.is_ahead ? fmt::format(" {:g} s ahead", d.protocol.free_s) : "", d.before_mm, d.noise_floor_mm, d.gap_mm,
-             d.low_mm, d.high_mm, d.p_value);
-  fmt::print("none {:.3f}, unknown {:.3f}\n", d.probability.at("none"), d.probability.at("unknown"));
+  fmt::print("held-out error{} {:.2f} mm, noise {:.2f} mm\n{}\n{}\n",
+             d.is_ahead ? fmt::format(", predicted {:g} s ahead,", d.protocol.free_s) : "", d.before_mm,
+             d.noise_floor_mm, diagnose::gap_in_words(d), diagnose::no_effect_in_words(d));
   for (const diagnose::BudgetPart& p : d.budget.parts)
     fmt::print("of the gap: {} {}, there with probability {:.2f}\n", p.effect, diagnose::percent(p.share),
                p.probability);
-  fmt::print("of the gap: nothing explains {}\n", diagnose::percent(d.budget.unexplained));
-  fmt::print("{:<20} {:>9} {:>12} {:>20} {:>9}  {}\n", "effect", "there", "error, mm", "of the gap (90 %)", "absorbed",
+  fmt::print("of the gap: {} that nothing explains\n", diagnose::percent(d.budget.unexplained));
+  fmt::print("{:<20} {:>9} {:>12} {:>20} {:>9}  {}\n", "effect", "probable", "error, mm", "of the gap (90 %)", "hidden",
              "size (90 %)");
   for (const diagnose::EffectFinding& f : d.effects) {
     if (!f.weighed) continue;
     std::string size;
-    for (const diagnose::SizedParameter& p : f.size)
-      size += fmt::format(" {} {:.3g} {} ({:.2g} … {:.2g})", p.name, p.value, p.unit, p.low, p.high);
+    for (const diagnose::SizedParameter& p : f.size) size += (size.empty() ? "" : "; ") + diagnose::in_words(p);
     fmt::print("{:<20} {:>9.3f} {:>12} {:>20} {:>9.2f} {}\n", f.name, f.inclusion,
                diagnose::before_and_after(f.reduction), diagnose::share_closed(f.reduction), f.absorbed, size);
   }
   if (!d.forecast.motion.empty())
-    fmt::print("forecast: in {} the base model will be {:.1f} mm off ({:.1f} … {:.1f}), with {} {:.1f} mm\n",
-               d.forecast.motion, d.forecast.before_mm, d.forecast.low_mm, d.forecast.high_mm, d.likeliest,
+    fmt::print("forecast: in {} the base model will be {:.1f} mm off{}, with {} {:.1f} mm\n", d.forecast.motion,
+               d.forecast.before_mm, diagnose::interval_in_words(d.forecast.low_mm, d.forecast.high_mm, 1), d.likeliest,
                d.forecast.after_mm);
-  if (d.cause != "none") {
-    std::string set;
-    for (const std::string& name : d.confusable) set += " " + name;
-    fmt::print("confusable:{}\n", set);
-  }
+  if (d.cause != "none" && !d.confusable.empty())
+    fmt::print("effects that these data leave standing: {}\n", fmt::join(d.confusable, ", "));
   fmt::print("next: {}\n", d.next_experiment);
 }
 

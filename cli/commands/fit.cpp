@@ -14,6 +14,7 @@
 #include "files/bad_input.h"
 #include "fit/campaign_search.h"
 #include "fit/fit_report.h"
+#include "fit/fit_text.h"
 #include "fit/fit_verdict.h"
 #include "material_tests/fabric_library.h"
 #include "model/ranks/ranks.h"
@@ -34,29 +35,6 @@ struct FitArguments {
   fit::CampaignSearch search;
   fit::FitOptions options;
 };
-
-void print_outcome(const fit::FitOutcome& out) {
-  fmt::print("{}\n", report::for_terminal(fit::verdict_of(out)));
-  fmt::print("{:<16} {:>11} {:<11} {:>23}  {:>9}\n", "parameter", "value", "unit", "90 % interval", "1 % error");
-  for (const fit::FittedParameter& p : out.parameters)
-    fmt::print("{:<16} {:>11.4g} {:<11} {:>11.3g} {:>11.3g}  {:>7.1f} %  {}\n", p.parameter.name, p.value,
-               p.parameter.unit, p.lower_interval, p.upper_interval, p.variability_percent,
-               p.at_bound     ? "at its bound"
-               : p.determined ? ""
-                              : "hardly determined");
-  fmt::print("\n{:<16} {:>10} {:>10} {:>12} {:>17} {:>14}\n", "trial, mm", "start", "fitted", "held out",
-             "90 % interval", "rigid plate");
-  for (const fit::TrialError& t : out.trials)
-    fmt::print("{:<16} {:>10.2f} {:>10.2f} {:>12.2f} {:>17} {:>14}\n", t.name, t.start_mm, t.end_mm, t.held_out_mm,
-               t.held_out_interval_mm
-                   ? fmt::format("{:.2f} to {:.2f}", t.held_out_interval_mm->first, t.held_out_interval_mm->second)
-                   : "",
-               t.rigid_plate_mm ? fmt::format("{:.2f}", *t.rigid_plate_mm) : "");
-  fmt::print("\nheld-out error {:.2f} mm", fit::held_out_mm(out));
-  if (const auto plate = fit::rigid_plate_mm(out)) fmt::print(", a rigid plate on the same bar {:.2f} mm", *plate);
-  fmt::print("; {} simulations in {:.0f} s\n{}\n", out.evaluations, out.wall_s, fit::grid_sentence(out));
-  for (const std::string& remark : out.remarks) fmt::print("{}\n", remark);
-}
 
 // What only the searches use is not passed over in silence.
 void refuse_what_least_squares_has_not(const CLI::App& command) {
@@ -123,7 +101,7 @@ void fit_and_write(FitArguments& a, const CLI::App& command, bool speaks) {
   fit::write_fit(out, rig, a.out);
   station::write_simulated_motions(out, rig, a.out);
   std::filesystem::remove(a.options.journal);  // of a fit that ended, nothing is to be gone on with
-  print_outcome(out);
+  fmt::print("{}\n{}", report::for_terminal(fit::verdict_of(out)), fit::outcome_text(out));
   fmt::print("wrote {} and {}\n", (a.out / "fit.json").string(), (a.out / "report.html").string());
 }
 

@@ -14,6 +14,7 @@
 #include "station/exchange/import_mapping.h"
 #include "station/exchange/material_import.h"
 #include "station/exchange/outline_import.h"
+#include "station/exchange/trial_preview.h"
 
 namespace selvedge::cli {
 
@@ -143,8 +144,10 @@ void add_import(CLI::App& app, int&) {
     expect_folder("--out", a->out);
     if (!a->as.empty()) return import_test(*a, *in);
     const std::filesystem::path folder = station::import_recording(a->from.file, a->out);
-    fmt::print("wrote {}\n", folder.string());
-    for (const std::string& doubt : trial::doubts(trial::read_trial(folder))) fmt::print("doubt: {}\n", doubt);
+    const trial::Trial trial = trial::read_trial(folder);
+    station::write_preview(trial, folder / "preview.html");
+    fmt::print("wrote {}; look at it in {}\n", folder.string(), (folder / "preview.html").string());
+    for (const std::string& doubt : trial::doubts(trial)) fmt::print("doubt: {}\n", doubt);
   });
 }
 

@@ -223,7 +223,7 @@ class Diagnosis:
     side: str
     probability: dict[str, float]
     gap_mm: float
-    gap_interval_mm: tuple[float, float]
+    gap_interval_mm: tuple[float | None, float | None]
     next_experiment: str
     remarks: list[str]
     @property

@@ -17,6 +17,7 @@
 #include "calib/next_pose.h"
 #include "hardware_sim/synthetic_grid/synthetic_poses.h"
 #include "files/whole_file.h"
+#include "tests/keep_page.h"
 
 extern "C" {
 #include <mrcal/mrcal.h>
@@ -86,6 +87,7 @@ TEST_F(AfterCalibration, next_pose_lowers_the_expected_error) {
 
 TEST_F(AfterCalibration, report_draws_and_stands_alone) {
   write_report(solved(5), folder_ / "report.html");
+  keep_page(folder_ / "report.html", "calibration");
   const std::string html = files::read_whole(folder_ / "report.html");
   EXPECT_NE(html.find("<svg"), std::string::npos);
   EXPECT_NE(html.find("next pose"), std::string::npos);

@@ -194,7 +194,8 @@ async function walk(browser, url, stopPort) {
     lost.setDefaultNavigationTimeout(180_000);
     await lost.setViewport({ width: 480, height: 320 });
     await lost.goto(url, { waitUntil: "domcontentloaded" });
-    await until("the second page", async () => (await lost.$eval("#link", (node) => node.textContent)).startsWith("live"));
+    await until("the second page", async () =>
+      (await lost.$eval("#link", (node) => node.textContent)).startsWith("live"));
     await lost.bringToFront();
     await lost.click("#arm");
     await lost.waitForFunction(() => document.getElementById("arm").disabled, { timeout: 60_000 }).catch(() => {});

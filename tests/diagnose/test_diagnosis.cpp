@@ -13,6 +13,7 @@
 #include "evaluation/fresh_reduction.h"
 #include "files/whole_file.h"
 #include "tests/diagnose/simulated_campaign.h"
+#include "tests/keep_page.h"
 
 namespace selvedge::diagnose {
 namespace {
@@ -71,7 +72,11 @@ TEST(Diagnosis, NamesADelayAndMeasuresIt) {
   const nlohmann::json force = files::read_json(folder / json.at("missing_force").get<std::string>());
   EXPECT_GT(force.at("windows").size(), 5u);
   EXPECT_EQ(force.at("windows")[0].at("mean_n_m2").size(), force.at("grid_uv_m").size());
-  EXPECT_NE(files::read_whole(folder / "report.html").find("<svg"), std::string::npos);
+  const std::string page = files::read_whole(folder / "report.html");
+  keep_page(folder / "report.html", "diagnosis");
+  for (const char* part : {"<svg", "clock is late by", "the two upper corners are held", "; input "})
+    EXPECT_NE(page.find(part), std::string::npos) << part;
+  EXPECT_EQ(page.find(">nan"), std::string::npos);
   fs::remove_all(folder);
 
   EXPECT_GT(d.forecast.before_mm, d.forecast.after_mm);

@@ -22,6 +22,8 @@
 #include "station/exchange/import_mapping.h"
 #include "station/exchange/lcm_export.h"
 #include "station/exchange/obj_sequence.h"
+#include "station/exchange/trial_preview.h"
+#include "tests/keep_page.h"
 #include "tests/needs_package.h"
 
 namespace selvedge::station {
@@ -302,6 +304,28 @@ TEST_F(Exchange, ImportsMarkersWithOtherUnitsAndAxes) {
   EXPECT_LT((t.corners.right.col(1) - Eigen::Vector3d(0.151, -0.01, 0)).norm(), 1e-9);
   EXPECT_LT((t.markers->position.col(5) - Eigen::Vector3d(0.001, -0.012, -0.201)).norm(), 1e-9);
   EXPECT_LT((t.markers->uv[5] - Eigen::Vector2d(0.15, 0.2)).norm(), 1e-9);
+  // Its page: gravity down, three moments, no doubt; a recording in millimetres is doubted and drawn as it lies.
+  write_preview(t, folder_ / "preview.html");
+  std::string page = files::read_whole(folder_ / "preview.html");
+  keep_page(folder_ / "preview.html", "import");
+  const auto count = [&](const std::string& part) {
+    size_t found = 0;
+    for (size_t at = page.find(part); at != std::string::npos; at = page.find(part, at + 1)) ++found;
+    return found;
+  };
+  EXPECT_EQ(count("class=\"gravity\""), 3u);
+  EXPECT_EQ(count("class=\"corner\""), 12u);  // two corners, two views, three moments
+  EXPECT_EQ(count("<circle"), 18u);
+  EXPECT_NE(page.find("look as those of a hung fabric do"), std::string::npos) << page.substr(0, 4000);
+  trial::Trial in_mm = t;
+  in_mm.markers->position *= 1000;
+  write_preview(in_mm, folder_ / "preview.html");
+  page = files::read_whole(folder_ / "preview.html");
+  EXPECT_GE(count("<li>markers.csv: "), 1u);
+  EXPECT_NE(page.find("Not to be believed"), std::string::npos);
+  EXPECT_NE(hanging_picture(in_mm, 0), hanging_picture(t, 0));
+  in_mm.markers.reset();
+  EXPECT_EQ(hanging_picture(in_mm, 0), "");
   EXPECT_THROW(import_recording(folder_ / "map.toml", folder_), BadInput);  // is there already
   files::write_whole(folder_ / "bad.toml", mapping + "colour = 1\n");
   EXPECT_THROW(import_recording(folder_ / "bad.toml", folder_ / "other"), BadInput);

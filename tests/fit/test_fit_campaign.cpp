@@ -12,10 +12,12 @@
 #include "files/whole_file.h"
 #include "fit/campaign_search.h"
 #include "fit/fit_report.h"
+#include "fit/fit_text.h"
 #include "fit/fit_verdict.h"
 #include "fit/tested_parameters.h"
 #include "material_tests/heavy_strip.h"
 #include "tests/fit/simulated_trial.h"
+#include "tests/keep_page.h"
 
 namespace selvedge::fit {
 namespace {
@@ -71,6 +73,26 @@ TEST_F(FitCampaign, RecoversWhatTheTrialsDetermine) {
   EXPECT_NE(html.find("<div class=\"verdict"), std::string::npos);
   EXPECT_NE(html.find("data:image/png;base64"), std::string::npos);
   EXPECT_NE(html.find("<svg"), std::string::npos);
+  keep_page(folder_ / "out" / "report.html", "fit");
+  // Parameters between their bounds, which of them go together, what was held out, and of what input all this is.
+  for (const char* part : {"aria-label=\"Each parameter between its bounds",
+                           "Which parameters these trials cannot tell", "class=\"shaded\"", ">held out</text>"})
+    EXPECT_NE(html.find(part), std::string::npos) << part;
+  EXPECT_NE(html.find("; input " + out.input + "</footer>"), std::string::npos);
+  EXPECT_LT((out.correlation.diagonal().array() - 1).abs().maxCoeff(), 1e-9);
+  EXPECT_LE(out.correlation.cwiseAbs().maxCoeff(), 1 + 1e-9);
+  EXPECT_EQ(remarks_of(out).size(), out.remarks.size() + out.combinations.size());
+  for (const char* wrong : {">nan", " nan"}) EXPECT_EQ(html.find(wrong), std::string::npos);
+
+  // In a terminal too, what is not there is a dash or says why: the still trial held nothing out.
+  FitOutcome gaps = out;
+  gaps.trials[1].held_out_interval_mm.reset();
+  gaps.parameters[0].variability_percent = std::nan("");
+  const std::string text = outcome_text(gaps);
+  EXPECT_EQ(text.find("nan"), std::string::npos) << text;
+  EXPECT_NE(text.find("too short to tell"), std::string::npos) << text;
+  for (TrialError& t : gaps.trials) t.held_out_mm = std::nan("");
+  EXPECT_NE(outcome_text(gaps).find("nothing was held out"), std::string::npos) << outcome_text(gaps);
 
   // The verdict falls where the figures say so.
   EXPECT_EQ(fit.at("verdict").at("trust"), to_text(verdict_of(out).trust));

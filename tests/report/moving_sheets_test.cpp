@@ -48,6 +48,7 @@ TEST(MovingSheets, AreDrawnByABrowserThatIsOffline) {
   EXPECT_NE(dom.find("<div>the base model: 2.00 mm off</div>"), std::string::npos) << dom;
   EXPECT_NE(dom.find("<div>with draught: 0.00 mm off; longest arrow 0.40 N/m²</div>"), std::string::npos);
   EXPECT_NE(dom.find(">waving-&lt;1&gt;</option>"), std::string::npos);
+  EXPECT_NE(dom.find("arrow keys turn them"), std::string::npos);  // by keyboard too
   EXPECT_EQ(dom.find("https://"), std::string::npos);
   std::filesystem::remove_all(folder);
 }

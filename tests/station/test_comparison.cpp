@@ -10,6 +10,7 @@
 #include "report/base64.h"
 #include "report/html.h"
 #include "report/read_figures.h"
+#include "tests/keep_page.h"
 
 namespace selvedge::station {
 namespace {
@@ -165,14 +166,18 @@ TEST_F(ComparisonTest, ThePageStandsAloneWithTheFiguresOfBoth) {
 }
 
 TEST_F(ComparisonTest, DrawsBothMapsOfTheFabricOnOneScale) {
+  write_fit(folder_ / "a", 4e-5, 0.8);
+  write_fit(folder_ / "b", 6e-5, 0.5);
   write_diagnosis(folder_ / "a", 61, "draught");
   write_diagnosis(folder_ / "b", 2.5, "none");
   write_comparison(read_comparison(folder_ / "a", folder_ / "b"), folder_ / "out");
+  keep_page(folder_ / "out" / "report.html", "comparison");
   const std::string html = files::read_whole(folder_ / "out" / "report.html");
   std::vector<std::string> maps;
   const std::string mark = "data:image/svg+xml;base64,";
   for (size_t at = html.find(mark); at != std::string::npos; at = html.find(mark, at + 1))
     maps.push_back(report::from_base64(html.substr(at + mark.size(), html.find('"', at) - at - mark.size())).value());
+  std::erase_if(maps, [](const std::string& svg) { return svg.find("held-corner") == std::string::npos; });
   ASSERT_EQ(maps.size(), 2u);
   const auto first_circle = [](const std::string& svg) {
     const size_t at = svg.find("<circle");

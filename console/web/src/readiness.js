@@ -23,8 +23,8 @@ export function whyNoRecord(state, kind) {
     const device = (state.devices ?? []).find((d) => d.name === name);
     if (!device) return `A ${kind} trial needs ${name === "arm" ? "an arm" : `a ${name}`}, and this rig has none.`;
     if (!works(device))
-      return `The ${name} is ${device.state}${device.message ? ` (${device.message})` : ""}: ./selvedge rig status says ` +
-        "more, ./selvedge rig up starts it.";
+      return `The ${name} is ${device.state}${device.message ? ` (${device.message})` : ""}: ` +
+        "./selvedge rig status says more, ./selvedge rig up starts it.";
   }
   if (state.calibrated === false) return "Camera and projector are not calibrated yet: ./selvedge calibrate does it.";
   if (!state.markers || state.markers.age_s > stale_s) return "The tracker sends no markers.";

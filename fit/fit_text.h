@@ -1,0 +1,19 @@
+// What a fit found, for a terminal: parameters, errors, remarks. A number that is not there is a dash, or the word why.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "fit/fit_campaign.h"
+
+namespace selvedge::fit {
+
+std::string outcome_text(const FitOutcome& outcome);
+
+// What grid it was fitted on, and what that leaves open.
+std::string grid_sentence(const FitOutcome& outcome);
+
+// The outcome's remarks, and what parameters the trials do not tell apart, which the page shows as a map.
+std::vector<std::string> remarks_of(const FitOutcome& outcome);
+
+}  // namespace selvedge::fit
