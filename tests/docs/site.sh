@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# site.sh SOURCE FOLDER: the documentation as a site in FOLDER: every page in a section, no link that leads nowhere (both
-# looked after by build.sh), a search that knows an effect, and pages of the headers.
+# site.sh SOURCE FOLDER: the documentation as a site in FOLDER: every page in a section and no link that leads nowhere
+# (build.sh looks after both), a search that knows an effect, and pages of the headers.
 set -euo pipefail
 source=$1 folder=$2
 for program in mkdocs doxygen; do
