@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # fresh_machine.sh BUILD FOLDER: the packages on a Debian 12 that has nothing else, made by debootstrap in FOLDER: they
 # install with what the archive has, the demo runs as a user who is nobody else, the C++ example is built against
-# selvedge-dev, a notebook runs, a first version is upgraded, and removal leaves what users made. Needs root and
-# the archive; says how long each step took. Exit 1 where one fails.
+# selvedge-dev, the notebooks run, so do the tutorials' commands, a first version is upgraded, and removal leaves what
+# users made. Needs root and the archive; says how long each step took. Exit 1 where one fails.
 set -euo pipefail
 build=$(readlink -f "$1") folder=$2
 here=$(cd "$(dirname "$(readlink -f "${BASH_SOURCE[0]}")")" && pwd)
@@ -62,6 +62,13 @@ inside chown -R weaver /home/weaver/notebooks
 as_user 'cd notebooks && for n in *.ipynb; do jupyter nbconvert --to notebook --execute --output "ran-$n" "$n"; done' \
   >"$folder/notebooks.log" 2>&1 || { tail -30 "$folder/notebooks.log" >&2; exit 1; }
 done_with "the notebooks"
+
+cp -R "$source/docs/tutorials" "$source/tests/docs/run_commands.py" "$root/home/weaver/"
+inside chown -R weaver /home/weaver/tutorials
+as_user 'for page in tutorials/*.md; do
+  python3 run_commands.py /usr/bin/selvedge /usr/share/selvedge "$page"
+done' >"$folder/tutorials.log" 2>&1 || { tail -30 "$folder/tutorials.log" >&2; exit 1; }
+done_with "the tutorials, word for word"
 
 # Over itself, as an upgrade would, then away: what users made and how the machine was set up stay.
 mkdir -p "$root/etc/selvedge"
