@@ -112,8 +112,6 @@ void list_measured(Diagnosis& out, const Measured& measured) {
         "them leave",
         1e3 * measured.held_m));
   if (measured.delay) out.remarks.push_back(in_words(*measured.delay));
-} s (standard deviation {:.3f} s) after that path",
-                                      measured.delay->delay_s, measured.delay->sd_s));
 }
 
 }  // namespace selvedge::diagnose
