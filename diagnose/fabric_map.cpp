@@ -106,7 +106,7 @@ std::string fabric_map(const ResidualMap& map, const std::vector<double>& at_mm,
     svg += fmt::format(
         R"(<circle cx="{:.1f}" cy="{:.1f}" r="{:.1f}" fill="{}"/><text x="{:.1f}" y="{:.1f}" text-anchor="middle" )"
         R"(fill="{}">{:.2f}</text>)",
-        x, y, std::max(1.5, largest * std::sqrt(share)), colour_at(share), x, y + 4, share > 0.5 ? "#fff" : "#000",
+        x, y, std::max(1.5, largest * std::sqrt(share)), colour_at(share), x, y + 4, share > 0.85 ? "#fff" : "#000",
         at_mm[i]);
   }
   return svg + held_marks(map, height) + scale_bar(height + kMapMargin + 14, scale_end) + "</svg>";

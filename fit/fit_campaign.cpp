@@ -20,6 +20,7 @@
 #include "fit/stages.h"
 #include "fit/tested_parameters.h"
 #include "observe/stripe_residual.h"
+#include "report/text_table.h"
 
 namespace selvedge::fit {
 
@@ -151,7 +152,7 @@ constexpr double kMostUnseen = 6.9;  // a factor of a thousand: more is not told
 
 // In words, of parameters that may rise together, and of others that would fall.
 std::string unseen_change(const std::string& up, const std::string& down, double factor) {
-  const std::string by = factor > 0.98 * std::exp(kMostUnseen) ? "a thousand or more" : fmt::format("{:.2g}", factor);
+  const std::string by = factor > 0.98 * std::exp(kMostUnseen) ? "a thousand or more" : report::short_number(factor, 2);
   const std::string& some = up.empty() ? down : up;
   if (up.empty() || down.empty())
     return some.find(" and ") == std::string::npos

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 
 #include <fmt/format.h>
 #include <opencv2/imgcodecs.hpp>
@@ -71,7 +72,7 @@ void add_frames(report::HtmlReport& html, const FitOutcome& out, const trial::Tr
   renderer.set_pattern(track.pattern);
   render::RowMap map(track.camera, track.projector);
   FoldMetric metric;
-  for (const size_t k : {size_t{0}, track.frames.size() / 2, track.frames.size() - 1}) {
+  for (const size_t k : std::set<size_t>{0, track.frames.size() / 2, track.frames.size() - 1}) {
     if (k > 0 && observed.still) break;
     const observe::StripeFrame& frame = track.frames[k];
     const render::Image recorded = trial::read_frame(trial, frame.index);

@@ -73,7 +73,9 @@ std::string contents(const std::vector<std::string>& headings) {
   return "<nav aria-label=\"Contents\"><ul>" + list + "</ul></nav>\n";
 }
 
+// A list of things, each with its number, is text.
 bool starts_like_a_number(const std::string& cell) {
+  if (cell.find(", ") != std::string::npos) return false;
   const size_t sign = !cell.empty() && (cell[0] == '-' || cell[0] == '+') ? 1 : 0;
   return cell.size() > sign && cell[sign] >= '0' && cell[sign] <= '9';
 }
