@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "diagnose/diagnosis.h"
+#include "diagnose/diagnosis_result.h"
 
 namespace selvedge::diagnose {
 
