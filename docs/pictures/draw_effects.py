@@ -151,7 +151,7 @@ WITHOUT = {"mesh_resolution": lambda: motion(cells=24),
 def lines_of(points, across, colour, width):
     """The grid as one path; across: the axis drawn to the right."""
     def place(p):
-        return f"{(130 if across == 0 else 340) + 620 * p[across]:.0f},{15 - 620 * p[2]:.0f}"
+        return f"{(130 if across == 0 else 340) + 620 * p[across]:.0f},{28 - 620 * p[2]:.0f}"
 
     rows = grid(points)
     polylines = [*rows, *rows.transpose(1, 0, 2)]
@@ -163,10 +163,10 @@ def picture(name, drawn, without, with_it):
     parts = [lines_of(points, across, colour, width) for across in (0, 1)
              for points, colour, width in ((without, "#aaa", 1.2), (with_it, "#0b62a4", 1))]
     return "\n".join([
-        '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 450 260" width="450" height="260" '
-        f'font-family="sans-serif" font-size="11"><title>{name}</title><rect width="450" height="260" fill="#fff"/>',
+        '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 450 270" width="450" height="270" '
+        f'font-family="sans-serif" font-size="11"><title>{name}</title><rect width="450" height="270" fill="#fff"/>',
         *parts,
-        f'<text x="8" y="252" fill="#0b62a4">{drawn}</text><text x="200" y="10" fill="#666">from the front</text>',
+        f'<text x="8" y="262" fill="#0b62a4">{drawn}</text><text x="200" y="10" fill="#666">from the front</text>',
         '<text x="360" y="10" fill="#666">from the right</text></svg>', ""])
 
 

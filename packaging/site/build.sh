@@ -35,7 +35,7 @@ section() { # section TITLE FOLDER
 rooms="geometry files report capture/trial cloth render observe model estimate material_tests fit diagnose library"
 {
   sed "s|^STRIP_FROM_PATH.*|STRIP_FROM_PATH = $source|" "$here/Doxyfile"
-  printf 'OUTPUT_DIRECTORY = %s/doxygen\nINPUT =' "$work"
+  printf 'INPUT_FILTER = "awk -f %s/headers.awk"\nOUTPUT_DIRECTORY = %s/doxygen\nINPUT =' "$here" "$work"
   for room in $rooms; do printf ' %s/%s' "$source" "$room"; done
   printf '\n'
 } >"$work/Doxyfile"
