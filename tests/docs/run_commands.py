@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
 """run_commands.py SELVEDGE SOURCE PAGE...: the commands of tutorials, run in order in a folder like a checkout.
 
-A block fenced as ```console holds commands (lines that begin with "$ ", continued after a backslash) and below each
-what it prints. Shown lines must come in that order in what it prints, on standard output and then on standard error;
-others may stand between. In a shown line … stands for any text, and numbers may be a tenth off. A last line
-"(exit status N)" says how the command ends; without it, it must end with 0. A block after the comment
-<!-- not run --> is left out. Exit status 1 where a command does otherwise, 77 where a page has no commands.
+A block fenced as ```console holds commands (lines that begin with "$ ", continued after a backslash or by lines that
+begin with "> ") and below each what it prints. Shown lines must come in that order in what it prints, on standard
+output and then on standard error; others may stand between. In a shown line … stands for any text, and numbers may be a
+tenth off. A last line "(exit status N)" says how the command ends; without it, it must end with 0. A block after the
+comment <!-- not run --> is left out. Exit status 1 where a command does otherwise, 77 where a page has no commands.
 """
 
 import os
@@ -41,6 +41,8 @@ def take(found, number, text):
         found.append([number, text[2:], [], 0])
     elif not found:
         raise SystemExit(f"line {number}: found no command before it, expected one that begins with $")
+    elif text.startswith("> ") and not found[-1][2]:
+        found[-1][1] += "\n" + text[2:]
     elif found[-1][1].endswith("\\"):
         found[-1][1] = found[-1][1][:-1] + text
     elif ended := re.fullmatch(r"\(exit status (\d+)\)", text):
