@@ -99,7 +99,7 @@ TEST(Documents, NoEntryIsOfAnEffectThatIsGone) {
   for (const diagnose::Effect& effect : diagnose::effect_library()) known.insert(effect.name);
   std::ifstream stream(kSource / "docs" / "effects.md");
   for (std::string line; std::getline(stream, line);)
-    if (line.starts_with("### ")) EXPECT_TRUE(known.count(line.substr(4))) << line;
+    if (line.starts_with("### ")) { EXPECT_TRUE(known.count(line.substr(4))) << line; }
 }
 
 }  // namespace
