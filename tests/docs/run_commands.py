@@ -76,10 +76,11 @@ def missing_line(shown, printed):
 
 
 def end_what_runs_in(folder):
-    """Of a page that was broken off: what its commands left running has its folder there."""
+    """Of a page that was broken off: what its commands left running has its folder there or among its arguments."""
     for process in pathlib.Path("/proc").glob("[0-9]*"):
         try:
-            if (process / "cwd").resolve().is_relative_to(folder):
+            arguments = (process / "cmdline").read_text(errors="replace")
+            if (process / "cwd").resolve().is_relative_to(folder) or f"{folder}/" in arguments:
                 os.kill(int(process.name), signal.SIGTERM)
         except OSError:
             pass  # ended meanwhile, or another user's
