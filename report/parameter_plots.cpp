@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "report/html.h"
+#include "report/svg.h"
 #include "report/text_table.h"
 
 namespace selvedge::report {
@@ -14,19 +15,7 @@ namespace selvedge::report {
 namespace {
 
 constexpr double kForestRow = 30, kForestLeft = 225, kForestRight = 545, kForestWidth = 700, kForestTop = 34;
-constexpr const char* kForestBlue = "#1f4e8c";
-
-std::string open_drawing(double width, double height) {
-  return fmt::format(
-      R"(<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {0:.0f} {1:.0f}" width="{0:.0f}" height="{1:.0f}" )"
-      R"(font-family="sans-serif" font-size="12" fill="#111"><rect width="{0:.0f}" height="{1:.0f}" fill="#fff"/>)",
-      width, height);
-}
-
-std::string written(double x, double y, const char* anchor, const std::string& text, const char* colour = "#111") {
-  return fmt::format(R"(<text x="{:.1f}" y="{:.1f}" text-anchor="{}" fill="{}">{}</text>)", x, y, anchor, colour,
-                     escape_html(text));
-}
+constexpr const char *kForestBlue = "#1f4e8c", *kQuiet = " fill=\"#444\"";
 
 // Share of the way from the lower to the upper bound; NaN where there is none.
 double place_between_bounds(const ForestRow& row, double value) {
@@ -41,11 +30,11 @@ std::string forest_line(const ForestRow& row, double y) {
     return kForestLeft + place_between_bounds(row, value) * (kForestRight - kForestLeft);
   };
   std::string svg =
-      written(8, y + 4, "start", row.name) +
-      written(kForestLeft - 8, y + 4, "end", short_number(row.lower_bound, 2), "#444") +
-      written(kForestRight + 8, y + 4, "start",
+      text_at(8, y + 4, "start", row.name) +
+      text_at(kForestLeft - 8, y + 4, "end", short_number(row.lower_bound, 2), kQuiet) +
+      text_at(kForestRight + 8, y + 4, "start",
               fmt::format("{} {}{}", short_number(row.upper_bound, 2), row.unit, row.is_log ? "" : " (linear)"),
-              "#444");
+              kQuiet);
   svg += fmt::format(R"(<path d="M{:.1f} {:.1f}H{:.1f}M{:.1f} {:.1f}v10M{:.1f} {:.1f}v10" stroke="#999" fill="none"/>)",
                      kForestLeft, y, kForestRight, kForestLeft, y - 5, kForestRight, y - 5);
   if (const double from = x(row.low), to = x(row.high); std::isfinite(from) && std::isfinite(to))
@@ -71,18 +60,18 @@ std::string colour_of_correlation(double r) {
 }  // namespace
 
 std::string forest_plot(const std::vector<ForestRow>& rows) {
-  std::string svg = open_drawing(kForestWidth, kForestTop + kForestRow * static_cast<double>(rows.size()));
-  svg += written(kForestLeft - 8, 16, "end", "lower bound", "#444") +
-         written(kForestRight + 8, 16, "start", "upper bound", "#444");
+  std::string svg = open_svg(kForestWidth, kForestTop + kForestRow * static_cast<double>(rows.size()));
+  svg += text_at(kForestLeft - 8, 16, "end", "lower bound", kQuiet) +
+         text_at(kForestRight + 8, 16, "start", "upper bound", kQuiet);
   double x = kForestLeft;
   svg += fmt::format(R"(<circle cx="{:.1f}" cy="12" r="4" fill="{}"/>)", x + 6, kForestBlue) +
-         written(x + 16, 16, "start", "value");
+         text_at(x + 16, 16, "start", "value");
   x += 66;
   svg += fmt::format(R"(<rect x="{:.1f}" y="8" width="26" height="8" fill="{}" opacity="0.45"/>)", x, kForestBlue) +
-         written(x + 32, 16, "start", "90 % interval");
+         text_at(x + 32, 16, "start", "90 % interval");
   x += 126;
   svg += fmt::format(R"(<circle cx="{:.1f}" cy="12" r="4.5" fill="none" stroke="#b05a2a" stroke-width="1.5"/>)", x) +
-         written(x + 10, 16, "start", "start");
+         text_at(x + 10, 16, "start", "start");
   for (size_t i = 0; i < rows.size(); ++i)
     svg += forest_line(rows[i], kForestTop + kForestRow * (static_cast<double>(i) + 0.5));
   return svg + "</svg>\n";
@@ -95,10 +84,10 @@ std::string correlation_map(const std::vector<std::string>& labels, const std::v
   constexpr double kCell = 52, kNames = 130;
   const double width = kNames + kCell * static_cast<double>(n) + 60,
                height = kNames + kCell * static_cast<double>(n) + 8;
-  std::string svg = open_drawing(width, height);
+  std::string svg = open_svg(width, height);
   for (size_t i = 0; i < n; ++i) {
     const double at = kNames + kCell * (static_cast<double>(i) + 0.5);
-    svg += written(kNames - 8, at + 4, "end", labels[i]);
+    svg += text_at(kNames - 8, at + 4, "end", labels[i]);
     svg += fmt::format(R"svg(<text x="{0:.1f}" y="{1:.1f}" transform="rotate(-45 {0:.1f} {1:.1f})">{2}</text>)svg", at,
                        kNames - 8, escape_html(labels[i]));
     for (size_t j = 0; j < n; ++j) {
@@ -106,11 +95,11 @@ std::string correlation_map(const std::vector<std::string>& labels, const std::v
       svg += fmt::format(R"(<rect x="{:.1f}" y="{:.1f}" width="{}" height="{}" fill="{}" stroke="#ddd"/>)",
                          kNames + kCell * static_cast<double>(j), at - kCell / 2, kCell, kCell,
                          std::isfinite(r) ? colour_of_correlation(i == j ? 0 : r) : "#eee");
-      svg += written(kNames + kCell * (static_cast<double>(j) + 0.5), at + 4, "middle",
+      svg += text_at(kNames + kCell * (static_cast<double>(j) + 0.5), at + 4, "middle",
                      i == j             ? "·"
                      : std::isfinite(r) ? fmt::format("{:+.2f}", r)
                                         : "–",
-                     "#000");
+                     " fill=\"#000\"");
     }
   }
   return svg + "</svg>\n";

@@ -8,6 +8,7 @@
 
 #include "report/html.h"
 #include "report/plot_axis.h"
+#include "report/svg.h"
 #include "report/text_table.h"
 
 namespace selvedge::report {
@@ -28,29 +29,15 @@ constexpr std::array<Style, 7> styles = {{{"#1f4e8c", "none"},
                                           {"#148f92", "1 2"}}};
 
 constexpr double left_px = 68, right_px = 14, top_px = 10, bottom_px = 46, legend_line_px = 18;
-constexpr double text_px = 12, letter_px = 6.6;
+constexpr double letter_px = 6.6;
 
 struct Frame {
   double x_px, y_px, width_px, height_px;
 };
 
-std::string text_at(double x, double y, const std::string& anchor, const std::string& text,
-                    const std::string& more = "") {
-  return fmt::format("<text x=\"{:.1f}\" y=\"{:.1f}\" text-anchor=\"{}\"{}>{}</text>\n", x, y, anchor, more,
-                     escape_html(text));
-}
-
 std::string line(double x1, double y1, double x2, double y2, const char* colour) {
   return fmt::format("<line x1=\"{:.1f}\" y1=\"{:.1f}\" x2=\"{:.1f}\" y2=\"{:.1f}\" stroke=\"{}\"/>\n", x1, y1, x2, y2,
                      colour);
-}
-
-std::string open_svg(double width_px, double height_px) {
-  return fmt::format(
-      "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {0:.0f} {1:.0f}\" width=\"{0:.0f}\" "
-      "height=\"{1:.0f}\" font-family=\"sans-serif\" font-size=\"{2:.0f}\" fill=\"#111\">\n"
-      "<rect width=\"{0:.0f}\" height=\"{1:.0f}\" fill=\"#fff\"/>\n",
-      width_px, height_px, text_px);
 }
 
 std::string mark(size_t index, double x, double y) {

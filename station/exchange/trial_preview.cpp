@@ -1,7 +1,9 @@
 #include "station/exchange/trial_preview.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <set>
 #include <vector>
 
 #include <Eigen/Geometry>
@@ -11,6 +13,7 @@
 #include "capture/trial/trial_summary.h"
 #include "files/whole_file.h"
 #include "report/html.h"
+#include "report/svg.h"
 #include "report/text_table.h"
 #include "station/exchange/trial_facts.h"
 
@@ -48,11 +51,16 @@ std::vector<Vector3d> corners_near(const Trial& trial, double time_s) {
   return out;
 }
 
-HangingMoment moment_of(const Trial& trial, double share) {
-  const trial::Markers& markers = *trial.markers;
+// Each time at which a marker was looked for, once, ascending.
+std::vector<double> times_of(const trial::Markers& markers) {
   std::vector<double> times = markers.time_s;
   std::sort(times.begin(), times.end());
   times.erase(std::unique(times.begin(), times.end()), times.end());
+  return times;
+}
+
+HangingMoment moment_of(const Trial& trial, const std::vector<double>& times, double share) {
+  const trial::Markers& markers = *trial.markers;
   const double time_s = times[static_cast<size_t>(std::lround(share * static_cast<double>(times.size() - 1)))];
   HangingMoment out{{}, corners_near(trial, time_s)};
   for (size_t i = 0; i < markers.time_s.size(); ++i)
@@ -75,13 +83,11 @@ HangingFrame frame_of(const Trial& trial, const HangingMoment& moment) {
 }
 
 // One scale for all moments: whatever lies furthest out is still seen. px/m.
-double pane_scale(const Trial& trial, const HangingFrame& frame) {
+double pane_scale(const Trial& trial, const std::vector<HangingMoment>& moments, const HangingFrame& frame) {
   double reach = std::max(trial.fabric.height_m, 1e-6);
-  for (const double share : {0.0, 0.5, 1.0}) {
-    const HangingMoment moment = moment_of(trial, share);
+  for (const HangingMoment& moment : moments)
     for (const auto* points : {&moment.markers, &moment.corners})
       for (const Vector3d& p : *points) reach = std::max(reach, (p - frame.origin).norm());
-  }
   return (kPane / 2 - kPaneMargin) / reach;
 }
 
@@ -121,12 +127,13 @@ std::string length_and_gravity(double scale) {
                      arrow, top, arrow - 8, top + 26);
 }
 
+constexpr std::array<const char*, 3> kMoments = {"First", "Middle", "Last"};
+
 void add_frames_of(report::HtmlReport& html, const Trial& trial) {
   const trial::Frames& frames = *trial.frames;
   if (frames.path.empty()) return;
   std::vector<std::string> pngs, captions;
-  for (const size_t i : {size_t{0}, frames.path.size() / 2, frames.path.size() - 1}) {
-    if (!captions.empty() && i == 0) continue;
+  for (const size_t i : std::set<size_t>{0, frames.path.size() / 2, frames.path.size() - 1}) {
     pngs.push_back(files::read_whole(frames.path[i]));
     captions.push_back(fmt::format("picture {} at {:.3f} s", frames.number[i], frames.time_s[i]));
   }
@@ -152,15 +159,18 @@ void add_clocks(report::HtmlReport& html, const Trial& trial) {
 
 }  // namespace
 
-std::string hanging_picture(const Trial& trial, double share) {
-  if (!trial.markers || trial.markers->time_s.empty()) return "";
-  const HangingFrame frame = frame_of(trial, moment_of(trial, 0));
-  const double scale = pane_scale(trial, frame);
-  return fmt::format(R"(<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {0:.0f} {1:.0f}" width="{0:.0f}" )"
-                     R"(height="{1:.0f}" font-family="sans-serif" font-size="12" fill="#111">)"
-                     R"(<rect width="{0:.0f}" height="{1:.0f}" fill="#fff"/>)",
-                     2 * kPane, kPaneTop + kPane + 8) +
-         views_of(trial, moment_of(trial, share), frame, scale) + length_and_gravity(scale) + "</svg>";
+std::vector<std::string> hanging_pictures(const Trial& trial) {
+  if (!trial.markers || trial.markers->time_s.empty()) return {};
+  const std::vector<double> times = times_of(*trial.markers);
+  std::vector<HangingMoment> moments;
+  for (const double share : {0.0, 0.5, 1.0}) moments.push_back(moment_of(trial, times, share));
+  const HangingFrame frame = frame_of(trial, moments.front());
+  const double scale = pane_scale(trial, moments, frame);
+  std::vector<std::string> out;
+  for (const HangingMoment& moment : moments)
+    out.push_back(report::open_svg(2 * kPane, kPaneTop + kPane + 8) + views_of(trial, moment, frame, scale) +
+                  length_and_gravity(scale) + "</svg>");
+  return out;
 }
 
 void write_preview(const Trial& trial, const std::filesystem::path& page) {
@@ -171,14 +181,14 @@ void write_preview(const Trial& trial, const std::filesystem::path& page) {
                                     : "units, axes or clocks seem to be taken for others; mend the mapping file";
   for (const std::string& doubt : doubts) verdict.lower(report::Trust::none, doubt);
   html.verdict(verdict);
-  if (trial.markers && !trial.markers->time_s.empty()) {
-    html.heading("How it hangs");
-    for (const auto& [share, name] : {std::pair{0.0, "First"}, {0.5, "Middle"}, {1.0, "Last"}})
-      html.svg(hanging_picture(trial, share),
-               fmt::format("{} moment: markers (dots) and held corners (squares) from the front and from the side; "
-                           "dashed: the flat swatch of {} by {} mm hung from the corners",
-                           name, short_number(1e3 * trial.fabric.width_m), short_number(1e3 * trial.fabric.height_m)));
-  }
+  const std::vector<std::string> pictures = hanging_pictures(trial);
+  if (!pictures.empty()) html.heading("How it hangs");
+  for (size_t k = 0; k < pictures.size(); ++k)
+    html.svg(
+        pictures[k],
+        fmt::format("{} moment: markers (dots) and held corners (squares) from the front and from the side; "
+                    "dashed: the flat swatch of {} by {} mm hung from the corners",
+                    kMoments[k], short_number(1e3 * trial.fabric.width_m), short_number(1e3 * trial.fabric.height_m)));
   if (trial.frames) add_frames_of(html, trial);
   add_clocks(html, trial);
   html.heading("What it holds");

@@ -7,14 +7,14 @@
 
 #include <filesystem>
 #include <string>
+#include <vector>
 
 #include "capture/trial/trial.h"
 
 namespace selvedge::station {
 
-// SVG: how markers and corners hang at the time of markers nearest to this share of them (0 to 1). Empty where there
-// are no markers.
-std::string hanging_picture(const trial::Trial& trial, double share);
+// SVG: how markers and corners hang at the first, the middle and the last time of markers. Empty where there are none.
+std::vector<std::string> hanging_pictures(const trial::Trial& trial);
 
 // Of a fabric that hangs from a rig. Throws BadInput where a picture cannot be read.
 void write_preview(const trial::Trial& trial, const std::filesystem::path& page);

@@ -323,9 +323,9 @@ TEST_F(Exchange, ImportsMarkersWithOtherUnitsAndAxes) {
   page = files::read_whole(folder_ / "preview.html");
   EXPECT_GE(count("<li>markers.csv: "), 1u);
   EXPECT_NE(page.find("Not to be believed"), std::string::npos);
-  EXPECT_NE(hanging_picture(in_mm, 0), hanging_picture(t, 0));
+  EXPECT_NE(hanging_pictures(in_mm).at(0), hanging_pictures(t).at(0));
   in_mm.markers.reset();
-  EXPECT_EQ(hanging_picture(in_mm, 0), "");
+  EXPECT_EQ(hanging_pictures(in_mm), std::vector<std::string>());
   EXPECT_THROW(import_recording(folder_ / "map.toml", folder_), BadInput);  // is there already
   files::write_whole(folder_ / "bad.toml", mapping + "colour = 1\n");
   EXPECT_THROW(import_recording(folder_ / "bad.toml", folder_ / "other"), BadInput);
