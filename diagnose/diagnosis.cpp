@@ -79,7 +79,7 @@ class Run {
     if (options_.on_base_fit) options_.on_base_fit(out_.base_fit);
     out_.protocol = study().protocol;
     out_.campaign = study().campaign;
-    out_.input = input_of(options_, campaign_);
+    out_.input = options_.input.empty() ? input_of(options_, campaign_) : options_.input;
     out_.doubts = study().doubts;
     out_.remarks = study().remarks;
     out_.cells = study().simulation->options().cells;

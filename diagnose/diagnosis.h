@@ -25,14 +25,15 @@ namespace selvedge::diagnose {
 struct DiagnosisOptions {
   StudyOptions study;
   std::function<void(const BaseFit&)> on_base_fit;  // called once it is there
+  std::string input;                                // input_of() all this, where it is known already
   std::optional<FittedSimulator> other;             // a program whose gap is told as well (other_simulator.h)
 };
 
 // The hash of what a diagnosis rests on: recordings, settings, code.
 std::string input_of(const DiagnosisOptions& options, const trial::Campaign& campaign);
 
-// Goes on from the base fit that `file` holds of this campaign, these settings and this code, and keeps it there once
-// it is found.
+// Sets options.input. Goes on from the base fit that `file` holds of this campaign, these settings and this code, and
+// keeps it there once it is found.
 void keep_base_fit(DiagnosisOptions& options, const std::filesystem::path& file, const trial::Campaign& campaign);
 
 // Begins with the parameters of the campaign's fit.json, where one of the folders has one of this very campaign and

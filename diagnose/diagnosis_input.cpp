@@ -25,9 +25,9 @@ std::string input_of(const DiagnosisOptions& options, const trial::Campaign& cam
 }
 
 void keep_base_fit(DiagnosisOptions& options, const std::filesystem::path& file, const trial::Campaign& campaign) {
-  const std::string input = input_of(options, campaign);
-  options.study.base_fit = read_base_fit(file, input);
-  options.on_base_fit = [file, input](const BaseFit& fit) { write_base_fit(file, fit, input); };
+  options.input = input_of(options, campaign);
+  options.study.base_fit = read_base_fit(file, options.input);
+  options.on_base_fit = [file, input = options.input](const BaseFit& fit) { write_base_fit(file, fit, input); };
 }
 
 std::optional<std::filesystem::path> begin_with_fit(DiagnosisOptions& options, const trial::Campaign& campaign,

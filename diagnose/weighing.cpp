@@ -89,10 +89,9 @@ Weighing weigh(Study& study, const Windows& windows, const WeighingOptions& opti
     begin(0.53, 1, "again about " + name_of(study, out.first));
     out.there = linearised_at(study, windows, *out.evidence, out.none, out.set_of(out.first), forces);
     weigh_all(study, out);
+    options.ends("again about the likeliest set");
   }
   study.on_share = [](double) {};
-  if (out.first.empty()) return out;
-  options.ends("again about the likeliest set");
   return out;
 }
 

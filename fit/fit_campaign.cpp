@@ -393,8 +393,8 @@ void put_clocks_together(FitOutcome& out, std::vector<model::ObservedTrial>& tri
 
 // What is fitted of a campaign that moves for long: its most moved pieces, which other trials then predict.
 void take_excerpts(FitOutcome& out, std::vector<model::ObservedTrial>& trials, const FitOptions& options) {
+  if (options.most_motion_s <= 0 || moving(trials).size() < 2) return;
   const double all_s = model::motion_s(trials);
-  if (options.most_motion_s <= 0 || all_s <= options.most_motion_s || moving(trials).size() < 2) return;
   trials = model::without_leads(model::excerpts(std::move(trials), {.most_motion_s = options.most_motion_s}));
   const double taken_s = model::motion_s(trials);
   if (taken_s < all_s)

@@ -19,11 +19,6 @@ std::string text(double value, const char* format = "{:.2f}") {
 
 std::string text(const std::optional<double>& value) { return value ? text(*value) : "–"; }
 
-std::string interval_text(const TrialError& t) {
-  if (!t.held_out_interval_mm) return std::isfinite(t.held_out_mm) ? "too short to tell" : "–";
-  return fmt::format("{:.2f} … {:.2f}", t.held_out_interval_mm->first, t.held_out_interval_mm->second);
-}
-
 // Root mean square at each compared time of a trial.
 report::Series error_over_time(const FitOutcome& out, size_t trial, const model::Residuals& residuals,
                                const std::string& name) {
@@ -131,7 +126,8 @@ void add_errors(report::HtmlReport& html, const FitOutcome& out) {
   std::vector<std::vector<std::string>> rows;
   for (const TrialError& t : out.trials)
     rows.push_back({t.name, std::to_string(t.frames), text(t.start_mm), text(t.end_mm), text(t.moving_mm),
-                    text(t.held_out_mm), interval_text(t), text(t.rigid_plate_mm), text(t.velocity_end_mm_s)});
+                    text(t.held_out_mm), held_out_interval(t, " … ", "–"), text(t.rigid_plate_mm),
+                    text(t.velocity_end_mm_s)});
   html.table({"trial", "compared times", "start, mm", "fitted, mm", "of that in motion, mm", "held out, mm", "90 %",
               "rigid plate, mm", "velocity error, mm/s"},
              rows);

@@ -14,11 +14,6 @@ using report::short_number;
 
 std::string mm_or_dash(double mm) { return std::isfinite(mm) ? fmt::format("{:.2f}", mm) : "-"; }
 
-std::string held_out_interval(const TrialError& t) {
-  if (!t.held_out_interval_mm) return std::isfinite(t.held_out_mm) ? "too short to tell" : "-";
-  return fmt::format("{:.2f} to {:.2f}", t.held_out_interval_mm->first, t.held_out_interval_mm->second);
-}
-
 std::string parameters_text(const FitOutcome& out) {
   std::vector<std::vector<std::string>> rows;
   for (const FittedParameter& p : out.parameters)
@@ -32,6 +27,11 @@ std::string parameters_text(const FitOutcome& out) {
 }
 
 }  // namespace
+
+std::string held_out_interval(const TrialError& t, const std::string& between, const std::string& none) {
+  if (!t.held_out_interval_mm) return std::isfinite(t.held_out_mm) ? "too short to tell" : none;
+  return fmt::format("{:.2f}{}{:.2f}", t.held_out_interval_mm->first, between, t.held_out_interval_mm->second);
+}
 
 std::string grid_sentence(const FitOutcome& out) {
   const int cells = out.simulation->options().cells;
@@ -55,7 +55,7 @@ std::string outcome_text(const FitOutcome& out) {
   std::vector<std::vector<std::string>> rows;
   for (const TrialError& t : out.trials)
     rows.push_back({t.name, mm_or_dash(t.start_mm), mm_or_dash(t.end_mm), mm_or_dash(t.held_out_mm),
-                    held_out_interval(t), mm_or_dash(t.rigid_plate_mm.value_or(std::nan("")))});
+                    held_out_interval(t, " to ", "-"), mm_or_dash(t.rigid_plate_mm.value_or(std::nan("")))});
   std::string text =
       parameters_text(out) + "\n" +
       report::text_table({"trial, mm", "start", "fitted", "held out", "90 % interval", "rigid plate"}, rows);

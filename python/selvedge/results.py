@@ -91,8 +91,7 @@ class Diagnosis(_Result):
     """Where the fitted simulation still differs from the recording, and what explains it.
 
     cause: an effect, "none" or "unknown". probability: {cause: its probability}. gap_mm: beyond the sensor's noise,
-    root mean square, mm; gap_interval_mm: (low, high), 90 %; None
-    both where one group of trials alone cannot tell."""
+    root mean square, mm; gap_interval_mm: (low, high), 90 %; None both where one group of trials alone cannot tell."""
 
     def __init__(self, values):
         super().__init__(values)
