@@ -153,6 +153,11 @@ void write_trial(const Trial& trial, const fs::path& folder, const std::vector<G
   files::write_json(folder / "trial.json", trial_to_json(trial));
 }
 
+void write_campaign(const Campaign& campaign, const fs::path& folder) {
+  for (const Trial& trial : campaign.trials) write_trial(trial, folder / trial.name);
+  write_campaign_json(campaign, folder);
+}
+
 void write_campaign_json(const Campaign& campaign, const fs::path& folder) {
   json trials = json::array();
   for (const Trial& trial : campaign.trials) trials.push_back(trial.name);

@@ -29,6 +29,9 @@ std::filesystem::path frame_path(const std::filesystem::path& folder, int number
 // `trial.folder`, `trial.name` and the paths in `trial.frames` are not looked at.
 void write_trial(const Trial& trial, const std::filesystem::path& folder, const std::vector<GreyImage>& images = {});
 
+// Each trial in folder/NAME, without pictures, and then campaign.json.
+void write_campaign(const Campaign& campaign, const std::filesystem::path& folder);
+
 // campaign.json alone; the trials go to folder/NAME through write_trial.
 void write_campaign_json(const Campaign& campaign, const std::filesystem::path& folder);
 

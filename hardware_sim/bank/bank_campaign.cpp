@@ -226,17 +226,10 @@ trial::Campaign recorded(const BankKey& key, const Rig& rig, const std::string& 
     }
     const std::string trial_name = fmt::format("{}-{}", to_text(wanted.kind), ++count[wanted.kind]);
     campaign.trials.push_back(record(key, rig, trial_name, wanted, motion, g));
+    campaign.trials.back().fabric.name = name;
   }
   if (count[trial::Experiment::robot] > 1) campaign.replicates = {{"robot-1", "robot-2"}};
   return campaign;
-}
-
-void write_campaign(trial::Campaign campaign, const std::filesystem::path& folder) {
-  for (trial::Trial& t : campaign.trials) {
-    t.fabric.name = campaign.fabric;
-    trial::write_trial(t, folder / t.name);
-  }
-  trial::write_campaign_json(campaign, folder);
 }
 
 }  // namespace
@@ -373,13 +366,13 @@ void write_fresh_trials(const BankKey& key, const std::string& name, const std::
   BankKey few = key;
   if (few.design.trials.size() > kMost) few.design.trials.resize(kMost);
   for (BankTrial& t : few.design.trials) t.duration_s = std::min(t.duration_s, kLongest_s);
-  write_campaign(recorded(few, rig, name, g), folder);
+  trial::write_campaign(recorded(few, rig, name, g), folder);
 }
 
 void write_bank_campaign(const BankKey& key, const std::string& name, const std::filesystem::path& folder) {
   std::mt19937_64 g(key.seed);
   const Rig rig = draw_rig(key, g);
-  write_campaign(recorded(key, rig, name, g), folder);
+  trial::write_campaign(recorded(key, rig, name, g), folder);
 }
 
 }  // namespace selvedge::hardware_sim

@@ -51,8 +51,7 @@ void record_markers(const std::string& name, double bend, const fs::path& folder
   campaign.fabric = name;
   campaign.trials = {simulated_trial(swatch, {.half_apart_m = 0.14}, "still", 1),
                      simulated_trial(swatch, {.half_apart_m = 0.14, .amplitude_m = 0.05, .samples = 48}, "waving", 2)};
-  for (const trial::Trial& t : campaign.trials) trial::write_trial(t, folder / t.name);
-  trial::write_campaign_json(campaign, folder);
+  trial::write_campaign(campaign, folder);
 }
 
 class Slurm : public testing::Test {
