@@ -31,13 +31,12 @@ section() { # section TITLE FOLDER
   section Decisions decisions
 } >"$work/mkdocs.yml"
 
-# Headers as the package selvedge-dev has them (packaging/CMakeLists.txt).
-rooms="geometry files report capture/trial cloth render observe model estimate material_tests fit diagnose library"
+headers=$source/packaging/public_headers.txt
 {
   sed "s|^STRIP_FROM_PATH.*|STRIP_FROM_PATH = $source|" "$here/Doxyfile"
-  printf 'INPUT_FILTER = "awk -f %s/headers.awk"\nOUTPUT_DIRECTORY = %s/doxygen\nINPUT =' "$here" "$work"
-  for room in $rooms; do printf ' %s/%s' "$source" "$room"; done
-  printf '\n'
+  printf 'INPUT_FILTER = "awk -f %s/headers.awk"\nOUTPUT_DIRECTORY = %s/doxygen\n' "$here" "$work"
+  awk -v from="$source" '$1 == "room" { print "INPUT += " from "/" $2 }
+                         $1 == "without" { print "EXCLUDE_PATTERNS += */" $2 }' "$headers"
 } >"$work/Doxyfile"
 mkdir "$work/doxygen"
 (cd "$source" && doxygen "$work/Doxyfile") >"$work/doxygen.log" 2>&1 || { tail -20 "$work/doxygen.log" >&2; exit 1; }
