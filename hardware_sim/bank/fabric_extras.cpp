@@ -87,6 +87,12 @@ Vector3d normal_at(const LatticeView& s, int i) {
   return across.cross(down).normalized();
 }
 
+std::vector<Vector3d> normals_of(const LatticeView& s) {
+  std::vector<Vector3d> out(static_cast<size_t>(s.columns * s.rows));
+  for (size_t i = 0; i < out.size(); ++i) out[i] = normal_at(s, static_cast<int>(i));
+  return out;
+}
+
 // An additional moment on every triple, N: of its curvature along the normal, its rate and its own memory.
 class BendMoment : public LatticeExtra {
  public:
@@ -97,9 +103,10 @@ class BendMoment : public LatticeExtra {
     memory_.assign(triples_.size(), 0.0);
   }
   void add(const LatticeView& s, double dt_s) override {
+    const std::vector<Vector3d> normals = normals_of(s);
     for (size_t k = 0; k < triples_.size(); ++k) {
       const Triple& t = triples_[k];
-      const Vector3d n = normal_at(s, t.b);
+      const Vector3d& n = normals[static_cast<size_t>(t.b)];
       const auto second = [&](const double* const plane[3]) {
         const Vector3d middle = at(plane, t.b);
         return (t.weight_a * (at(plane, t.a) - middle) + t.weight_c * (at(plane, t.c) - middle)).dot(n);

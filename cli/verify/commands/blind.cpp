@@ -4,12 +4,15 @@
 #include <filesystem>
 #include <map>
 #include <memory>
+#include <mutex>
 #include <random>
 #include <set>
 #include <stdexcept>
 #include <string>
 
 #include <fmt/format.h>
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
 
 #include "cli/command.h"
 #include "cli/output_folder.h"
@@ -81,12 +84,24 @@ void make_bank(const BlindArguments& a) {
              "found a blind check of another seed or other numbers, expected --seed, --none, --known, --outside and "
              "--sets as when it was made");
   const auto progress = report::terminal_progress("blind make");
-  for (size_t i = 0; i < keys.size(); ++i) {
-    progress(static_cast<double>(i) / static_cast<double>(keys.size()), record.ids[i]);
-    if (!fs::exists(a.folder / "campaigns" / record.ids[i] / "campaign.json"))
-      hardware_sim::write_bank_campaign(keys[i], record.ids[i], a.folder / "campaigns" / record.ids[i]);
-  }
-  progress(1, "done");
+  std::mutex told;
+  size_t made = 0;
+  const auto one_more = [&](const std::string& id) {
+    const std::lock_guard lock(told);
+    progress(static_cast<double>(++made) / static_cast<double>(keys.size()), id);
+  };
+  // Campaigns are independent: each has random numbers of its own.
+  tbb::parallel_for(
+      tbb::blocked_range<size_t>(0, keys.size(), 1),
+      [&](const tbb::blocked_range<size_t>& range) {
+    for (size_t i = range.begin(); i < range.end(); ++i) {
+      const fs::path folder = a.folder / "campaigns" / record.ids[i];
+      if (!fs::exists(folder / "campaign.json"))
+        hardware_sim::write_bank_campaign(keys[i], record.ids[i], folder);
+      one_more(record.ids[i]);
+    }
+  },
+      tbb::simple_partitioner());
   fmt::print("{} campaigns in {}; their keys are sealed in record.json\n", keys.size(),
              (a.folder / "campaigns").string());
 }

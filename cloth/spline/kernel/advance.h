@@ -36,7 +36,7 @@ template <class V, class T>
 struct SharedInverse {
   const T* band;
   static constexpr int reach = 6;
-  V operator()(int i, int d) const { return V{} + band[13 * i + 6 + d]; }
+  V operator()(int i, int d) const { return same<V>(band[13 * i + 6 + d]); }
 };
 template <class V>
 struct LaneInverse {
@@ -54,27 +54,54 @@ inline int high_of(const Inverse& inverse, int i, int count) {
   return count - 1 - i < inverse.reach ? count - 1 - i : inverse.reach;
 }
 
+// row[i] = Σ_d weight[d] from[d · n + i], `count` terms, as many columns at once as registers hold.
+template <class V>
+inline void sum_of_rows(const V* weight, int count, const V* from, int n, V* row) {
+  int i = 0;
+  for (; i + 4 <= n; i += 4) {
+    V a{}, b{}, c{}, d{};
+    const V* y = from + i;
+    for (int k = 0; k < count; ++k, y += n) {
+      a = fused(weight[k], y[0], a);
+      b = fused(weight[k], y[1], b);
+      c = fused(weight[k], y[2], c);
+      d = fused(weight[k], y[3], d);
+    }
+    row[i] = a, row[i + 1] = b, row[i + 2] = c, row[i + 3] = d;
+  }
+  for (; i < n; ++i) {
+    V a{};
+    for (int k = 0; k < count; ++k) a = fused(weight[k], from[k * n + i], a);
+    row[i] = a;
+  }
+}
+
 // to = (inverse_u ⊗ inverse_v) from / density.
 template <class V, class T, class Inverse>
 inline void times_inverses(const Run<T>& run, const Inverse& along, const Inverse& down, const V* from, V* to) {
   const int n = run.u.functions, nv = run.v.functions, field = n * nv;
-  V* row = lanes<V>(run.scratch);
+  V *x = lanes<V>(run.scratch), *y = x + n, *z = y + n;
   const V density = material_of<V>(run)[kInverseDensity];
-  for (int c = 0; c < 3; ++c)
-    for (int j = 0; j < nv; ++j) {
-      clear(row, n);
-      for (int d = low_of(down, j); d <= high_of(down, j, nv); ++d) {
-        const V w = density * down(j, d);
-        const V* y = from + c * field + (j + d) * n;
-        for (int i = 0; i < n; ++i) row[i] = fused(w, y[i], row[i]);
+  V* weight = x + 18 * n + 6 * run.held.count;  // behind the rows and what is held (advance)
+  for (int j = 0; j < nv; ++j) {
+    const int first = low_of(down, j), count = high_of(down, j, nv) - first + 1;
+    for (int k = 0; k < count; ++k) weight[k] = density * down(j, first + k);
+    for (int c = 0; c < 3; ++c)
+      sum_of_rows(static_cast<const V*>(weight), count, from + c * field + (j + first) * n, n, x + c * n);
+    V* out = to + j * n;
+    for (int i = 0; i < n; ++i) {
+      V sum_x{}, sum_y{}, sum_z{};
+      for (int d = low_of(along, i); d <= high_of(along, i, n); ++d) {
+        const V w = along(i, d);
+        sum_x = fused(w, x[i + d], sum_x);
+        sum_y = fused(w, y[i + d], sum_y);
+        sum_z = fused(w, z[i + d], sum_z);
       }
-      V* out = to + c * field + j * n;
-      for (int i = 0; i < n; ++i) {
-        V sum{};
-        for (int d = low_of(along, i); d <= high_of(along, i, n); ++d) sum = fused(along(i, d), row[i + d], sum);
-        out[i] = sum;
-      }
+      out[i] = sum_x;
+      out[field + i] = sum_y;
+      out[2 * field + i] = sum_z;
     }
+  }
 }
 
 // to: what the force `from` accelerates, m/s². Overwrites `from`.
@@ -97,7 +124,7 @@ template <class V, class T>
 inline V read_held(const HeldTables<T>& held, int k, const V* y) {
   V sum{};
   for (int e = held.reads_start[k]; e < held.reads_start[k + 1]; ++e)
-    sum = fused(V{} + held.reads_weight[e], y[held.reads_point[e]], sum);
+    sum = fused(same<V>(held.reads_weight[e]), y[held.reads_point[e]], sum);
   return sum;
 }
 
@@ -150,7 +177,7 @@ void advance(const Run<T>& run) {
   make_held(run, a, static_cast<const V*>(wanted), lack);
   if (run.air) carry_air(run, a);
   V *now = lanes<V>(run.change[0]), *before = lanes<V>(run.change[1]), *next = lanes<V>(run.change[2]);
-  const V first = V{} + run.gain[0] * run.step_s;
+  const V first = same<V>(run.gain[0] * run.step_s);
   for (int i = 0; i < all; ++i) now[i] = first * a[i];
   for (int s = 1; s < run.stages; ++s) {
     damping_forces(run, static_cast<const V*>(now));
@@ -158,7 +185,7 @@ void advance(const Run<T>& run) {
     times_inverse_mass(run, force, next);
     make_held(run, next, static_cast<const V*>(nullptr), lack);
     if (run.air) carry_air(run, next);
-    const V mu = V{} + run.mu[s], nu = V{} + (s > 1 ? run.nu[s] : T(0)), gain = V{} + run.gain[s] * run.step_s;
+    const V mu = same<V>(run.mu[s]), nu = same<V>(s > 1 ? run.nu[s] : T(0)), gain = same<V>(run.gain[s] * run.step_s);
     for (int i = 0; i < all; ++i) next[i] = fused(mu, now[i], fused(nu, before[i], gain * (a[i] + next[i])));
     V* const last = before;
     before = now;
@@ -166,7 +193,7 @@ void advance(const Run<T>& run) {
     next = last;
   }
   for (int i = 0; i < all; ++i) v[i] += now[i];
-  const V h = V{} + run.step_s;
+  const V h = same<V>(run.step_s);
   for (int i = 0; i < all; ++i) x[i] = fused(h, v[i], x[i]);
 }
 

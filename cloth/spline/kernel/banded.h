@@ -32,7 +32,7 @@ void subtract_products(const BandedMatrix& m, int i, int j) {
         V column[vectors];
         for (int r = 0; r < vectors; ++r) column[r] = *reinterpret_cast<const V*>(a + kBlock * t + width * r);
         for (int c = 0; c < width; ++c)
-          for (int r = 0; r < vectors; ++r) sum[c][r] = fused(V{} + b[kBlock * t + c], column[r], sum[c][r]);
+          for (int r = 0; r < vectors; ++r) sum[c][r] = fused(same<V>(b[kBlock * t + c]), column[r], sum[c][r]);
       }
     }
     for (int c = 0; c < width; ++c)
@@ -73,7 +73,7 @@ void divide_by_diagonal(double* block, const double* inverse) {
     V sum[kBlock] = {};
     for (int k = 0; k < kBlock; ++k) {
       const V column = *reinterpret_cast<const V*>(block + kBlock * k + r);
-      for (int c = 0; c < kBlock; ++c) sum[c] = fused(V{} + inverse[kBlock * k + c], column, sum[c]);
+      for (int c = 0; c < kBlock; ++c) sum[c] = fused(same<V>(inverse[kBlock * k + c]), column, sum[c]);
     }
     for (int c = 0; c < kBlock; ++c) *reinterpret_cast<V*>(block + kBlock * c + r) = sum[c];
   }
@@ -113,14 +113,14 @@ template <class V>
 inline Rows<V> times(const double* block, const Rows<V>& x) {
   Rows<V> out{};
   for (int k = 0; k < kBlock; ++k)
-    for (int r = 0; r < kBlock; ++r) out.row[r] = fused(V{} + block[kBlock * k + r], x.row[k], out.row[r]);
+    for (int r = 0; r < kBlock; ++r) out.row[r] = fused(same<V>(block[kBlock * k + r]), x.row[k], out.row[r]);
   return out;
 }
 template <class V>
 inline Rows<V> times_transposed(const double* block, const Rows<V>& x) {
   Rows<V> out{};
   for (int r = 0; r < kBlock; ++r)
-    for (int k = 0; k < kBlock; ++k) out.row[k] = fused(V{} + block[kBlock * k + r], x.row[r], out.row[k]);
+    for (int k = 0; k < kBlock; ++k) out.row[k] = fused(same<V>(block[kBlock * k + r]), x.row[r], out.row[k]);
   return out;
 }
 

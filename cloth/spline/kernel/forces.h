@@ -18,7 +18,7 @@ inline const V* lanes(const T* field) {
 // to[i] = Σ_a weight[a] from[a · stride + i] for a row of a field.
 template <class V, class T>
 inline void gather_rows(const T* weight, const V* from, int stride, int count, V* to) {
-  const V w0 = V{} + weight[0], w1 = V{} + weight[1], w2 = V{} + weight[2], w3 = V{} + weight[3];
+  const V w0 = same<V>(weight[0]), w1 = same<V>(weight[1]), w2 = same<V>(weight[2]), w3 = same<V>(weight[3]);
   for (int i = 0; i < count; ++i)
     to[i] = fused(w3, from[3 * stride + i], fused(w2, from[2 * stride + i], fused(w1, from[stride + i], w0 * from[i])));
 }
@@ -26,8 +26,8 @@ inline void gather_rows(const T* weight, const V* from, int stride, int count, V
 // Two such sums of one reading.
 template <class V, class T>
 inline void gather_both(const T* first, const T* second, const V* from, int stride, int count, V* to, V* to_second) {
-  const V a0 = V{} + first[0], a1 = V{} + first[1], a2 = V{} + first[2], a3 = V{} + first[3];
-  const V b0 = V{} + second[0], b1 = V{} + second[1], b2 = V{} + second[2], b3 = V{} + second[3];
+  const V a0 = same<V>(first[0]), a1 = same<V>(first[1]), a2 = same<V>(first[2]), a3 = same<V>(first[3]);
+  const V b0 = same<V>(second[0]), b1 = same<V>(second[1]), b2 = same<V>(second[2]), b3 = same<V>(second[3]);
   for (int i = 0; i < count; ++i) {
     const V y0 = from[i], y1 = from[stride + i], y2 = from[2 * stride + i], y3 = from[3 * stride + i];
     to[i] = fused(a3, y3, fused(a2, y2, fused(a1, y1, a0 * y0)));
@@ -37,8 +37,8 @@ inline void gather_both(const T* first, const T* second, const V* from, int stri
 
 template <class V, class T>
 inline V sum_of_four(const T* weight, const V* from) {
-  return fused(V{} + weight[3], from[3],
-               fused(V{} + weight[2], from[2], fused(V{} + weight[1], from[1], (V{} + weight[0]) * from[0])));
+  return fused(same<V>(weight[3]), from[3],
+               fused(same<V>(weight[2]), from[2], fused(same<V>(weight[1]), from[1], same<V>(weight[0]) * from[0])));
 }
 
 // The same of the three axes' rows.
@@ -52,16 +52,21 @@ template <class V, class T>
 inline void scatter_point(const T* weight, const Vec3<V>& p, V* rows, int stride) {
   const V* of = &p.x;
   for (int c = 0; c < 3; ++c)
-    for (int a = 0; a < 4; ++a) rows[c * stride + a] = fused(V{} + weight[a], of[c], rows[c * stride + a]);
+    for (int a = 0; a < 4; ++a) rows[c * stride + a] = fused(same<V>(weight[a]), of[c], rows[c * stride + a]);
 }
 
 // force rows += first[a] g + second[a] h.
 template <class V, class T>
 inline void scatter_rows(const T* first, const T* second, const V* g, const V* h, int stride, int count, V* force) {
-  for (int a = 0; a < 4; ++a) {
-    const V p = V{} + first[a], q = V{} + second[a];
-    V* to = force + a * stride;
-    for (int i = 0; i < count; ++i) to[i] = fused(q, h[i], fused(p, g[i], to[i]));
+  const V p0 = same<V>(first[0]), p1 = same<V>(first[1]), p2 = same<V>(first[2]), p3 = same<V>(first[3]);
+  const V q0 = same<V>(second[0]), q1 = same<V>(second[1]), q2 = same<V>(second[2]), q3 = same<V>(second[3]);
+  for (int i = 0; i < count; ++i) {
+    const V from_g = g[i], from_h = h[i];
+    V* to = force + i;
+    to[0] = fused(q0, from_h, fused(p0, from_g, to[0]));
+    to[stride] = fused(q1, from_h, fused(p1, from_g, to[stride]));
+    to[2 * stride] = fused(q2, from_h, fused(p2, from_g, to[2 * stride]));
+    to[3 * stride] = fused(q3, from_h, fused(p3, from_g, to[3 * stride]));
   }
 }
 
@@ -99,7 +104,7 @@ void add_membrane_and_drag(const Run<T>& run) {
       const PointMotion<V> p{point_of(d, x.value + s, n), point_of(f, x.slope + s, n), point_of(d, v.value + s, n),
                              point_of(f, v.slope + s, n), point_of(f, v.value + s, n)};
       const int point = qv * nq + qu;
-      const PointPull<V> pull = point_pull(p, m, V{} + run.u.weight[qu] * run.v.weight[qv],
+      const PointPull<V> pull = point_pull(p, m, same<V>(run.u.weight[qu] * run.v.weight[qv]),
                                            memory ? memory + kMembraneMemory * point : nullptr, run.memory_step_s,
                                            kept ? kept + point : nullptr);
       scatter_point(f, pull.value, g.value + s, n);
@@ -136,13 +141,18 @@ void add_membrane_damping(const Run<T>& run, const V* y) {
   }
 }
 
-// to[i] = Σ band[i][d + 3] from[i + d], of one row of a field.
+// Σ_d of three rows by their bands at i, columns i − 3 … i + 3.
 template <class V, class T>
-inline V band_at(const T* band, const V* from, int i, int count) {
-  const int low = i < 3 ? -i : -3, high = count - 1 - i < 3 ? count - 1 - i : 3;
-  V sum{};
-  for (int d = low; d <= high; ++d) sum = fused(V{} + band[7 * i + 3 + d], from[i + d], sum);
-  return sum;
+inline V band_sum(const SideTables<T>& u, const V* a, const V* b, const V* c, int i) {
+  const int low = i < 3 ? -i : -3, high = u.functions - 1 - i < 3 ? u.functions - 1 - i : 3;
+  V first{}, second{}, third{};
+  for (int d = low; d <= high; ++d) {
+    const int at = 7 * i + 3 + d;
+    first = fused(same<V>(u.bend[at]), a[i + d], first);
+    second = fused(same<V>(u.slope_product[at]), b[i + d], second);
+    third = fused(same<V>(u.mass[at]), c[i + d], third);
+  }
+  return first + second + third;
 }
 
 // force −= (mass ⊗ bend + slope ⊗ slope + bend ⊗ mass) of uu, uv, vv, fields of one axis; rows: 3 n of scratch.
@@ -152,19 +162,20 @@ void subtract_bending(const Run<T>& run, const V* uu, const V* uv, const V* vv, 
   V *a = rows, *b = rows + n, *c = rows + 2 * n;
   for (int j = 0; j < nv; ++j) {
     const int low = j < 3 ? -j : -3, high = nv - 1 - j < 3 ? nv - 1 - j : 3;
-    clear(rows, 3 * n);
-    for (int d = low; d <= high; ++d) {
-      const int at = 7 * j + 3 + d, from = (j + d) * n;
-      const V mass = V{} + run.v.mass[at], slope = V{} + run.v.slope_product[at], bend = V{} + run.v.bend[at];
-      for (int i = 0; i < n; ++i) {
-        a[i] = fused(mass, uu[from + i], a[i]);
-        b[i] = fused(slope, uv[from + i], b[i]);
-        c[i] = fused(bend, vv[from + i], c[i]);
+    const T *mass = run.v.mass + 7 * j + 3, *slope = run.v.slope_product + 7 * j + 3, *bend = run.v.bend + 7 * j + 3;
+    for (int i = 0; i < n; ++i) {
+      V sum_a{}, sum_b{}, sum_c{};
+      for (int d = low; d <= high; ++d) {
+        const int from = (j + d) * n + i;
+        sum_a = fused(same<V>(mass[d]), uu[from], sum_a);
+        sum_b = fused(same<V>(slope[d]), uv[from], sum_b);
+        sum_c = fused(same<V>(bend[d]), vv[from], sum_c);
       }
+      a[i] = sum_a, b[i] = sum_b, c[i] = sum_c;
     }
     for (int i = 0; i < n; ++i)
       force[j * n + i] -=
-          band_at(run.u.bend, a, i, n) + band_at(run.u.slope_product, b, i, n) + band_at(run.u.mass, c, i, n);
+          band_sum(run.u, static_cast<const V*>(a), static_cast<const V*>(b), static_cast<const V*>(c), i);
   }
 }
 
@@ -247,8 +258,8 @@ void add_other_moments(const Run<T>& run) {
     }
     for (int c = 0; c < 3; ++c)
       for (int a = 0; a < 4; ++a) {
-        const V p = V{} + run.v.value[4 * qv + a], q = V{} + run.v.slope[4 * qv + a],
-                r = V{} + run.v.second[4 * qv + a];
+        const V p = same<V>(run.v.value[4 * qv + a]), q = same<V>(run.v.slope[4 * qv + a]),
+                r = same<V>(run.v.second[4 * qv + a]);
         V* to = lanes<V>(run.force) + c * field + (run.v.first[qv] + a) * n;
         const V *gc = g + c * n, *hc = g + (3 + c) * n, *kc = g + (6 + c) * n;
         for (int i = 0; i < n; ++i) to[i] = fused(r, kc[i], fused(q, hc[i], fused(p, gc[i], to[i])));

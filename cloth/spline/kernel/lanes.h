@@ -22,6 +22,12 @@ struct PackOf {
 template <class T, int L>
 using Pack = typename PackOf<T, L>::Type;
 
+// x in every lane. Less nothing is x whatever its sign, so that it is copied and nothing is reckoned.
+template <class V, class T>
+inline V same(T x) {
+  return x - V{};
+}
+
 // a b + c, rounded once where the processor has it: the compiler may not fuse on its own.
 #ifdef __AVX2__
 inline Pack<float, 4> fused(Pack<float, 4> a, Pack<float, 4> b, Pack<float, 4> c) { return _mm_fmadd_ps(a, b, c); }

@@ -67,7 +67,7 @@ inline void remember(V* memory, const LaneMaterial<V>& m, T step_s, const Vec3<V
   slide<T>(memory[0], strain.x, rate.x, slope, limit, step_s);
   slide<T>(memory[1], strain.y, rate.y, slope, limit, step_s);
   slide<T>(memory[2], strain.z, rate.z, slope, limit, step_s);
-  const V share = step_s < 0 ? V{} + T(1) : step_s * m[kCreepRate];
+  const V share = step_s < 0 ? same<V>(T(1)) : step_s * m[kCreepRate];
   memory[3] += share * (strain.x - memory[3]);
   memory[4] += share * (strain.y - memory[4]);
   memory[5] += share * (strain.z - memory[5]);
@@ -83,15 +83,15 @@ template <class T, class V>
   const Vec3<V> normal = cross(p.x_u, p.x_v);
   const V length_u = root(dot(p.x_u, p.x_u)), length_v = root(dot(p.x_v, p.x_v)), normal2 = dot(normal, normal);
   // One division for three reciprocals.
-  const V both = length_u * length_v, shared = T(1) / fused(both, normal2, V{} + T(1e-30));
+  const V both = length_u * length_v, shared = T(1) / fused(both, normal2, same<V>(T(1e-30)));
   const V inverse_u = shared * length_v * normal2, inverse_v = shared * length_u * normal2,
           inverse_normal2 = shared * both;
   const Vec3<V> strain{length_u - T(1), length_v - T(1), dot(p.x_u, p.x_v)};
   const Vec3<V> rate{dot(p.x_u, p.rate_u) * inverse_u, dot(p.x_v, p.rate_v) * inverse_v,
                      dot(p.x_u, p.rate_v) + dot(p.x_v, p.rate_u)};
   Vec3<V> sigma{
-      m[kStretchU] * strain.x * fused(m[kStiffening], absolute(strain.x), V{} + T(1)) + m[kCoupling] * strain.y,
-      m[kStretchV] * strain.y * fused(m[kStiffening], absolute(strain.y), V{} + T(1)) + m[kCoupling] * strain.x,
+      m[kStretchU] * strain.x * fused(m[kStiffening], absolute(strain.x), same<V>(T(1))) + m[kCoupling] * strain.y,
+      m[kStretchV] * strain.y * fused(m[kStiffening], absolute(strain.y), same<V>(T(1))) + m[kCoupling] * strain.x,
       m[kShear] * strain.z};
   if (memory) remember(memory, m, step_s, strain, rate, sigma);
   sigma.x = fused(m[kStretchDamping], rate.x, sigma.x);
@@ -105,7 +105,7 @@ template <class T, class V>
   // Drag of Bhat et al. 2003, per flat area.
   const Vec3<V> relative = p.velocity - m.air();
   const V along = dot(relative, normal), speed2 = along * along * inverse_normal2;
-  const V on_normal = m[kDragNormal] * root(speed2) / fused(m[kDragFade], speed2, V{} + T(1)) + m[kDragLinear];
+  const V on_normal = m[kDragNormal] * root(speed2) / fused(m[kDragFade], speed2, same<V>(T(1))) + m[kDragLinear];
   return {add_scaled(along_u, p.x_u, across * p.x_v), add_scaled(along_v, p.x_v, across * p.x_u),
           add_scaled(weight * (m[kDragTangent] - on_normal) * along * inverse_normal2, normal,
                      (-weight * m[kDragTangent]) * relative)};
@@ -132,7 +132,7 @@ inline Seconds<V> moments_beside_even(const Seconds<V>& shape, const Seconds<V>&
                                       const LaneMaterial<V>& m, const V* factor, V* memory, T step_s,
                                       bool uses_normals) {
   const V squared = dot(shape.uu, shape.uu) + T(2) * dot(shape.uv, shape.uv) + dot(shape.vv, shape.vv);
-  const V linear = fused(m[kBendStiffening], squared, V{} + T(1)), least = V{} + T(0.05);
+  const V linear = fused(m[kBendStiffening], squared, same<V>(T(1))), least = same<V>(T(0.05));
   V stiff = linear > least ? linear : least;
   if (factor) stiff *= *factor;
   stiff -= T(1);
