@@ -71,8 +71,17 @@ model::SimulationOptions on_grid_of(long cells) {
 long usual_cells(const Protocol& protocol, const std::vector<model::ObservedTrial>& trials,
                  const std::vector<model::Parameter>& base, const VectorXd& x) {
   if (protocol.cells > 0) return protocol.cells;
-  return std::clamp<long>(model::cells_of_bending_length(trials.front(), base, x), protocol.coarse_cells,
-                          protocol.most_cells);
+  const double one_each = model::cells_of_bending_length(trials.front(), base, x);
+  return std::clamp(std::lround(std::ceil(one_each / protocol.lengths_a_cell)), protocol.coarse_cells,
+                    protocol.most_cells);
+}
+
+// What is looked at on a grid: the finer it is, the dearer a second.
+std::vector<model::ObservedTrial> looked_at_on(long cells, const Protocol& protocol, const Measured& measured,
+                                               const std::vector<model::ObservedTrial>& trials) {
+  const double share = std::min(1.0, static_cast<double>(protocol.coarse_cells) / static_cast<double>(cells));
+  return model::excerpts(
+      trials, {share * protocol.most_motion_s, protocol.lead_s, measured.delay ? measured.delay->delay_s : 0});
 }
 
 estimate::LeastSquaresOptions search_options(int max_iterations, double least_decrease) {
@@ -88,9 +97,10 @@ estimate::LeastSquaresOptions search_options(int max_iterations, double least_de
 }
 
 // Least squares from where a start was found: nudged towards markers where there are some.
-BaseFit fit_base(const std::vector<model::ObservedTrial>& trials, const std::vector<model::Parameter>& base,
-                 const StudyOptions& options, int& evaluations) {
+BaseFit fit_base(const std::vector<model::ObservedTrial>& observed, const Measured& measured,
+                 const std::vector<model::Parameter>& base, const StudyOptions& options, int& evaluations) {
   const Protocol& protocol = options.protocol;
+  std::vector<model::ObservedTrial> trials = looked_at_on(protocol.coarse_cells, protocol, measured, observed);
   const bool has_markers =
       std::any_of(trials.begin(), trials.end(), [](const model::ObservedTrial& t) { return t.markers.has_value(); });
   VectorXd x = model::usual_coordinates(base);
@@ -114,6 +124,7 @@ BaseFit fit_base(const std::vector<model::ObservedTrial>& trials, const std::vec
             .coordinates;
   }
   const long cells = usual_cells(protocol, trials, base, x);
+  trials = looked_at_on(cells, protocol, measured, observed);
   const model::Simulation simulation(trials, on_grid_of(cells));
   model::State state = simulation.state_at(base, x, has_markers ? protocol.nudging_per_s : 0);
   estimate::LeastSquaresOptions search = search_options(8, protocol.enough);
@@ -226,15 +237,14 @@ FittedStudy make_study(const trial::Campaign& campaign, const std::vector<Effect
   study.base = model::usual_coordinates(study.parameters);
   begin_with_measured(study, trials);
   if (!measured_effects(study).empty()) base = model::only(study.parameters, rows_of_base(study), study.base);
-  trials = excerpts(std::move(trials), {options.protocol.most_motion_s, options.protocol.lead_s,
-                                        study.measured.delay ? study.measured.delay->delay_s : 0});
 
   if (options.base_fit) out.base_fit = *options.base_fit;
   else if (options.fitted) out.base_fit = {*options.fitted, 0, {}};
-  else out.base_fit = fit_base(trials, base, options, study.evaluations);
+  else out.base_fit = fit_base(trials, study.measured, base, options, study.evaluations);
   BaseFit& fit = out.base_fit;
   if (fit.cells == 0) fit.cells = usual_cells(study.protocol, trials, base, fit.coordinates);
   study.protocol.cells = fit.cells;
+  trials = looked_at_on(fit.cells, study.protocol, study.measured, trials);
   study.simulation = std::make_shared<const model::Simulation>(trials, on_grid_of(fit.cells));
   study.state = study.simulation->state_at(base, fit.coordinates);
   if (!fit.branch.empty()) study.simulation->take_branches(study.state, fit.branch);

@@ -12,6 +12,7 @@ namespace selvedge::diagnose {
 void to_json(nlohmann::json& json, const Protocol& p) {
   json = {{"coarse_cells", p.coarse_cells},
           {"cells", p.cells},
+          {"lengths_a_cell", p.lengths_a_cell},
           {"most_cells", p.most_cells},
           {"finer", p.finer},
           {"rate_hz", p.rate_hz},

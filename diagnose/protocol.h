@@ -15,14 +15,15 @@ struct Effect;
 
 struct Protocol {
   // Grids and rates.
-  long coarse_cells = 10, cells = 0;        // of a fit's start, along the width; 0: one a bending length
-  long most_cells = 32;                     // that are chosen so
-  double finer = 1.5;                       // times as many, to see what the grid does
+  long coarse_cells = 10, cells = 0;        // of a fit's start, along the width; 0: chosen by the bending length
+  double lengths_a_cell = 1.5;              // bending lengths, where it is chosen
+  long most_cells = 24;                     // that are chosen so
+  double finer = 1.5;                       // times as many, to see what the grid does: one a bending length
   double rate_hz = 30, image_rate_hz = 10;  // observations are averaged, or thinned, to these
 
   // What recordings show by themselves (measured.h), and how much of them is looked at (model/excerpts.h).
   double most_delay_s = 0.5;
-  double most_motion_s = 12, lead_s = 0.5;
+  double most_motion_s = 12, lead_s = 0.5;  // on coarse_cells; on more in inverse proportion
 
   // The base fit, where no fit was made before: nudging gains towards markers, and what ends it.
   double nudging_per_s = 10, harder = 2;

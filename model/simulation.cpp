@@ -106,7 +106,9 @@ std::vector<size_t> Simulation::all_or(const std::vector<size_t>& wanted) const 
 
 bool Simulation::rematch(State& state, const std::vector<Parameter>& parameters, const Eigen::VectorXd& coordinates,
                          const std::vector<size_t>& wanted) const {
-  const std::vector<size_t> trials = all_or(wanted);
+  // A piece that is led in has no branch: it does not begin at rest.
+  std::vector<size_t> trials = all_or(wanted);
+  std::erase_if(trials, [&](size_t i) { return trials_[i].lead_s > 0; });
   std::vector<Eigen::Matrix3Xd> found(trials.size());
   tbb::parallel_for(size_t{0}, trials.size(),
                     [&](size_t i) { found[i] = branch_of(state, trials[i], parameters, coordinates); });
@@ -275,17 +277,23 @@ std::vector<cloth::Rest> Simulation::rests_of(const Call& call, const std::vecto
       if (!call.parameters[k].at_rest)
         at_rest(static_cast<Index>(k), set) = to_coordinate(call.parameters[k], call.parameters[k].start);
   }
+  // A piece out of a longer trial was moving where it begins, and its lead forgets how: usual fabric serves for all.
+  const Eigen::MatrixXd usual = usual_coordinates(call.parameters);
   std::vector<cloth::Experiment> different;
   std::vector<Run> sought;
   std::vector<size_t> rest_of_run;
   for (const Run& run : runs) {
+    const bool is_led_in = trials_[run.trial].lead_s > 0;
     const auto same = std::find_if(sought.begin(), sought.end(), [&](const Run& other) {
-      return other.trial == run.trial && at_rest.col(other.set) == at_rest.col(run.set);
+      return other.trial == run.trial && (is_led_in || at_rest.col(other.set) == at_rest.col(run.set));
     });
     rest_of_run.push_back(static_cast<size_t>(same - sought.begin()));
     if (same != sought.end()) continue;
     sought.push_back(run);
-    different.push_back(predictions(call.state, call.parameters, at_rest, run.trial, run.set, 1).front().experiment);
+    different.push_back(
+        predictions(call.state, call.parameters, is_led_in ? usual : at_rest, run.trial, is_led_in ? 0 : run.set, 1)
+            .front()
+            .experiment);
   }
   const std::vector<cloth::Rest> rests = relaxed(different);
   std::vector<cloth::Rest> out;

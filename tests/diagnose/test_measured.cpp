@@ -127,6 +127,24 @@ TEST(Excerpts, TakeTheMostMovedPieceOfALongCampaign) {
   EXPECT_EQ(piece.markers->position.col(0), trial.markers->position.col(at - trial.markers->time_s.begin()));
 }
 
+// What a piece forgets need not be sought for each fabric: all begin alike, and leave there what the lead is for.
+TEST(Excerpts, BeginAlikeForAllFabrics) {
+  const std::vector<model::ObservedTrial> pieces =
+      model::excerpts({observed(truthful)}, {.most_motion_s = 0.3, .lead_s = 0.1});
+  model::SimulationOptions options;
+  options.cells = 6;
+  const model::Simulation simulation(pieces, options);
+  const std::vector<model::Parameter> base = model::base_parameters(model::Drag::nonlinear);
+  Eigen::MatrixXd two = model::usual_coordinates(base).replicate(1, 2);
+  two.col(1).array() += 0.5;
+  model::State state = simulation.state_at(base, two.col(1), 20);
+  const std::vector<model::Residuals> both = simulation.evaluate(state, base, two);
+  EXPECT_EQ(both[0].start[0], both[1].start[0]);
+  EXPECT_NE(both[0].mm[0], both[1].mm[0]);
+  EXPECT_EQ(simulation.evaluate(state, base, two.col(1))[0].start[0], both[0].start[0]);  // whoever is beside it
+  EXPECT_FALSE(simulation.rematch(state, base, two.col(0)));
+}
+
 struct Fault {
   std::string effect;
   std::function<Tracker(unsigned)> tracker;
