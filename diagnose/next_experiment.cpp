@@ -82,21 +82,48 @@ model::Prediction predicted(const Study& study, const VectorXd& x, size_t trial)
   return p;
 }
 
-// Root mean square distance of what the two would show, over vertices and samples, mm.
-double apart_mm(const Study& study, const model::Prediction& a, const model::Prediction& b) {
-  const std::vector<cloth::Trajectory> runs =
-      simulate(study.simulation->sheet(), {a.experiment, b.experiment}, study.simulation->options().sheet);
-  if (!runs[0].finite || !runs[1].finite) return 0;
-  const auto shown = [](const model::Prediction& p, const cloth::Trajectory& run, double t) {
-    return model::position_at(p.experiment, run, t - p.sensor.delay_s - p.sensor.drift * (t - p.experiment.start_s));
-  };
+// What is simulated and how it moved.
+struct Foretold {
+  model::Prediction what;
+  cloth::Trajectory run;
+  Eigen::Matrix3Xd at(double t_s) const {
+    const observe::SensorModel& sensor = what.sensor;
+    return model::position_at(what.experiment, run,
+                              t_s - sensor.delay_s - sensor.drift * (t_s - what.experiment.start_s));
+  }
+};
+
+// Side by side in lanes.
+std::vector<Foretold> foretold(const Study& study, std::vector<model::Prediction> predictions) {
+  std::vector<cloth::Experiment> lanes;
+  for (const model::Prediction& p : predictions) lanes.push_back(p.experiment);
+  std::vector<cloth::Trajectory> runs = simulate(study.simulation->sheet(), lanes, study.simulation->options().sheet);
+  std::vector<Foretold> out;
+  for (size_t i = 0; i < runs.size(); ++i) out.push_back({std::move(predictions[i]), std::move(runs[i])});
+  return out;
+}
+
+// Root mean square distance of what the two show, over vertices and samples, mm.
+double apart_mm(const Foretold& a, const Foretold& b) {
+  if (!a.run.finite || !b.run.finite) return 0;
   double sum = 0, count = 0;
-  for (size_t i = 0; i < a.experiment.sample_s.size(); i += 6) {
-    const double t = a.experiment.sample_s[i];
-    sum += (shown(a, runs[0], t) - shown(b, runs[1], t)).squaredNorm();
-    count += static_cast<double>(runs[0].start.cols());
+  for (size_t i = 0; i < a.what.experiment.sample_s.size(); i += 6) {
+    const double t = a.what.experiment.sample_s[i];
+    sum += (a.at(t) - b.at(t)).squaredNorm();
+    count += static_cast<double>(a.run.start.cols());
   }
   return 1e3 * std::sqrt(sum / std::max(count, 1.0));
+}
+
+// As it was recorded, and then under each of the candidates.
+std::vector<Foretold> foretold_under(const Study& study, const model::Prediction& recorded,
+                                     const std::vector<Candidate>& list) {
+  std::vector<model::Prediction> all = {recorded};
+  for (const Candidate& c : list) {
+    all.push_back(recorded);
+    c.change(all.back());
+  }
+  return foretold(study, std::move(all));
 }
 
 // Excursion and frequency of the moved corner: half the span along its main axis, and crossings of the middle.
@@ -160,28 +187,27 @@ NextExperiment propose_experiment(const Study& study, const std::vector<Predicte
     out.what = "record a trial in which the fabric moves";
     return out;
   }
-  const model::Prediction a = predicted(study, order[0]->x, moving);
   const model::ObservedTrial& t = study.simulation->trials()[moving];
+  const model::Prediction likeliest = predicted(study, order[0]->x, moving);
   const double mass_kg = t.experiment.material.density * t.width_m * t.height_m,
                least_mm = study.simulation->sd_mm(moving).minCoeff();
   out.like_trial = t.name;
+  const std::vector<Candidate> list = candidates(t.width_m, t.height_m, mass_kg);
+  const std::vector<Foretold> first = foretold_under(study, likeliest, list);
   // The second likeliest, or the next one where no experiment shows what differs.
   for (size_t k = 1; k < order.size(); ++k) {
-    const model::Prediction b = predicted(study, order[k]->x, moving);
     const std::vector<std::string> pair = {order[0]->name, order[k]->name};
-    const double present_mm = apart_mm(study, a, b);
-    for (const Candidate& c : candidates(t.width_m, t.height_m, mass_kg)) {
-      model::Prediction with_a = a, with_b = b;
-      c.change(with_a);
-      c.change(with_b);
-      const double mm = apart_mm(study, with_a, with_b);
+    const std::vector<Foretold> second = foretold_under(study, predicted(study, order[k]->x, moving), list);
+    const double present_mm = apart_mm(first[0], second[0]);
+    for (size_t i = 0; i < list.size(); ++i) {
+      const double mm = apart_mm(first[1 + i], second[1 + i]);
       if (mm <= std::max(out.predicted_mm, least_mm)) continue;
       out.predicted_mm = mm;
       out.present_mm = present_mm;
       out.separates = pair;
-      out.session = c.session;
-      out.session_toml = session_of(c, t, with_a);
-      out.what = fmt::format("{}: {} and {} would then lie {:.1f} mm apart, {:.1f} mm as recorded in {}", c.what,
+      out.session = list[i].session;
+      out.session_toml = session_of(list[i], t, first[1 + i].what);
+      out.what = fmt::format("{}: {} and {} would then lie {:.1f} mm apart, {:.1f} mm as recorded in {}", list[i].what,
                              pair[0], pair[1], mm, present_mm, t.name);
     }
     if (!out.separates.empty()) return out;
@@ -198,18 +224,27 @@ Forecast forecast(const Study& study, const PredictedSet& base, const PredictedS
   Forecast out;
   const size_t moving = first_moving(study);
   if (moving == study.simulation->trials().size()) return out;
-  const auto before = [&](const VectorXd& x, const VectorXd& corrected) {
-    model::Prediction a = predicted(study, x, moving), b = predicted(study, corrected, moving);
-    speed_up(a, kFaster);
-    speed_up(b, kFaster);
-    return std::hypot(apart_mm(study, a, b), named_left_mm);
+  // Pairs of the base and the named set: of all trials, then without each group.
+  std::vector<model::Prediction> faster;
+  const auto add = [&](const VectorXd& x) {
+    faster.push_back(predicted(study, x, moving));
+    speed_up(faster.back(), kFaster);
+  };
+  add(base.x);
+  add(named.x);
+  for (size_t g = 0; g < base.without.size(); ++g) {
+    add(base.without[g]);
+    add(named.without[g]);
+  }
+  const std::vector<Foretold> all = foretold(study, std::move(faster));
+  const auto before_mm = [&](size_t pair) {
+    return std::hypot(apart_mm(all[2 * pair], all[2 * pair + 1]), named_left_mm);
   };
   out.motion = fmt::format("{} at {:.1f} times its speed", study.simulation->trials()[moving].name, kFaster);
-  out.before_mm = before(base.x, named.x);
+  out.before_mm = before_mm(0);
   out.after_mm = named_left_mm;
   VectorXd folds(static_cast<Index>(base.without.size()));
-  for (Index g = 0; g < folds.size(); ++g)
-    folds(g) = before(base.without[static_cast<size_t>(g)], named.without[static_cast<size_t>(g)]);
+  for (Index g = 0; g < folds.size(); ++g) folds(g) = before_mm(1 + static_cast<size_t>(g));
   const double sd = jackknife_sd(folds);
   out.low_mm = std::max(out.after_mm, out.before_mm - 1.645 * sd);
   out.high_mm = out.before_mm + 1.645 * sd;

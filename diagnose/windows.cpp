@@ -1,10 +1,13 @@
 #include "diagnose/windows.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <map>
 #include <utility>
+
+#include <tbb/parallel_for.h>
 
 namespace selvedge::diagnose {
 
@@ -93,15 +96,25 @@ MatrixXd Windows::residuals(const model::Simulation& simulation, const model::St
                             const std::vector<model::Parameter>& parameters, const MatrixXd& coordinates) const {
   MatrixXd out(rows(), coordinates.cols());
   const size_t count = simulation.trials().size();
-  std::vector<bool> diverged(static_cast<size_t>(coordinates.cols()), false);
-  for (int phase = 0; phase < kPhases; ++phase) {
+  std::array<std::vector<model::Residuals>, kPhases> runs;
+  const auto run = [&](int phase) {
     std::vector<size_t> wanted;
     for (size_t t = 0; t < count; ++t)
       if (std::any_of(slices_.begin(), slices_.end(), [&](const Slice& s) { return s.trial == t && s.phase == phase; }))
         wanted.push_back(t);
-    if (wanted.empty()) continue;
-    const std::vector<model::Residuals> r =
-        simulation.evaluate(held(simulation, state, phase), parameters, coordinates, wanted);
+    if (!wanted.empty())
+      runs[static_cast<size_t>(phase)] =
+          simulation.evaluate(held(simulation, state, phase), parameters, coordinates, wanted);
+  };
+  // One set of few trials leaves a processor idle; ranks take one call at a time.
+  if (simulation.options().ranks) {
+    for (int phase = 0; phase < kPhases; ++phase) run(phase);
+  } else {
+    tbb::parallel_for(0, kPhases, run);
+  }
+  std::vector<bool> diverged(static_cast<size_t>(coordinates.cols()), false);
+  for (int phase = 0; phase < kPhases; ++phase) {
+    const std::vector<model::Residuals>& r = runs[static_cast<size_t>(phase)];
     for (size_t set = 0; set < r.size(); ++set) {
       if (!r[set].finite) {
         diverged[set] = true;
