@@ -96,11 +96,10 @@ void make_bank(const BlindArguments& a) {
       [&](const tbb::blocked_range<size_t>& range) {
     for (size_t i = range.begin(); i < range.end(); ++i) {
       const fs::path folder = a.folder / "campaigns" / record.ids[i];
-      if (!fs::exists(folder / "campaign.json"))
-        hardware_sim::write_bank_campaign(keys[i], record.ids[i], folder);
+      if (!fs::exists(folder / "campaign.json")) hardware_sim::write_bank_campaign(keys[i], record.ids[i], folder);
       one_more(record.ids[i]);
     }
-  },
+      },
       tbb::simple_partitioner());
   fmt::print("{} campaigns in {}; their keys are sealed in record.json\n", keys.size(),
              (a.folder / "campaigns").string());
