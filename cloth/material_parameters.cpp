@@ -12,7 +12,7 @@ const std::vector<MaterialParameter>& material_parameters() {
        .unit = "N/m",
        .member = &M::stretch,
        .usual = usual.stretch,
-       .lower = 1,  // a knit of those measured has 3 one way
+       .lower = 1,  // a fabric of Wang, O'Brien and Ramamoorthi 2011 has 3 one way
        .upper = 5000,
        .stated_lower = 0.1,
        .stated_upper = 1e5,
