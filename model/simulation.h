@@ -76,8 +76,8 @@ class Simulation {
 
   // Seeks each trial's branch of equilibrium again, at these coordinates: among what markers leave that let go of the
   // sheet (without markers: hung to either side) and the one in use. True where a trial (of those wanted, empty: all)
-  // left its branch for one that lies nearer to the first observation. An optimiser stays on a branch that once was
-  // near, also when the parameters have moved away.
+  // left its branch for one that lies nearer to the first observation; a piece that is led in has none to leave. An
+  // optimiser stays on a branch that once was near, also when the parameters have moved away.
   bool rematch(State& state, const std::vector<Parameter>& parameters, const Eigen::VectorXd& coordinates,
                const std::vector<size_t>& trials = {}) const;
 
@@ -127,7 +127,8 @@ class Simulation {
   // Fills in the residuals of these runs; an empty start shape: it diverged.
   void evaluate_runs(const Call& call, const std::vector<Run>& runs, std::vector<Residuals>& out) const;
   void evaluate_on_ranks(const Call& call, const std::vector<Group>& groups, std::vector<Residuals>& out) const;
-  // Equilibria of the runs; those that differ in parameters of motion alone share one, sought once.
+  // Equilibria of the runs; those that differ in parameters of motion alone share one, sought once, and all of a piece
+  // that is led in (ObservedTrial::lead_s) begin at one of usual fabric.
   std::vector<cloth::Rest> rests_of(const Call& call, const std::vector<Run>& runs) const;
   // The shape that is left where markers pull the sheet to where they were first seen and let go of it bit by bit: it
   // depends neither on where the sheet hung before nor on which way a long step fell.
