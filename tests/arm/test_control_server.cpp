@@ -158,7 +158,8 @@ TEST_F(Server, TwoDaemonsThatStartAtOnceDoNotShareASocket) {
   EXPECT_THROW(start(), std::runtime_error);
 }
 
-// A crowd that comes faster than it is read, each to say one thing: none goes unheard for the next to come in.
+// A crowd that comes faster than it is read, each to say one thing: none goes unheard for the next to come in. One that
+// had to make room before it had said anything comes again.
 TEST_F(Server, WhatWasSentIsHeardBeforeItsConnectionMakesRoom) {
   constexpr int kEach = 300;
   std::atomic<int> stops = 0;
@@ -170,9 +171,12 @@ TEST_F(Server, WhatWasSentIsHeardBeforeItsConnectionMakesRoom) {
   std::vector<std::thread> crowd;
   for (auto& own : open)
     crowd.emplace_back([&] {
-      for (int i = 0; i < kEach; ++i) {
+      for (int i = 0; i < kEach;) {
         own.push_back(wire::connect_unix(folder_ / "s"));
-        own.back().send(encode_frame(FrameKind::control, stop));
+        try {
+          own.back().send(encode_frame(FrameKind::control, stop));
+          ++i;
+        } catch (const wire::Disconnected&) {}
       }
     });
   for (std::thread& one : crowd) one.join();
