@@ -72,7 +72,7 @@ long usual_cells(const Protocol& protocol, const std::vector<model::ObservedTria
                  const std::vector<model::Parameter>& base, const VectorXd& x) {
   if (protocol.cells > 0) return protocol.cells;
   const double one_each = model::cells_of_bending_length(trials.front(), base, x);
-  return std::clamp(std::lround(std::ceil(one_each / protocol.lengths_a_cell)), protocol.coarse_cells,
+  return std::clamp(static_cast<long>(std::ceil(one_each / protocol.lengths_a_cell)), protocol.coarse_cells,
                     protocol.most_cells);
 }
 

@@ -264,7 +264,8 @@ double Simulation::common_step_s(const State& state, const std::vector<Parameter
   return lanes.empty() ? 0 : cloth::spline::common_step_s(sheet_, lanes);
 }
 
-std::vector<cloth::Rest> Simulation::rests_of(const Call& call, const std::vector<Run>& runs) const {
+std::vector<cloth::Rest> Simulation::rests_of(const Call& call, const std::vector<Run>& runs,
+                                              const std::vector<Prediction>& predicted) const {
   // What acts on motion alone stands at its usual value, so that an equilibrium's bits do not depend on who shares it.
   Eigen::MatrixXd at_rest = call.coordinates;
   for (Index set = 0; set < at_rest.cols(); ++set) {
@@ -277,23 +278,27 @@ std::vector<cloth::Rest> Simulation::rests_of(const Call& call, const std::vecto
       if (!call.parameters[k].at_rest)
         at_rest(static_cast<Index>(k), set) = to_coordinate(call.parameters[k], call.parameters[k].start);
   }
-  // A piece out of a longer trial was moving where it begins, and its lead forgets how: usual fabric serves for all.
+  // A piece out of a longer trial was moving where it begins, and its lead forgets how: usual fabric serves for all
+  // whose grips begin there. Where these are is not forgotten but jumped to: a lag or an offset moves them.
   const Eigen::MatrixXd usual = usual_coordinates(call.parameters);
+  const auto held_at = [&](size_t i) { return predicted[i].experiment.path.at(predicted[i].experiment.start_s); };
   std::vector<cloth::Experiment> different;
-  std::vector<Run> sought;
-  std::vector<size_t> rest_of_run;
-  for (const Run& run : runs) {
+  std::vector<size_t> sought, rest_of_run;  // places in runs, and in these
+  for (size_t i = 0; i < runs.size(); ++i) {
+    const Run& run = runs[i];
     const bool is_led_in = trials_[run.trial].lead_s > 0;
-    const auto same = std::find_if(sought.begin(), sought.end(), [&](const Run& other) {
-      return other.trial == run.trial && (is_led_in || at_rest.col(other.set) == at_rest.col(run.set));
+    const auto same = std::find_if(sought.begin(), sought.end(), [&](size_t j) {
+      return runs[j].trial == run.trial &&
+             (is_led_in ? held_at(j) == held_at(i) : at_rest.col(runs[j].set) == at_rest.col(run.set));
     });
     rest_of_run.push_back(static_cast<size_t>(same - sought.begin()));
     if (same != sought.end()) continue;
-    sought.push_back(run);
-    different.push_back(
-        predictions(call.state, call.parameters, is_led_in ? usual : at_rest, run.trial, is_led_in ? 0 : run.set, 1)
-            .front()
-            .experiment);
+    sought.push_back(i);
+    const auto at = [&](const Eigen::MatrixXd& coordinates, Index set) {
+      return predictions(call.state, call.parameters, coordinates, run.trial, set, 1).front().experiment;
+    };
+    different.push_back(is_led_in ? at(usual, 0) : at(at_rest, run.set));
+    if (is_led_in) different.back().path = predicted[i].experiment.path;
   }
   const std::vector<cloth::Rest> rests = relaxed(different);
   std::vector<cloth::Rest> out;
@@ -325,7 +330,7 @@ std::vector<cloth::Trajectory> Simulation::trajectories_of(const Call& call, con
     for (const Prediction& p : predicted) moving.push_back(p.experiment);
     return simulated(moving);
   }
-  std::vector<cloth::Rest> rests = rests_of(call, runs);
+  std::vector<cloth::Rest> rests = rests_of(call, runs, predicted);
   std::vector<cloth::Trajectory> trajectories(runs.size());
   std::vector<size_t> moving_runs;
   for (size_t i = 0; i < runs.size(); ++i) {

@@ -128,8 +128,9 @@ class Simulation {
   void evaluate_runs(const Call& call, const std::vector<Run>& runs, std::vector<Residuals>& out) const;
   void evaluate_on_ranks(const Call& call, const std::vector<Group>& groups, std::vector<Residuals>& out) const;
   // Equilibria of the runs; those that differ in parameters of motion alone share one, sought once, and all of a piece
-  // that is led in (ObservedTrial::lead_s) begin at one of usual fabric.
-  std::vector<cloth::Rest> rests_of(const Call& call, const std::vector<Run>& runs) const;
+  // that is led in (ObservedTrial::lead_s) and held at the same place begin at one of usual fabric.
+  std::vector<cloth::Rest> rests_of(const Call& call, const std::vector<Run>& runs,
+                                    const std::vector<Prediction>& predicted) const;
   // The shape that is left where markers pull the sheet to where they were first seen and let go of it bit by bit: it
   // depends neither on where the sheet hung before nor on which way a long step fell.
   Eigen::Matrix3Xd let_go_of(size_t trial, const Prediction& prediction) const;

@@ -145,6 +145,26 @@ TEST(Excerpts, BeginAlikeForAllFabrics) {
   EXPECT_FALSE(simulation.rematch(state, base, two.col(0)));
 }
 
+// A lag moves the grips' path: where a piece begins they are held, and nothing is jerked there.
+TEST(Excerpts, BeginWhereTheirGripsAre) {
+  const std::vector<model::ObservedTrial> pieces =
+      model::excerpts({observed(truthful)}, {.most_motion_s = 0.3, .lead_s = 0.1});
+  model::SimulationOptions options;
+  options.cells = 6;
+  const model::Simulation simulation(pieces, options);
+  const std::vector<Effect> library = effect_library();
+  const std::vector<model::Parameter> delay = std::find_if(library.begin(), library.end(), [](const Effect& e) {
+                                                return e.name == "camera_delay";
+                                              })->parameters;
+  const Eigen::MatrixXd late = Eigen::MatrixXd::Constant(1, 1, model::to_coordinate(delay[0], 0.15));
+  model::State state = simulation.state_at(delay, late.col(0), 20);
+  const Eigen::Matrix3Xd start = simulation.evaluate(state, delay, late)[0].start[0];
+  const cloth::Experiment& e = pieces[0].experiment;
+  const Vector3d left = cloth::position_of(surface_point(simulation.sheet(), Vector2d(0, 0)), start);
+  EXPECT_GT((e.path.at(e.start_s).col(0) - e.path.at(e.start_s - 0.15).col(0)).norm(), 0.005);
+  EXPECT_LT((left - e.path.at(e.start_s - 0.15).col(0)).norm(), 1e-4);
+}
+
 struct Fault {
   std::string effect;
   std::function<Tracker(unsigned)> tracker;

@@ -11,7 +11,6 @@
 #include <string>
 
 #include <fmt/format.h>
-#include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 
 #include "cli/command.h"
@@ -90,15 +89,14 @@ void make_bank(const BlindArguments& a) {
     const std::lock_guard lock(told);
     progress(static_cast<double>(++made) / static_cast<double>(keys.size()), id);
   };
+  progress(0, "simulating");
   // Campaigns are independent: each has random numbers of its own.
   tbb::parallel_for(
-      tbb::blocked_range<size_t>(0, keys.size(), 1),
-      [&](const tbb::blocked_range<size_t>& range) {
-    for (size_t i = range.begin(); i < range.end(); ++i) {
-      const fs::path folder = a.folder / "campaigns" / record.ids[i];
-      if (!fs::exists(folder / "campaign.json")) hardware_sim::write_bank_campaign(keys[i], record.ids[i], folder);
-      one_more(record.ids[i]);
-    }
+      size_t{0}, keys.size(),
+      [&](size_t i) {
+    const fs::path folder = a.folder / "campaigns" / record.ids[i];
+    if (!fs::exists(folder / "campaign.json")) hardware_sim::write_bank_campaign(keys[i], record.ids[i], folder);
+    one_more(record.ids[i]);
       },
       tbb::simple_partitioner());
   fmt::print("{} campaigns in {}; their keys are sealed in record.json\n", keys.size(),
