@@ -45,8 +45,8 @@ GuideTrack::Seen GuideTrack::at(double t_s) const {
 }
 
 bool LetGo::is_free(double since_start_s) const {
-  if (free_s <= 0) return false;
-  const double turns = (since_start_s - first_s) / (2 * free_s);
+  if (free_s <= 0 || since_start_s < held_s) return false;
+  const double turns = (since_start_s - held_s - first_s) / (2 * free_s);
   return turns - std::floor(turns) < 0.5;
 }
 

@@ -34,7 +34,8 @@ struct GuideTrack {
 // The hold may let go now and then, so that what a model predicts for a short time ahead is seen.
 struct LetGo {
   double free_s = 0;   // so long at a time, and held for as long in between; 0: never
-  double first_s = 0;  // the first time, after Guide::start_s
+  double first_s = 0;  // the first time, after held_s
+  double held_s = 0;   // held for so long at first, from Guide::start_s
 
   bool is_free(double since_start_s) const;
 };

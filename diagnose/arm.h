@@ -1,8 +1,9 @@
 // A set of effects beside the base, where it is likeliest.
 //
 // Sets are weighed in closed form about one point (effect_sets.h). An arm is the likeliest of them, simulated at its
-// own estimate and moved by damped steps until what was predicted and what is simulated agree. All coordinates move,
-// what is negligible of the other effects too.
+// own estimate and moved by damped steps until what was predicted and what is simulated agree. The base and the set's
+// effects move. What is negligible of the other effects stays linear: it is small by its prior, and friction's memory
+// or carried air would slow down every simulation.
 #pragma once
 
 #include <string>
@@ -33,11 +34,15 @@ std::vector<Size> sizes_of(const Linearisation& about, const std::vector<const W
 Arm arm_at(const Study& study, const Linearisation& about, const std::vector<const Way*>& chosen,
            const Eigen::VectorXd& d = {});
 
-// All coordinates of an arm moved by d of its columns, within their bounds; the base no further than derivatives serve
+// The part of d, of its columns, that an arm is moved by: of a coordinate that is negligible and stands at neutral
+// none.
+Eigen::VectorXd moving_part(const Arm& arm, const Eigen::VectorXd& d);
+
+// All coordinates of an arm moved by that part, within their bounds; the base no further than derivatives serve
 // (Protocol::base_sd).
 Eigen::VectorXd moved(const Study& study, const Arm& arm, const Eigen::VectorXd& d);
 
-// The same of an arm about whose linearisation d was found; those of an effect that is there in the way of a start too.
+// All coordinates where an arm's d of all columns has them; about: the linearisation that d was found about.
 Eigen::VectorXd estimate_of(const Study& study, const Linearisation& about, const Arm& arm, const Eigen::VectorXd& d);
 
 // Its columns given the data, where it stands. trials: that take part, empty: all.

@@ -14,6 +14,7 @@
 namespace selvedge::diagnose {
 
 using Eigen::Index;
+using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 namespace {
@@ -113,21 +114,54 @@ Arm without(const Arm& arm, const std::vector<size_t>& effects) {
   return less;
 }
 
-}  // namespace
+// Whether an effect that was measured before any physics is taken away.
+bool is_far(const Part& part, const std::vector<size_t>& measured) {
+  return std::any_of(part.arm->effects.begin(), part.arm->effects.end(),
+                     [&](size_t e) { return holds(measured, e) && !holds(part.effects, e); });
+}
 
-HeldOut hold_out(const Study& study, const Windows& windows, const Evidence& evidence, const Arm& arm, size_t scale,
-                 const std::vector<size_t>& effects, const VectorXd& beyond) {
+// What a simulation of each part leaves beside what its arm's derivatives say; empty where these serve.
+std::vector<VectorXd> beyond_derivatives(Study& study, const Windows& windows, const Evidence& evidence,
+                                         const std::vector<Part>& parts) {
+  const std::vector<size_t> measured = measured_effects(study);
+  std::vector<size_t> far;
+  std::vector<VectorXd> by;
+  MatrixXd sets(study.base.size(), 0);
+  for (size_t k = 0; k < parts.size(); ++k) {
+    if (!is_far(parts[k], measured)) continue;
+    const Arm less = without(*parts[k].arm, parts[k].effects);
+    by.push_back(moving_part(less, posterior_of(study, evidence, less, parts[k].scale).mean));
+    sets.conservativeResize(Eigen::NoChange, sets.cols() + 1);
+    sets.rightCols(1) = moved(study, less, by.back());
+    far.push_back(k);
+  }
+  std::vector<VectorXd> out(parts.size());
+  if (far.empty()) return out;
+  const MatrixXd there = simulated(study, windows, sets);
+  for (size_t i = 0; i < far.size(); ++i) {
+    const Arm& arm = *parts[far[i]].arm;
+    const auto at = static_cast<Index>(i);
+    const VectorXd beyond =
+        there.col(at) + grid_share(study, sets.col(at)) * arm.grid - arm.residual - arm.changes * by[i];
+    if (beyond.allFinite()) out[far[i]] = beyond;
+  }
+  return out;
+}
+
+HeldOut hold_out(const Study& study, const Windows& windows, const Evidence& evidence, const Part& part,
+                 const VectorXd& beyond) {
+  const Arm& arm = *part.arm;
   HeldOut out;
   out.residual = arm.residual;
   if (beyond.size() > 0) out.residual += beyond;
   out.coordinates.assign(study.groups.size(), arm.x);
-  const Arm less = without(arm, effects);
+  const Arm less = without(arm, part.effects);
   tbb::parallel_for(size_t{0}, study.groups.size(), [&](size_t g) {
     std::vector<size_t> others;
     for (size_t t = 0; t < study.simulation->trials().size(); ++t)
       if (!holds(study.groups[g], t) || study.groups.size() == 1) others.push_back(t);
-    const VectorXd d = posterior_of(study, evidence, less, scale, others).mean;
-    out.coordinates[g] = moved(study, arm, d);
+    const VectorXd d = posterior_of(study, evidence, less, part.scale, others).mean;
+    out.coordinates[g] = moved(study, less, d);
     for (const Window& w : windows.windows())
       if (holds(study.groups[g], w.trial))
         out.residual.segment(w.first, w.count) += arm.changes.middleRows(w.first, w.count) * d;
@@ -136,16 +170,25 @@ HeldOut hold_out(const Study& study, const Windows& windows, const Evidence& evi
   return out;
 }
 
-VectorXd beyond_derivatives(Study& study, const Windows& windows, const Evidence& evidence, const Arm& arm,
-                            size_t scale, const std::vector<size_t>& effects) {
-  const std::vector<size_t> measured = measured_effects(study);
-  const bool is_far = std::any_of(arm.effects.begin(), arm.effects.end(),
-                                  [&](size_t e) { return holds(measured, e) && !holds(effects, e); });
-  if (!is_far) return {};
-  const VectorXd d = posterior_of(study, evidence, without(arm, effects), scale).mean, x = moved(study, arm, d),
-                 there = simulated(study, windows, x).col(0) + grid_share(study, x) * arm.grid;
-  const VectorXd beyond = there - arm.residual - arm.changes * d;
-  return beyond.allFinite() ? beyond : VectorXd();
+}  // namespace
+
+std::vector<Part> parts_of(const Arm& arm, size_t scale) {
+  std::vector<Part> out;
+  for (size_t set = 0; set < size_t{1} << arm.effects.size(); ++set) {
+    Part part{&arm, scale, {}};
+    for (size_t e = 0; e < arm.effects.size(); ++e)
+      if (set >> e & 1) part.effects.push_back(arm.effects[e]);
+    out.push_back(std::move(part));
+  }
+  return out;
+}
+
+std::vector<HeldOut> hold_out(Study& study, const Windows& windows, const Evidence& evidence,
+                              const std::vector<Part>& parts) {
+  const std::vector<VectorXd> beyond = beyond_derivatives(study, windows, evidence, parts);
+  std::vector<HeldOut> out;
+  for (size_t k = 0; k < parts.size(); ++k) out.push_back(hold_out(study, windows, evidence, parts[k], beyond[k]));
+  return out;
 }
 
 HeldOut left_by(const Study& study, const Windows& windows, const Evidence& evidence, VectorXd residual) {
@@ -168,20 +211,6 @@ std::string cause_of(const std::map<std::string, double>& probability, const std
   return std::max_element(probability.begin(), probability.end(),
                           [](const auto& a, const auto& b) { return a.second < b.second; })
       ->first;
-}
-
-std::vector<Share> shares_of(Study& study, const Windows& windows, const Evidence& evidence, const Arm& arm,
-                             size_t scale, Share& unexplained) {
-  const size_t count = arm.effects.size(), sets = size_t{1} << count;
-  Taken taken;
-  for (size_t set = 0; set < sets; ++set) {
-    std::vector<size_t> effects;
-    for (size_t e = 0; e < count; ++e)
-      if (set >> e & 1) effects.push_back(arm.effects[e]);
-    taken.push_back(hold_out(study, windows, evidence, arm, scale, effects,
-                             beyond_derivatives(study, windows, evidence, arm, scale, effects)));
-  }
-  return shares_of(taken, noise_of(study, windows, evidence), study.groups.size(), unexplained);
 }
 
 std::vector<Share> shares_of(const std::vector<HeldOut>& taken, const HeldOut& noise, size_t groups,

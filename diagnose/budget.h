@@ -28,15 +28,20 @@ struct HeldOut {
   double dimensions = 3;
 };
 
-// effects: of those that the arm has, which are to be in the set; the others of them are neutral. beyond: added to all
-// rows, mm (beyond_derivatives); empty: nothing.
-HeldOut hold_out(const Study& study, const Windows& windows, const Evidence& evidence, const Arm& arm, size_t scale,
-                 const std::vector<size_t>& effects, const Eigen::VectorXd& beyond = {});
+// An arm with some of its effects, the others of them neutral; at this s.
+struct Part {
+  const Arm* arm = nullptr;
+  size_t scale = 0;
+  std::vector<size_t> effects;
+};
 
-// What a simulation without some of an arm's effects leaves beside what the arm's derivatives say: where an effect that
-// was measured before any physics is taken away, which is further than they reach. Empty where none is.
-Eigen::VectorXd beyond_derivatives(Study& study, const Windows& windows, const Evidence& evidence, const Arm& arm,
-                                   size_t scale, const std::vector<size_t>& effects);
+// All subsets of an arm's effects, a bit an effect.
+std::vector<Part> parts_of(const Arm& arm, size_t scale);
+
+// What each part leaves. Where an effect that was measured before any physics is taken away, which is further than
+// derivatives reach, the part is simulated; all those side by side.
+std::vector<HeldOut> hold_out(Study& study, const Windows& windows, const Evidence& evidence,
+                              const std::vector<Part>& parts);
 
 // What the sensor alone leaves of each group.
 HeldOut noise_of(const Study& study, const Windows& windows, const Evidence& evidence);
@@ -73,9 +78,5 @@ HeldOut left_by(const Study& study, const Windows& windows, const Evidence& evid
 // What is left by each set of some parts, a bit a part: the share that each part takes of the gap above noise.
 std::vector<Share> shares_of(const std::vector<HeldOut>& left_by_sets, const HeldOut& noise, size_t groups,
                              Share& unexplained);
-
-// Of an arm's effects, in their order.
-std::vector<Share> shares_of(Study& study, const Windows& windows, const Evidence& evidence, const Arm& arm,
-                             size_t scale, Share& unexplained);
 
 }  // namespace selvedge::diagnose

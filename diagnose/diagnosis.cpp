@@ -108,16 +108,16 @@ class Run {
   // The likeliest sets, each in trials that it was not fitted to, beside the base without their effects.
   void look_at_leaders() {
     after()(kBegin.likeliest, "how much each effect takes");
-    const std::vector<Weight>& weights = weighing_->verdict.weights;
-    std::map<std::vector<size_t>, GapTaken> taken;
-    for (const Weight& w : weights) {
-      if (looked_at_.size() >= static_cast<size_t>(study().protocol.leaders)) break;
-      const bool is_first = looked_at_.empty();
-      if (!is_first && (w.effects.empty() || w.effects == likeliest().arm.effects || taken.contains(w.effects)))
-        continue;
-      looked_at_.push_back(look_at(*weighed_, w.effects));
-      if (!w.effects.empty()) taken[w.effects] = taken_by(looked_at_.back(), weighed_->noise, study().protocol);
+    std::vector<std::vector<size_t>> leaders;
+    for (const Weight& w : weighing_->verdict.weights) {
+      if (leaders.size() >= static_cast<size_t>(study().protocol.leaders)) break;
+      const bool is_new = std::find(leaders.begin(), leaders.end(), w.effects) == leaders.end();
+      if (leaders.empty() || (is_new && !w.effects.empty())) leaders.push_back(w.effects);
     }
+    looked_at_ = look_at(*weighed_, leaders);
+    std::map<std::vector<size_t>, GapTaken> taken;
+    for (const LookedAt& l : looked_at_)
+      if (!l.arm.effects.empty()) taken[l.arm.effects] = taken_by(l, weighed_->noise, study().protocol);
     verdict_ = judge(study(), weighing_->sets, weighed_->evidence().error().scales, taken);
   }
 

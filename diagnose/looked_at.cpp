@@ -19,27 +19,46 @@ double size_share(const Protocol& protocol, Side side) {
   return of_rig ? protocol.rig_size_share : protocol.fabric_size_share;
 }
 
-}  // namespace
-
-LookedAt look_at(const Weighed& w, const std::vector<size_t>& effects) {
+// A set where it was linearised.
+LookedAt placed(const Weighed& w, const std::vector<size_t>& effects) {
   const EffectSet& set = w.weighing.set_of(effects);
   LookedAt out;
   out.about = &w.weighing.about(effects);
   out.arm = arm_at(w.study, *out.about, set.chosen);
   out.scale = set.scale;
+  out.posterior = posterior_of(w.study, w.evidence(), out.arm, set.scale);
+  return out;
+}
+
+// What its subsets leave, a bit an effect.
+void fill_in(const Weighed& w, const std::vector<HeldOut>& left, LookedAt& out) {
   Arm neutral = out.arm;
   for (Size& size : neutral.sizes)
     if (size == Size::free) size = Size::neutral;
-  out.posterior = posterior_of(w.study, w.evidence(), out.arm, set.scale);
-  out.after = hold_out(w.study, w.windows, w.evidence(), out.arm, set.scale, out.arm.effects);
-  out.before = hold_out(w.study, w.windows, w.evidence(), out.arm, set.scale, {},
-                        beyond_derivatives(w.study, w.windows, w.evidence(), out.arm, set.scale, {}));
-  const Eigen::VectorXd d = posterior_of(w.study, w.evidence(), neutral, set.scale).mean;
+  out.before = left.front();
+  out.after = left.back();
+  const VectorXd d = posterior_of(w.study, w.evidence(), neutral, out.scale).mean;
   out.without = {"none", estimate_of(w.study, *out.about, neutral, d), out.before.coordinates};
   out.with = {name_of(w.study, out.arm.effects), estimate_of(w.study, *out.about, out.arm, out.posterior.mean),
               out.after.coordinates};
-  if (!out.arm.effects.empty())
-    out.parts = shares_of(w.study, w.windows, w.evidence(), out.arm, set.scale, out.unexplained);
+  if (!out.arm.effects.empty()) out.parts = shares_of(left, w.noise, w.study.groups.size(), out.unexplained);
+}
+
+}  // namespace
+
+std::vector<LookedAt> look_at(const Weighed& w, const std::vector<std::vector<size_t>>& sets) {
+  std::vector<LookedAt> out;
+  for (const std::vector<size_t>& effects : sets) out.push_back(placed(w, effects));
+  std::vector<Part> parts;
+  for (const LookedAt& l : out)
+    for (Part& part : parts_of(l.arm, l.scale)) parts.push_back(std::move(part));
+  const std::vector<HeldOut> left = hold_out(w.study, w.windows, w.evidence(), parts);
+  auto next = left.begin();
+  for (LookedAt& l : out) {
+    const auto end = next + (std::ptrdiff_t{1} << l.arm.effects.size());
+    fill_in(w, {next, end}, l);
+    next = end;
+  }
   return out;
 }
 

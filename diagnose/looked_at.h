@@ -44,7 +44,8 @@ struct LookedAt {
   Share unexplained = {1, 1, 1};
 };
 
-LookedAt look_at(const Weighed& weighed, const std::vector<size_t>& effects);
+// Sets of effects, each by itself; what has to be simulated for them goes side by side.
+std::vector<LookedAt> look_at(const Weighed& weighed, const std::vector<std::vector<size_t>>& sets);
 
 // What the set takes, for judge().
 GapTaken taken_by(const LookedAt& looked_at, const HeldOut& noise, const Protocol& protocol);

@@ -23,7 +23,7 @@ struct Protocol {
 
   // What recordings show by themselves (measured.h), and how much of them is looked at (model/excerpts.h).
   double most_delay_s = 0.5;
-  double most_motion_s = 12, lead_s = 0.5;  // on coarse_cells; on more in inverse proportion
+  double most_motion_s = 12, lead_s = 0.4;  // on coarse_cells; on more in inverse proportion
 
   // The base fit, where no fit was made before: nudging gains towards markers, and what ends it.
   double nudging_per_s = 10, harder = 2;
@@ -38,6 +38,7 @@ struct Protocol {
 
   // Derivatives.
   double base_difference = 0.06;  // ln
+  long renewed = 12;              // of the likeliest effects: those of the others stay as they were about the base fit
 
   // Model error (evidence.h). A smooth force of usual size is so large a share of the fabric's weight.
   long force_waves = 3;

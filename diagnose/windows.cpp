@@ -21,6 +21,10 @@ constexpr int kPhases = 2;
 
 cloth::LetGo schedule(const Protocol& protocol, int phase) { return {protocol.free_s, phase * protocol.free_s}; }
 
+double since_lead_s(const model::ObservedTrial& trial, double t_s) {
+  return t_s - trial.experiment.start_s - trial.lead_s;
+}
+
 int turn_at(const Protocol& protocol, double since_s) {
   return static_cast<int>(std::floor(since_s / protocol.free_s + 1e-9));
 }
@@ -49,8 +53,8 @@ Windows::Windows(const model::Simulation& simulation, const Protocol& protocol) 
     const VectorXd time_s = simulation.time_s(t), noise_mm = noise_of(simulation, t);
     for (Index i = 0; i < time_s.size(); ++i) {
       if (!is_seen(trial, i)) continue;
-      const double since = time_s(i) - trial.experiment.start_s;
-      if (since < trial.lead_s - 1e-9) continue;
+      const double since = since_lead_s(trial, time_s(i));
+      if (since < -1e-9) continue;
       int turn = 0, phase = 0;
       if (is_held(trial)) {
         turn = turn_at(protocol, since);
@@ -88,7 +92,7 @@ model::State Windows::held(const model::Simulation& simulation, const model::Sta
 
 int Windows::phase_at(const model::ObservedTrial& trial, double t_s) const {
   if (!is_held(trial)) return 0;
-  const int turn = turn_at(protocol_, t_s - trial.experiment.start_s);
+  const int turn = turn_at(protocol_, since_lead_s(trial, t_s));
   return ((turn % kPhases) + kPhases) % kPhases;
 }
 

@@ -209,9 +209,12 @@ std::vector<Prediction> Simulation::predictions(const State& state, const std::v
       parameters[k].apply(p, to_value(parameters[k], coordinates(static_cast<Index>(k), set)));
     // In the stamps' clock a camera that lags is a path that comes later: then nothing else moves in time.
     for (double& t : p.experiment.path.time_s) t += p.sensor.delay_s;
-    if (state.nudging_per_s[trial] > 0 && guide_tracks_[trial])
+    if (state.nudging_per_s[trial] > 0 && guide_tracks_[trial]) {
+      cloth::LetGo let_go = state.let_go;
+      let_go.held_s = trials_[trial].lead_s;
       p.experiment.guide = std::make_shared<cloth::Guide>(cloth::Guide{
-          track_of(trial, p), state.nudging_per_s[trial], 0, p.sensor.drift, p.experiment.start_s, state.let_go});
+          track_of(trial, p), state.nudging_per_s[trial], 0, p.sensor.drift, p.experiment.start_s, let_go});
+    }
     out.push_back(std::move(p));
   }
   return out;

@@ -31,7 +31,7 @@ class Ranks;
 struct State {
   std::vector<Eigen::Matrix3Xd> branch;  // the shape from which its equilibrium is sought, m
   std::vector<double> nudging_per_s;  // the hold, towards the markers that were seen (cloth/guide.h); 0: it runs free
-  cloth::LetGo let_go;                // when the hold lets go of moving trials
+  cloth::LetGo let_go;                // when the hold lets go of moving trials, their leads over
   // What a finer grid adds to the residuals, mm; empty: nothing. It is added to all residuals, so that a coarse grid
   // serves for derivatives and a fine one for what they are derivatives of.
   std::vector<Eigen::VectorXd> grid_correction_mm;

@@ -24,6 +24,8 @@ bool bends_otherwise(const Material& m) {
          m.bend_friction != 0;
 }
 
+bool remembers(const Material& m) { return m.bend_friction != 0 || m.stretch_friction != 0 || m.creep != 0; }
+
 // All rows of the kernels' table, in their order.
 std::vector<double> numbers_of(const Experiment& e) {
   const Material& m = e.material;
@@ -62,6 +64,10 @@ std::vector<double> numbers_of(const Experiment& e) {
 }
 
 }  // namespace
+
+int extras_of(const Material& m) {
+  return 8 * remembers(m) + 4 * bends_otherwise(m) + 2 * (m.added_mass != 0) + is_uneven(m);
+}
 
 VectorXd areas(const SplineSheet& sheet) {
   return (sheet.u.mass.rowwise().sum() * sheet.v.mass.rowwise().sum().transpose()).reshaped();

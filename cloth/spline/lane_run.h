@@ -10,6 +10,10 @@
 
 namespace selvedge::cloth::spline {
 
+// What a material asks for beside even bending, mass and membrane, a bit each; what one lane asks all lanes of its run
+// pay for.
+int extras_of(const Material& material);
+
 // m² of the fabric that each control point stands for.
 Eigen::VectorXd areas(const SplineSheet& sheet);
 
