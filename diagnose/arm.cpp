@@ -24,23 +24,6 @@ std::vector<Prior> priors_of(const Study& study, const Arm& arm, double s) {
   return out;
 }
 
-// Whether the coordinate of a column moves with the arm.
-bool moves(const Arm& arm, size_t k) {
-  const Column& c = arm.columns[k];
-  if (c.coordinate < 0) return false;
-  return c.is_base || arm.sizes[k] != Size::negligible || arm.x(c.coordinate) != c.neutral;
-}
-
-VectorXd moved_by(const Study& study, const Arm& arm, const VectorXd& d) {
-  VectorXd x = arm.x;
-  for (size_t k = 0; k < arm.columns.size(); ++k) {
-    const Column& c = arm.columns[k];
-    const double by = d(static_cast<Index>(k)), most = study.protocol.base_sd;
-    if (c.coordinate >= 0) x(c.coordinate) += c.is_base ? std::clamp(by, -most, most) : by;
-  }
-  return clamped(study, x);
-}
-
 // −2 ln of likelihood and prior where an arm stands, but for constants. What moves no coordinate is free.
 double misfit(const Study& study, const Evidence& evidence, const Arm& arm, size_t scale) {
   if (!arm.residual.allFinite()) return std::numeric_limits<double>::infinity();
@@ -49,7 +32,7 @@ double misfit(const Study& study, const Evidence& evidence, const Arm& arm, size
   std::vector<Prior> priors;
   double sum = 0;
   for (size_t k = 0; k < all.size(); ++k) {
-    if (moves(arm, k)) {
+    if (arm.columns[k].coordinate >= 0) {
       sum += all[k].mean * all[k].mean / (all[k].sd * all[k].sd);
     } else {
       unmoved.push_back(static_cast<Index>(k));
@@ -95,19 +78,18 @@ Arm arm_at(const Study& study, const Linearisation& about, const std::vector<con
   return arm;
 }
 
-VectorXd moving_part(const Arm& arm, const VectorXd& d) {
-  VectorXd out = d;
-  for (size_t k = 0; k < arm.columns.size(); ++k)
-    if (!moves(arm, k)) out(static_cast<Index>(k)) = 0;
-  return out;
-}
-
 VectorXd moved(const Study& study, const Arm& arm, const VectorXd& d) {
-  return moved_by(study, arm, moving_part(arm, d));
+  VectorXd x = arm.x;
+  for (size_t k = 0; k < arm.columns.size(); ++k) {
+    const Column& c = arm.columns[k];
+    const double by = d(static_cast<Index>(k)), most = study.protocol.base_sd;
+    if (c.coordinate >= 0) x(c.coordinate) += c.is_base ? std::clamp(by, -most, most) : by;
+  }
+  return clamped(study, x);
 }
 
 VectorXd estimate_of(const Study& study, const Linearisation& about, const Arm& arm, const VectorXd& d) {
-  VectorXd x = moved_by(study, arm, d);
+  VectorXd x = moved(study, arm, d);
   for (const Way& way : about.ways) {
     if (way.units.empty() || arm.sizes[static_cast<size_t>(way.columns[0])] != Size::free) continue;
     x.segment(static_cast<Index>(study.first_parameter[way.effect]), way.units[0].size()) = effect_at(study, way, d);
@@ -115,10 +97,12 @@ VectorXd estimate_of(const Study& study, const Linearisation& about, const Arm& 
   return clamped(study, x);
 }
 
-Posterior posterior_of(const Study& study, const Evidence& evidence, const Arm& arm, size_t scale,
-                       const std::vector<size_t>& trials) {
-  return posterior(evidence.gram(arm.changes, arm.residual, scale, trials),
-                   priors_of(study, arm, evidence.error().scales[scale]));
+Posterior posterior_of(const Study& study, const Evidence& evidence, const Arm& arm, size_t scale) {
+  return posterior_of(study, arm, evidence.gram(arm.changes, arm.residual, scale), evidence.error().scales[scale]);
+}
+
+Posterior posterior_of(const Study& study, const Arm& arm, const Gram& gram, double s) {
+  return posterior(gram, priors_of(study, arm, s));
 }
 
 void fit_arm(Study& study, const Windows& windows, const Evidence& evidence, const Linearisation& about, Arm& arm,

@@ -1,9 +1,8 @@
 // A set of effects beside the base, where it is likeliest.
 //
 // Sets are weighed in closed form about one point (effect_sets.h). An arm is the likeliest of them, simulated at its
-// own estimate and moved by damped steps until what was predicted and what is simulated agree. The base and the set's
-// effects move. What is negligible of the other effects stays linear: it is small by its prior, and friction's memory
-// or carried air would slow down every simulation.
+// own estimate and moved by damped steps until what was predicted and what is simulated agree. All coordinates move,
+// what is negligible of the other effects too.
 #pragma once
 
 #include <string>
@@ -34,20 +33,16 @@ std::vector<Size> sizes_of(const Linearisation& about, const std::vector<const W
 Arm arm_at(const Study& study, const Linearisation& about, const std::vector<const Way*>& chosen,
            const Eigen::VectorXd& d = {});
 
-// The part of d, of its columns, that an arm is moved by: of a coordinate that is negligible and stands at neutral
-// none.
-Eigen::VectorXd moving_part(const Arm& arm, const Eigen::VectorXd& d);
-
-// All coordinates of an arm moved by that part, within their bounds; the base no further than derivatives serve
+// All coordinates of an arm moved by d of its columns, within their bounds; the base no further than derivatives serve
 // (Protocol::base_sd).
 Eigen::VectorXd moved(const Study& study, const Arm& arm, const Eigen::VectorXd& d);
 
-// All coordinates where an arm's d of all columns has them; about: the linearisation that d was found about.
+// The same of an arm about whose linearisation d was found; those of an effect that is there in the way of a start too.
 Eigen::VectorXd estimate_of(const Study& study, const Linearisation& about, const Arm& arm, const Eigen::VectorXd& d);
 
-// Its columns given the data, where it stands. trials: that take part, empty: all.
-Posterior posterior_of(const Study& study, const Evidence& evidence, const Arm& arm, size_t scale,
-                       const std::vector<size_t>& trials = {});
+// Its columns given the data, where it stands; gram: what data say of them at s.
+Posterior posterior_of(const Study& study, const Evidence& evidence, const Arm& arm, size_t scale);
+Posterior posterior_of(const Study& study, const Arm& arm, const Gram& gram, double s);
 
 // Simulates an arm and moves it to where it is likeliest at this s.
 void fit_arm(Study& study, const Windows& windows, const Evidence& evidence, const Linearisation& about, Arm& arm,

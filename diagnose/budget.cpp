@@ -114,6 +114,35 @@ Arm without(const Arm& arm, const std::vector<size_t>& effects) {
   return less;
 }
 
+// What data say of an arm's columns: all trials, and all but those of each group.
+struct Grams {
+  Gram all;
+  std::vector<Gram> without;
+};
+
+Grams grams_of(const Study& study, const Evidence& evidence, const Arm& arm, size_t scale) {
+  Grams out{evidence.gram(arm.changes, arm.residual, scale), std::vector<Gram>(study.groups.size())};
+  if (study.groups.size() == 1) {
+    out.without[0] = out.all;
+    return out;
+  }
+  tbb::parallel_for(size_t{0}, study.groups.size(), [&](size_t g) {
+    const Gram own = evidence.gram(arm.changes, arm.residual, scale, study.groups[g]);
+    out.without[g] = {out.all.of - own.of, out.all.log_determinant - own.log_determinant};
+  });
+  return out;
+}
+
+using GramsOfArms = std::map<std::pair<const Arm*, size_t>, Grams>;  // by arm and scale
+
+GramsOfArms grams_of(const Study& study, const Evidence& evidence, const std::vector<Part>& parts) {
+  GramsOfArms out;
+  for (const Part& p : parts)
+    if (const std::pair key{p.arm, p.scale}; !out.contains(key))
+      out.emplace(key, grams_of(study, evidence, *p.arm, p.scale));
+  return out;
+}
+
 // Whether an effect that was measured before any physics is taken away.
 bool is_far(const Part& part, const std::vector<size_t>& measured) {
   return std::any_of(part.arm->effects.begin(), part.arm->effects.end(),
@@ -122,7 +151,7 @@ bool is_far(const Part& part, const std::vector<size_t>& measured) {
 
 // What a simulation of each part leaves beside what its arm's derivatives say; empty where these serve.
 std::vector<VectorXd> beyond_derivatives(Study& study, const Windows& windows, const Evidence& evidence,
-                                         const std::vector<Part>& parts) {
+                                         const std::vector<Part>& parts, const GramsOfArms& grams) {
   const std::vector<size_t> measured = measured_effects(study);
   std::vector<size_t> far;
   std::vector<VectorXd> by;
@@ -130,7 +159,9 @@ std::vector<VectorXd> beyond_derivatives(Study& study, const Windows& windows, c
   for (size_t k = 0; k < parts.size(); ++k) {
     if (!is_far(parts[k], measured)) continue;
     const Arm less = without(*parts[k].arm, parts[k].effects);
-    by.push_back(moving_part(less, posterior_of(study, evidence, less, parts[k].scale).mean));
+    by.push_back(
+        posterior_of(study, less, grams.at({parts[k].arm, parts[k].scale}).all, evidence.error().scales[parts[k].scale])
+            .mean);
     sets.conservativeResize(Eigen::NoChange, sets.cols() + 1);
     sets.rightCols(1) = moved(study, less, by.back());
     far.push_back(k);
@@ -149,7 +180,7 @@ std::vector<VectorXd> beyond_derivatives(Study& study, const Windows& windows, c
 }
 
 HeldOut hold_out(const Study& study, const Windows& windows, const Evidence& evidence, const Part& part,
-                 const VectorXd& beyond) {
+                 const Grams& grams, const VectorXd& beyond) {
   const Arm& arm = *part.arm;
   HeldOut out;
   out.residual = arm.residual;
@@ -157,10 +188,7 @@ HeldOut hold_out(const Study& study, const Windows& windows, const Evidence& evi
   out.coordinates.assign(study.groups.size(), arm.x);
   const Arm less = without(arm, part.effects);
   tbb::parallel_for(size_t{0}, study.groups.size(), [&](size_t g) {
-    std::vector<size_t> others;
-    for (size_t t = 0; t < study.simulation->trials().size(); ++t)
-      if (!holds(study.groups[g], t) || study.groups.size() == 1) others.push_back(t);
-    const VectorXd d = posterior_of(study, evidence, less, part.scale, others).mean;
+    const VectorXd d = posterior_of(study, less, grams.without[g], evidence.error().scales[part.scale]).mean;
     out.coordinates[g] = moved(study, less, d);
     for (const Window& w : windows.windows())
       if (holds(study.groups[g], w.trial))
@@ -185,9 +213,11 @@ std::vector<Part> parts_of(const Arm& arm, size_t scale) {
 
 std::vector<HeldOut> hold_out(Study& study, const Windows& windows, const Evidence& evidence,
                               const std::vector<Part>& parts) {
-  const std::vector<VectorXd> beyond = beyond_derivatives(study, windows, evidence, parts);
+  const GramsOfArms grams = grams_of(study, evidence, parts);
+  const std::vector<VectorXd> beyond = beyond_derivatives(study, windows, evidence, parts, grams);
   std::vector<HeldOut> out;
-  for (size_t k = 0; k < parts.size(); ++k) out.push_back(hold_out(study, windows, evidence, parts[k], beyond[k]));
+  for (size_t k = 0; k < parts.size(); ++k)
+    out.push_back(hold_out(study, windows, evidence, parts[k], grams.at({parts[k].arm, parts[k].scale}), beyond[k]));
   return out;
 }
 

@@ -132,22 +132,6 @@ std::vector<EffectSet> weigh_sets(const Study& study, const Evidence& evidence, 
   return out;
 }
 
-std::vector<size_t> likeliest_effects(const std::vector<EffectSet>& sets, size_t count) {
-  std::map<size_t, double> best;
-  for (const EffectSet& set : sets)
-    for (const size_t e : set.effects) {
-      const double here = *std::max_element(set.log_evidence.begin(), set.log_evidence.end());
-      const auto [at, is_new] = best.try_emplace(e, here);
-      if (!is_new) at->second = std::max(at->second, here);
-    }
-  std::vector<std::pair<double, size_t>> order;
-  for (const auto& [effect, evidence] : best) order.emplace_back(-evidence, effect);
-  std::sort(order.begin(), order.end());
-  std::vector<size_t> out;
-  for (size_t k = 0; k < std::min(count, order.size()); ++k) out.push_back(order[k].second);
-  return out;
-}
-
 Verdict judge(const Study& study, const std::vector<EffectSet>& sets, const std::vector<double>& scales,
               const std::map<std::vector<size_t>, GapTaken>& taken) {
   const Protocol& p = study.protocol;

@@ -26,9 +26,6 @@ EffectSet weigh_set(const Study& study, const Evidence& evidence, const Linearis
 // None, singles, pairs and some threes.
 std::vector<EffectSet> weigh_sets(const Study& study, const Evidence& evidence, const Linearisation& about);
 
-// So many effects, by the likeliest of the sets that have them, whatever s.
-std::vector<size_t> likeliest_effects(const std::vector<EffectSet>& sets, size_t count);
-
 // Logarithms of the priors of s, one each scale: of a right model, and of one that lacks something unknown.
 struct ScalePriors {
   std::vector<double> right, unknown;

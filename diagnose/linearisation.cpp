@@ -71,7 +71,6 @@ void set_negligible(const Study& study, Linearisation& out) {
   out.can_tell.assign(study.effects.size(), 0);
   for (size_t k = study.base_count; k < out.columns.size(); ++k) {
     Column& c = out.columns[k];
-    if (c.is_force) continue;
     const Effect& effect = study.effects[c.effect];
     const double trace_mm =
         beyond.col(static_cast<Index>(k)).norm() / std::sqrt(static_cast<double>(beyond.rows()));  // of a unit
@@ -81,58 +80,6 @@ void set_negligible(const Study& study, Linearisation& out) {
     if (sd < p.tells * c.sd) out.can_tell[c.effect] = 1;
     c.negligible_sd = std::min(sd, c.sd);
   }
-}
-
-// The set of coordinates in which a column of an effect is 1 more, or 1 less where that would be beyond its bound.
-struct Step {
-  VectorXd x;
-  double by = 1;
-};
-
-Step step_of(const Study& study, const Linearisation& about, Index column) {
-  Step out{about.x, 1};
-  const Column& c = about.columns[static_cast<size_t>(column)];
-  if (c.coordinate >= 0) {
-    if (about.x(c.coordinate) + 1 > c.upper) out.by = -1;
-    out.x(c.coordinate) += out.by;
-    return out;
-  }
-  for (const Way& way : about.ways)
-    for (size_t j = 0; j < way.columns.size(); ++j)
-      if (way.columns[j] == column)
-        out.x.segment(static_cast<Index>(study.first_parameter[way.effect]), way.units[j].size()) = way.units[j];
-  return out;
-}
-
-// Residual and derivatives about out.x: of the base, and of these columns of effects by a finite change. centrally: the
-// base by central differences, which give second derivatives too; else by these and a step to one side.
-void differentiate(Study& study, const Windows& windows, const std::vector<Index>& effects, bool centrally,
-                   Linearisation& out) {
-  const auto n = static_cast<Index>(study.base_count);
-  const double h = study.protocol.base_difference;
-  std::vector<VectorXd> sets = {out.x};
-  for (const double side : {h, -h})
-    for (Index k = 0; k < n && (side > 0 || centrally); ++k) sets.emplace_back(out.x)(k) += side;
-  const size_t first = sets.size();
-  std::vector<double> by;
-  for (const Index k : effects) {
-    Step step = step_of(study, out, k);
-    sets.push_back(std::move(step.x));
-    by.push_back(step.by);
-  }
-  MatrixXd all(out.x.size(), static_cast<Index>(sets.size()));
-  for (size_t k = 0; k < sets.size(); ++k) all.col(static_cast<Index>(k)) = sets[k];
-  const MatrixXd r = simulated(study, windows, all);
-  out.residual = r.col(0);
-  const auto finite = [](const VectorXd& y) { return y.allFinite() ? y : VectorXd(VectorXd::Zero(y.size())); };
-  if (centrally) out.second.resize(r.rows(), n);
-  for (Index k = 0; k < n; ++k) {
-    if (centrally) out.second.col(k) = finite((r.col(1 + k) + r.col(1 + n + k) - 2 * r.col(0)) / (2 * h * h));
-    out.changes.col(k) = finite((r.col(1 + k) - r.col(0)) / h - h * out.second.col(k));
-  }
-  for (size_t i = 0; i < effects.size(); ++i)
-    out.changes.col(effects[i]) = finite((r.col(static_cast<Index>(first + i)) - r.col(0)) / by[i]);
-  out.residual += grid_share(study, out.x) * out.grid;
 }
 
 }  // namespace
@@ -229,35 +176,47 @@ Linearisation linearise(Study& study, const Windows& windows, const VectorXd& x,
   out.x = x;
   out.grid = grid;
   list_columns(study, out);
-  const auto all = static_cast<Index>(out.columns.size());
-  out.changes.resize(grid.size(), all);
-  std::vector<Index> effects;
-  for (Index k = static_cast<Index>(study.base_count); k < all; ++k) {
-    const Effect& effect = study.effects[out.columns[static_cast<size_t>(k)].effect];
-    if (effect.name == kOfGrid) out.changes.col(k) = effect.parameters[0].scale * grid;
-    else effects.push_back(k);
+  const auto n = static_cast<Index>(study.base_count), all = static_cast<Index>(out.columns.size());
+  const double h = study.protocol.base_difference;
+  // The base by central differences, effects by a finite change.
+  MatrixXd sets = x.replicate(1, 1 + n + all);
+  std::vector<double> step(static_cast<size_t>(all), 1);
+  for (Index k = 0; k < n; ++k) {
+    sets(k, 1 + k) += h;
+    sets(k, 1 + all + k) -= h;
   }
-  differentiate(study, windows, effects, true, out);
+  for (const Way& way : out.ways)
+    for (size_t j = 0; j < way.columns.size(); ++j) {
+      const Index k = way.columns[j];
+      const Column& c = out.columns[static_cast<size_t>(k)];
+      if (!way.units.empty()) {
+        sets.col(1 + k).segment(static_cast<Index>(study.first_parameter[way.effect]), way.units[j].size()) =
+            way.units[j];
+      } else {
+        if (x(c.coordinate) + 1 > c.upper) step[static_cast<size_t>(k)] = -1;
+        sets(c.coordinate, 1 + k) += step[static_cast<size_t>(k)];
+      }
+    }
+  const MatrixXd r = simulated(study, windows, sets);
+  out.residual = r.col(0);
+  out.changes.resize(r.rows(), all);
+  for (Index k = 0; k < all; ++k) {
+    if (k < n) out.changes.col(k) = (r.col(1 + k) - r.col(1 + all + k)) / (2 * h);
+    else out.changes.col(k) = (r.col(1 + k) - r.col(0)) / step[static_cast<size_t>(k)];
+    if (!out.changes.col(k).allFinite()) out.changes.col(k).setZero();
+    const Column& c = out.columns[static_cast<size_t>(k)];
+    if (!c.is_base && study.effects[c.effect].name == kOfGrid)
+      out.changes.col(k) = study.effects[c.effect].parameters[0].scale * grid;
+  }
+  out.second = (r.middleCols(1, n) + r.middleCols(1 + all, n)).colwise() - 2 * out.residual;
+  out.second /= 2 * h * h;
+  for (Index k = 0; k < n; ++k)
+    if (!out.second.col(k).allFinite()) out.second.col(k).setZero();
+  out.residual += grid_share(study, x) * grid;
   set_negligible(study, out);
   out.changes.conservativeResize(Eigen::NoChange, all + forces.cols());
   out.changes.rightCols(forces.cols()) = forces;
   for (Index k = 0; k < forces.cols(); ++k) out.columns.emplace_back().is_force = true;
-  return out;
-}
-
-Linearisation linearise_again(Study& study, const Windows& windows, const VectorXd& x, const Linearisation& before,
-                              const std::vector<size_t>& effects) {
-  Linearisation out = before;
-  out.x = x;
-  std::vector<Index> columns;
-  for (size_t k = study.base_count; k < out.columns.size(); ++k) {
-    const Column& c = out.columns[k];
-    if (!c.is_force && study.effects[c.effect].name != kOfGrid &&
-        std::find(effects.begin(), effects.end(), c.effect) != effects.end())
-      columns.push_back(static_cast<Index>(k));
-  }
-  differentiate(study, windows, columns, false, out);
-  set_negligible(study, out);
   return out;
 }
 

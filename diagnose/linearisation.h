@@ -76,10 +76,6 @@ Prior prior_of(const Study& study, const Column& column, const Eigen::VectorXd& 
 Linearisation linearise(Study& study, const Windows& windows, const Eigen::VectorXd& x, const Eigen::VectorXd& grid,
                         const Eigen::MatrixXd& forces);
 
-// Again about another x: the base and these effects; the others' derivatives and the second ones are those of `before`.
-Linearisation linearise_again(Study& study, const Windows& windows, const Eigen::VectorXd& x,
-                              const Linearisation& before, const std::vector<size_t>& effects);
-
 // What smooth forces of usual size do at x.
 Eigen::MatrixXd responses_to_forces(Study& study, const Windows& windows, const Eigen::VectorXd& x,
                                     const Eigen::VectorXd& residual);

@@ -38,7 +38,6 @@ struct Protocol {
 
   // Derivatives.
   double base_difference = 0.06;  // ln
-  long renewed = 12;              // of the likeliest effects: those of the others stay as they were about the base fit
 
   // Model error (evidence.h). A smooth force of usual size is so large a share of the fabric's weight.
   long force_waves = 3;

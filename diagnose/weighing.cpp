@@ -22,15 +22,12 @@ std::vector<EffectSet>::const_iterator place_of(const std::vector<EffectSet>& se
   return std::find_if(sets.begin(), sets.end(), [&](const EffectSet& s) { return s.effects == effects; });
 }
 
-// Moves a set of effects to where it is likeliest and takes derivatives there, of the set and of what is likeliest
-// among `sets`, which were weighed about the same point.
+// Moves a set of effects to where it is likeliest and takes derivatives there.
 Linearisation linearised_at(Study& study, const Windows& windows, const Evidence& evidence, const Linearisation& about,
-                            const EffectSet& set, const std::vector<EffectSet>& sets) {
+                            const EffectSet& set, const MatrixXd& forces) {
   Arm arm = arm_at(study, about, set.chosen, set.d);
   fit_arm(study, windows, evidence, about, arm, set.scale);
-  std::vector<size_t> renewed = likeliest_effects(sets, static_cast<size_t>(study.protocol.renewed));
-  renewed.insert(renewed.end(), set.effects.begin(), set.effects.end());
-  Linearisation out = linearise_again(study, windows, arm.x, about, renewed);
+  Linearisation out = linearise(study, windows, arm.x, about.grid, forces);
   return out.residual.allFinite() ? out : about;
 }
 
@@ -82,8 +79,7 @@ Weighing weigh(Study& study, const Windows& windows, const WeighingOptions& opti
   begin(0.37, 0.53, "the base with what is negligible of every effect");
   Weighing out;
   out.none = linearised_at(study, windows, at_first, at_base,
-                           weigh_set(study, at_first, at_base, ways_of_measured(study, at_base)),
-                           weigh_sets(study, at_first, at_base));
+                           weigh_set(study, at_first, at_base, ways_of_measured(study, at_base)), forces);
   out.evidence.emplace(windows, error_about(out.none));
   weigh_all(study, out);
   options.ends("the base where it is likeliest");
@@ -91,7 +87,7 @@ Weighing weigh(Study& study, const Windows& windows, const WeighingOptions& opti
   out.first = out.verdict.weights.front().effects;
   if (!out.first.empty()) {
     begin(0.53, 1, "again about " + name_of(study, out.first));
-    out.there = linearised_at(study, windows, *out.evidence, out.none, out.set_of(out.first), out.sets);
+    out.there = linearised_at(study, windows, *out.evidence, out.none, out.set_of(out.first), forces);
     weigh_all(study, out);
     options.ends("again about the likeliest set");
   }

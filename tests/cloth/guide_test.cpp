@@ -87,6 +87,12 @@ TEST(LetGo, IsFreeAndHeldByTurns) {
   for (const double t : {0.0, 0.3, 0.7, 1.2}) EXPECT_NE((LetGo{0.5, 0}.is_free(t)), second.is_free(t)) << t;
 }
 
+TEST(LetGo, HoldsToTheEndOfALeadFirst) {
+  const LetGo led_in{0.5, 0, 0.7};
+  for (const double t : {0.0, 0.3, 0.69, 1.21}) EXPECT_FALSE(led_in.is_free(t)) << t;
+  for (const double t : {0.71, 1.19, 1.71}) EXPECT_TRUE(led_in.is_free(t)) << t;
+}
+
 TEST_F(Guided, RunsFreeWhileItIsLetGo) {
   Experiment wrong = pulled(seen_);
   wrong.material.drag_normal *= 3;
