@@ -10,8 +10,6 @@
 // damping of its own: with D = 0 the step is plain leapfrog.
 #pragma once
 
-#include <compare>
-
 #include "cloth/kernel/run.h"
 #include "cloth/sheet.h"
 
@@ -24,8 +22,6 @@ struct Spectrum {
   double membrane_ratio = 0;   // 1/s, largest stiffness per damping; infinite without damping
   double bend_omega2 = 0, bend_lambda = 0, bend_ratio = 0;
   double tension = 0;  // largest strain expected, which makes sideways waves stiff
-
-  auto operator<=>(const Spectrum&) const = default;
 };
 Spectrum spectrum_of(const Sheet& sheet, const Material& material);
 
@@ -36,8 +32,7 @@ struct StepPlan {
 
 // The step with the least work per second, with a margin of 15 %, at most kLongestStep_s.
 inline constexpr double kLongestStep_s = 4e-4;
-// stage_cost: of one stage more, in evaluations of all forces; as measured of triangles.
-StepPlan plan_step(const Spectrum& spectrum, double stage_cost = 0.53);
+StepPlan plan_step(const Spectrum& spectrum);
 
 // The fewest stages that a step of this length needs.
 kernel::DampingStages stages_for(const Spectrum& spectrum, double step_s);

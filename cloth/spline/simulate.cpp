@@ -4,7 +4,6 @@
 #include <cmath>
 #include <limits>
 #include <map>
-#include <set>
 #include <stdexcept>
 #include <utility>
 
@@ -150,25 +149,10 @@ std::vector<std::vector<size_t>> grouped(const std::vector<Experiment>& lanes, c
 // Of the planned step: strains beside the grips may exceed what the plan guesses.
 constexpr double kShare = 0.8;
 
-// Of one stage of damping, measured on 16 and 24 cells.
-constexpr double kStageCost = 0.35;
-
 double shortest_step_s(const std::vector<Spectrum>& spectra) {
   double step = std::numeric_limits<double>::infinity();
-  for (const Spectrum& s : std::set<Spectrum>(spectra.begin(), spectra.end()))
-    step = std::min(step, kShare * plan_step(s, kStageCost).step_s);
+  for (const Spectrum& s : spectra) step = std::min(step, kShare * plan_step(s).step_s);
   return step;
-}
-
-std::vector<Stages> stages_of(const std::vector<Spectrum>& spectra, double step_s) {
-  std::map<Spectrum, Stages> known;
-  std::vector<Stages> out;
-  for (const Spectrum& s : spectra) {
-    const auto [at, is_new] = known.try_emplace(s);
-    if (is_new) at->second = stages_for(s, step_s);
-    out.push_back(at->second);
-  }
-  return out;
 }
 
 // After each parallel loop: where one of them throws, those that run beside it in the same outer loop return as if they
@@ -217,7 +201,8 @@ std::vector<Trajectory> simulate(const SplineSheet& sheet, const std::vector<Exp
   }
   const std::vector<Spectrum> spectra = spectra_of(sheet, lanes);
   const double step_s = options.step_s > 0 ? options.step_s : shortest_step_s(spectra);
-  const std::vector<Stages> stages = stages_of(spectra, step_s);
+  std::vector<Stages> stages;
+  for (const Spectrum& s : spectra) stages.push_back(stages_for(s, step_s));
   const auto groups = grouped(lanes, stages, static_cast<size_t>(most_lanes(options.precision)));
   const auto run = [&](const std::vector<size_t>& members, double h, const Stages& plan) {
     std::vector<const Experiment*> group;

@@ -1,6 +1,5 @@
 // The spline sheet against the triangles, against closed forms and differences, and its lanes against one another.
 #include <cmath>
-#include <limits>
 
 #include <gtest/gtest.h>
 
@@ -296,46 +295,23 @@ TEST(SplineEnergy, OfAnUndampedSheetStays) { EXPECT_NEAR(kept_energy(0), 1, 1e-3
 // Air resists accelerations along normals that turn, so that its energy is not kept as exactly.
 TEST(SplineEnergy, OfAnUndampedSheetWithAirStays) { EXPECT_NEAR(kept_energy(0.1), 1, 0.08); }
 
-// A waved sheet beside itself at a quarter of the steps: root mean square, m; infinite where one diverges.
-double off_from_quarter_steps_m(const SplineSheet& sheet, const Material& material) {
-  Experiment e = waved();
-  e.material = material;
-  for (int k = 11; k <= 18; ++k) e.sample_s.push_back(0.02 * k);
-  e.start_shape = settle(sheet, e, hung_shape(sheet, e, 1), 2e-6).position;
-  e.starts_at_rest = false;
-  Options quarter;
-  quarter.step_s = 0.25 * common_step_s(sheet, {e});
-  const Trajectory usual = simulate(sheet, {e})[0], fine = simulate(sheet, {e}, quarter)[0];
-  if (!usual.finite || !fine.finite) return std::numeric_limits<double>::infinity();
-  double squares = 0;
-  for (size_t k = 0; k < usual.samples.size(); ++k) squares += (usual.samples[k] - fine.samples[k]).squaredNorm();
-  return std::sqrt(squares / static_cast<double>(usual.samples.size()) / sheet.count());
-}
-
 // Damping of bending that is stiffer than a step is short neither diverges nor makes the motion depend on the step.
 TEST(SplineSteps, AreShortEnoughWhateverBendingsDampingIs) {
   const SplineSheet sheet = sheet_of(20);
-  Material m;
-  m.bend = 1e-5;
-  for (const double damping : {5e-8, 5e-7, 5e-6}) {
-    m.bend_damping = damping;
-    EXPECT_LT(off_from_quarter_steps_m(sheet, m), 5e-5) << damping;
-  }
-}
-
-// That of the membrane, on a soft light fabric: it takes more stages, not shorter steps.
-TEST(SplineSteps, AreNoShorterForStrongDampingOfTheMembrane) {
-  const SplineSheet sheet = sheet_of(15);
   Experiment e = waved();
-  Material& m = e.material;
-  m.density = 0.064, m.stretch = 6.4, m.shear = 9.5, m.bend = 1.2e-6;
-  double weakly_s = 0;
-  for (const double damping : {0.03, 0.3}) {
-    m.shear_damping = damping;
-    const double step_s = common_step_s(sheet, {e});
-    if (weakly_s == 0) weakly_s = step_s;
-    EXPECT_GT(step_s, 0.9 * weakly_s) << damping;
-    EXPECT_LT(off_from_quarter_steps_m(sheet, m), 1e-4) << damping;
+  e.material.bend = 1e-5;
+  for (int k = 11; k <= 18; ++k) e.sample_s.push_back(0.02 * k);
+  e.start_shape = settle(sheet, e, hung_shape(sheet, e, 1), 2e-6).position;
+  e.starts_at_rest = false;
+  for (const double damping : {5e-8, 5e-7, 5e-6}) {
+    e.material.bend_damping = damping;
+    Options quarter;
+    quarter.step_s = 0.25 * common_step_s(sheet, {e});
+    const Trajectory usual = simulate(sheet, {e})[0], fine = simulate(sheet, {e}, quarter)[0];
+    ASSERT_TRUE(usual.finite && fine.finite) << damping;
+    double squares = 0;
+    for (size_t k = 0; k < usual.samples.size(); ++k) squares += (usual.samples[k] - fine.samples[k]).squaredNorm();
+    EXPECT_LT(std::sqrt(squares / static_cast<double>(usual.samples.size()) / sheet.count()), 5e-5) << damping;
   }
 }
 

@@ -57,7 +57,7 @@ SimulatorGap gap_of(double drag, double damping) {
   EXPECT_EQ(d.cause, "none");
   EXPECT_EQ(to_json(d).at("simulator").at("name"), "another sheet");
   EXPECT_FALSE(d.other.diverged);
-  EXPECT_EQ(lines_of(d.other).size(), 2u);
+  EXPECT_EQ(lines_of(d.other).size(), 2u) << d.other.imitated_mm << " mm beside " << d.other.before_mm;
   return d.other;
 }
 
