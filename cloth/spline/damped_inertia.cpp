@@ -5,6 +5,8 @@
 
 #include <Eigen/Dense>
 
+#include "cloth/step_plan.h"
+
 namespace selvedge::cloth::spline {
 
 namespace {
@@ -13,7 +15,6 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr double kImplicit = 4;
 constexpr double kNegligible = 1e-4;
 
 // What a row holds beyond the band goes to its nearest three, so that forces that accelerate all alike, or in

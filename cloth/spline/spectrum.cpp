@@ -75,7 +75,7 @@ double ratio_of(double stiffness, double damping) {
 
 // All that the fastest motions feel of a material.
 struct Felt {
-  double density, ku, kv, coupling, shear, bend, stretch_damping, shear_damping;
+  double density, ku, kv, coupling, shear, bend, stretch_damping, shear_damping, bend_damping;
   auto operator<=>(const Felt&) const = default;
 };
 
@@ -88,8 +88,15 @@ Felt felt_of(const Material& m) {
   const double bend = m.bend * std::exp(std::abs(m.bend_anisotropy)) * (1 + std::max(0.0, m.hem_stiffness)) *
                           (1 + 1e3 * std::max(0.0, m.bend_stiffening)) +
                       m.bend_friction / m.bend_friction_curvature;
-  return {m.density,      ku, kv, m.coupling * std::sqrt(ku * kv), m.shear * extra + friction, bend, m.stretch_damping,
-          m.shear_damping};
+  return {m.density,
+          ku,
+          kv,
+          m.coupling * std::sqrt(ku * kv),
+          m.shear * extra + friction,
+          bend,
+          m.stretch_damping,
+          m.shear_damping,
+          m.bend_damping};
 }
 
 Spectrum spectrum_of(const SplineSheet& sheet, const Felt& m) {
@@ -99,7 +106,8 @@ Spectrum spectrum_of(const SplineSheet& sheet, const Felt& m) {
       in_plane_eigenvalue(sheet, {m.stretch_damping, m.stretch_damping, 0, m.shear_damping, 0}) / m.density;
   out.membrane_ratio = std::max(ratio_of(std::max(m.ku, m.kv), m.stretch_damping), ratio_of(m.shear, m.shear_damping));
   out.bend_omega2 = sheet.bend_omega2 * m.bend / m.density;
-  out.bend_ratio = std::numeric_limits<double>::infinity();  // its damping is implicit (lane_run.h)
+  out.bend_ratio = std::numeric_limits<double>::infinity();
+  out.implicit_lambda = sheet.bend_omega2 * m.bend_damping / m.density;
   // A held corner carries half the weight, twice over in motion, through its grip.
   const double weight_n = 9.81 * m.density * sheet.swatch.width_m * sheet.swatch.height_m;
   const double across = std::max(2 * sheet.swatch.grip_m, sheet.swatch.width_m / sheet.u.basis.cells());
