@@ -32,6 +32,7 @@ struct StepPlan {
   kernel::DampingStages stages;
 };
 
+// θ, by which implicit damping is overdone (spline/damped_inertia.h says why).
 inline constexpr double kImplicit = 4;
 
 // The step with the least work per second, with a margin of 15 %, at most kLongestStep_s.

@@ -135,42 +135,42 @@ Grams grams_of(const Study& study, const Evidence& evidence, const Arm& arm, siz
 
 using GramsOfArms = std::map<std::pair<const Arm*, size_t>, Grams>;  // by arm and scale
 
-GramsOfArms grams_of(const Study& study, const Evidence& evidence, const std::vector<Part>& parts) {
+GramsOfArms grams_of(const Study& study, const Evidence& evidence, const std::vector<Subset>& subsets) {
   GramsOfArms out;
-  for (const Part& p : parts)
-    if (const std::pair key{p.arm, p.scale}; !out.contains(key))
-      out.emplace(key, grams_of(study, evidence, *p.arm, p.scale));
+  for (const Subset& s : subsets)
+    if (const std::pair key{s.arm, s.scale}; !out.contains(key))
+      out.emplace(key, grams_of(study, evidence, *s.arm, s.scale));
   return out;
 }
 
 // Whether an effect that was measured before any physics is taken away.
-bool is_far(const Part& part, const std::vector<size_t>& measured) {
-  return std::any_of(part.arm->effects.begin(), part.arm->effects.end(),
-                     [&](size_t e) { return holds(measured, e) && !holds(part.effects, e); });
+bool is_far(const Subset& subset, const std::vector<size_t>& measured) {
+  return std::any_of(subset.arm->effects.begin(), subset.arm->effects.end(),
+                     [&](size_t e) { return holds(measured, e) && !holds(subset.effects, e); });
 }
 
-// What a simulation of each part leaves beside what its arm's derivatives say; empty where these serve.
+// What a simulation of each subset leaves beside what its arm's derivatives say; empty where these serve.
 std::vector<VectorXd> beyond_derivatives(Study& study, const Windows& windows, const Evidence& evidence,
-                                         const std::vector<Part>& parts, const GramsOfArms& grams) {
+                                         const std::vector<Subset>& subsets, const GramsOfArms& grams) {
   const std::vector<size_t> measured = measured_effects(study);
   std::vector<size_t> far;
   std::vector<VectorXd> by;
   MatrixXd sets(study.base.size(), 0);
-  for (size_t k = 0; k < parts.size(); ++k) {
-    if (!is_far(parts[k], measured)) continue;
-    const Arm less = without(*parts[k].arm, parts[k].effects);
-    by.push_back(
-        posterior_of(study, less, grams.at({parts[k].arm, parts[k].scale}).all, evidence.error().scales[parts[k].scale])
-            .mean);
+  for (size_t k = 0; k < subsets.size(); ++k) {
+    if (!is_far(subsets[k], measured)) continue;
+    const Arm less = without(*subsets[k].arm, subsets[k].effects);
+    by.push_back(posterior_of(study, less, grams.at({subsets[k].arm, subsets[k].scale}).all,
+                              evidence.error().scales[subsets[k].scale])
+                     .mean);
     sets.conservativeResize(Eigen::NoChange, sets.cols() + 1);
     sets.rightCols(1) = moved(study, less, by.back());
     far.push_back(k);
   }
-  std::vector<VectorXd> out(parts.size());
+  std::vector<VectorXd> out(subsets.size());
   if (far.empty()) return out;
   const MatrixXd there = simulated(study, windows, sets);
   for (size_t i = 0; i < far.size(); ++i) {
-    const Arm& arm = *parts[far[i]].arm;
+    const Arm& arm = *subsets[far[i]].arm;
     const auto at = static_cast<Index>(i);
     const VectorXd beyond =
         there.col(at) + grid_share(study, sets.col(at)) * arm.grid - arm.residual - arm.changes * by[i];
@@ -179,16 +179,16 @@ std::vector<VectorXd> beyond_derivatives(Study& study, const Windows& windows, c
   return out;
 }
 
-HeldOut hold_out(const Study& study, const Windows& windows, const Evidence& evidence, const Part& part,
+HeldOut hold_out(const Study& study, const Windows& windows, const Evidence& evidence, const Subset& subset,
                  const Grams& grams, const VectorXd& beyond) {
-  const Arm& arm = *part.arm;
+  const Arm& arm = *subset.arm;
   HeldOut out;
   out.residual = arm.residual;
   if (beyond.size() > 0) out.residual += beyond;
   out.coordinates.assign(study.groups.size(), arm.x);
-  const Arm less = without(arm, part.effects);
+  const Arm less = without(arm, subset.effects);
   tbb::parallel_for(size_t{0}, study.groups.size(), [&](size_t g) {
-    const VectorXd d = posterior_of(study, less, grams.without[g], evidence.error().scales[part.scale]).mean;
+    const VectorXd d = posterior_of(study, less, grams.without[g], evidence.error().scales[subset.scale]).mean;
     out.coordinates[g] = moved(study, less, d);
     for (const Window& w : windows.windows())
       if (holds(study.groups[g], w.trial))
@@ -200,24 +200,25 @@ HeldOut hold_out(const Study& study, const Windows& windows, const Evidence& evi
 
 }  // namespace
 
-std::vector<Part> parts_of(const Arm& arm, size_t scale) {
-  std::vector<Part> out;
+std::vector<Subset> subsets_of(const Arm& arm, size_t scale) {
+  std::vector<Subset> out;
   for (size_t set = 0; set < size_t{1} << arm.effects.size(); ++set) {
-    Part part{&arm, scale, {}};
+    Subset subset{&arm, scale, {}};
     for (size_t e = 0; e < arm.effects.size(); ++e)
-      if (set >> e & 1) part.effects.push_back(arm.effects[e]);
-    out.push_back(std::move(part));
+      if (set >> e & 1) subset.effects.push_back(arm.effects[e]);
+    out.push_back(std::move(subset));
   }
   return out;
 }
 
 std::vector<HeldOut> hold_out(Study& study, const Windows& windows, const Evidence& evidence,
-                              const std::vector<Part>& parts) {
-  const GramsOfArms grams = grams_of(study, evidence, parts);
-  const std::vector<VectorXd> beyond = beyond_derivatives(study, windows, evidence, parts, grams);
+                              const std::vector<Subset>& subsets) {
+  const GramsOfArms grams = grams_of(study, evidence, subsets);
+  const std::vector<VectorXd> beyond = beyond_derivatives(study, windows, evidence, subsets, grams);
   std::vector<HeldOut> out;
-  for (size_t k = 0; k < parts.size(); ++k)
-    out.push_back(hold_out(study, windows, evidence, parts[k], grams.at({parts[k].arm, parts[k].scale}), beyond[k]));
+  for (size_t k = 0; k < subsets.size(); ++k)
+    out.push_back(
+        hold_out(study, windows, evidence, subsets[k], grams.at({subsets[k].arm, subsets[k].scale}), beyond[k]));
   return out;
 }
 

@@ -29,19 +29,19 @@ struct HeldOut {
 };
 
 // An arm with some of its effects, the others of them neutral; at this s.
-struct Part {
+struct Subset {
   const Arm* arm = nullptr;
   size_t scale = 0;
   std::vector<size_t> effects;
 };
 
 // All subsets of an arm's effects, a bit an effect.
-std::vector<Part> parts_of(const Arm& arm, size_t scale);
+std::vector<Subset> subsets_of(const Arm& arm, size_t scale);
 
-// What each part leaves. Where an effect that was measured before any physics is taken away, which is further than
-// derivatives reach, the part is simulated; all those side by side.
+// What each leaves. Where an effect that was measured before any physics is taken away, which is further than
+// derivatives reach, the subset is simulated; all those side by side.
 std::vector<HeldOut> hold_out(Study& study, const Windows& windows, const Evidence& evidence,
-                              const std::vector<Part>& parts);
+                              const std::vector<Subset>& subsets);
 
 // What the sensor alone leaves of each group.
 HeldOut noise_of(const Study& study, const Windows& windows, const Evidence& evidence);

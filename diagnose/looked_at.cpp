@@ -49,10 +49,10 @@ void fill_in(const Weighed& w, const std::vector<HeldOut>& left, LookedAt& out) 
 std::vector<LookedAt> look_at(const Weighed& w, const std::vector<std::vector<size_t>>& sets) {
   std::vector<LookedAt> out;
   for (const std::vector<size_t>& effects : sets) out.push_back(placed(w, effects));
-  std::vector<Part> parts;
+  std::vector<Subset> subsets;
   for (const LookedAt& l : out)
-    for (Part& part : parts_of(l.arm, l.scale)) parts.push_back(std::move(part));
-  const std::vector<HeldOut> left = hold_out(w.study, w.windows, w.evidence(), parts);
+    for (Subset& subset : subsets_of(l.arm, l.scale)) subsets.push_back(std::move(subset));
+  const std::vector<HeldOut> left = hold_out(w.study, w.windows, w.evidence(), subsets);
   auto next = left.begin();
   for (LookedAt& l : out) {
     const auto end = next + (std::ptrdiff_t{1} << l.arm.effects.size());

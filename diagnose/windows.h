@@ -3,8 +3,7 @@
 // A motion that runs free for seconds leaves the recorded folds, and what it does then tells nothing of its forces. So
 // a trial of markers is simulated twice under a schedule, held where the other is free, and what the free parts leave
 // are the rows: no hold acts in them, and what the hold left them is part of their error. A piece that is led in is
-// held while it is. Trials without markers run
-// free from rest, still ones hang.
+// held while it is. Trials without markers run free from rest, still ones hang.
 //
 // Rows are mm, window after window; those of one window err together, those of two do not.
 #pragma once

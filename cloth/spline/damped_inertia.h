@@ -5,7 +5,8 @@
 // are (M + θ h D K / ρ) ⊗ (M + θ h D K / ρ). What is at rest, or moves evenly, feels nothing of it whatever the step,
 // for the force is the whole force; a slow mode whose damping rate is λ has an inertia larger by θ h λ. θ = 4: on an
 // endless sheet ½ were enough; at a free rim slopes' products reach twice what they are inside, and the twist, which
-// the product of two directions does not hold, asks for 1.25; the rest leaves room for the membrane in the same step.
+// the product of two directions does not hold, asks for 1.25; what the membrane takes in the same step the plan
+// counts beside it (cloth/step_plan.h).
 #pragma once
 
 #include "cloth/spline/spline_sheet.h"

@@ -24,7 +24,7 @@ bool bends_otherwise(const Material& m) {
          m.bend_friction != 0;
 }
 
-bool remembers(const Material& m) { return m.bend_friction != 0 || m.stretch_friction != 0 || m.creep != 0; }
+bool stretch_remembers(const Material& m) { return m.stretch_friction != 0 || m.creep != 0; }
 
 // All rows of the kernels' table, in their order.
 std::vector<double> numbers_of(const Experiment& e) {
@@ -66,7 +66,8 @@ std::vector<double> numbers_of(const Experiment& e) {
 }  // namespace
 
 int extras_of(const Material& m) {
-  return 8 * remembers(m) + 4 * bends_otherwise(m) + 2 * (m.added_mass != 0) + is_uneven(m);
+  return 8 * (m.bend_friction != 0 || stretch_remembers(m)) + 4 * bends_otherwise(m) + 2 * (m.added_mass != 0) +
+         is_uneven(m);
 }
 
 VectorXd areas(const SplineSheet& sheet) {
@@ -122,8 +123,7 @@ LaneRun<T>::LaneRun(const SplineSheet& sheet, const std::vector<const Experiment
   for (const Experiment* e : lanes) {
     if (e->material.hem_stiffness != 0) bend_factor_.assign(rule * width_, T(1));
     if (e->material.bend_friction != 0) bend_memory_.assign(rule * width_ * kernel::kBendMemory, T(0));
-    if (e->material.stretch_friction != 0 || e->material.creep != 0)
-      membrane_memory_.assign(rule * width_ * kernel::kMembraneMemory, T(0));
+    if (stretch_remembers(e->material)) membrane_memory_.assign(rule * width_ * kernel::kMembraneMemory, T(0));
   }
   if (uneven) mass_scale_.assign(points * width_, T(1));
   if (carries_air) {

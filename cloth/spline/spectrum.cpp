@@ -106,7 +106,7 @@ Spectrum spectrum_of(const SplineSheet& sheet, const Felt& m) {
       in_plane_eigenvalue(sheet, {m.stretch_damping, m.stretch_damping, 0, m.shear_damping, 0}) / m.density;
   out.membrane_ratio = std::max(ratio_of(std::max(m.ku, m.kv), m.stretch_damping), ratio_of(m.shear, m.shear_damping));
   out.bend_omega2 = sheet.bend_omega2 * m.bend / m.density;
-  out.bend_ratio = std::numeric_limits<double>::infinity();
+  out.bend_ratio = std::numeric_limits<double>::infinity();  // its damping is implicit (lane_run.h)
   out.implicit_lambda = sheet.bend_omega2 * m.bend_damping / m.density;
   // A held corner carries half the weight, twice over in motion, through its grip.
   const double weight_n = 9.81 * m.density * sheet.swatch.width_m * sheet.swatch.height_m;

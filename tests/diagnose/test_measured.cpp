@@ -10,6 +10,7 @@
 #include "diagnose/effects/library.h"
 #include "model/excerpts.h"
 #include "diagnose/measured.h"
+#include "diagnose/windows.h"
 #include "geometry/projection.h"
 #include "model/seen_markers.h"
 #include "tests/diagnose/grid_campaign.h"
@@ -143,6 +144,30 @@ TEST(Excerpts, BeginAlikeForAllFabrics) {
   EXPECT_NE(both[0].mm[0], both[1].mm[0]);
   EXPECT_EQ(simulation.evaluate(state, base, two.col(1))[0].start[0], both[0].start[0]);  // whoever is beside it
   EXPECT_FALSE(simulation.rematch(state, base, two.col(0)));
+}
+
+// What counts of a piece is free in one of its two runs, and held until then; its lead is held in both.
+TEST(Excerpts, AreHeldThroughTheirLeads) {
+  const std::vector<model::ObservedTrial> pieces =
+      model::excerpts({observed(truthful)}, {.most_motion_s = 0.6, .lead_s = 0.1});
+  const model::ObservedTrial& piece = pieces[0];
+  ASSERT_GT(piece.lead_s, 0);
+  model::SimulationOptions options;
+  options.cells = 6;
+  const model::Simulation simulation(pieces, options);
+  const Protocol protocol;
+  const Windows windows(simulation, protocol);
+  const std::vector<model::Parameter> base = model::base_parameters(model::Drag::nonlinear);
+  const Eigen::MatrixXd usual = model::usual_coordinates(base);
+  const model::State state = simulation.state_at(base, usual.col(0), protocol.hold_per_s);
+  for (int phase = 0; phase < 2; ++phase) {
+    const model::Prediction p =
+        simulation.predictions(windows.held(simulation, state, phase), base, usual, 0, 0, 1).front();
+    for (double since = 0.005; since < 0.6; since += 0.01)
+      EXPECT_EQ(p.experiment.guide->let_go.is_free(since),
+                since > piece.lead_s && windows.phase_at(piece, piece.experiment.start_s + since) == phase)
+          << since << " s, run " << phase;
+  }
 }
 
 // A lag moves the grips' path: where a piece begins they are held, and nothing is jerked there.
