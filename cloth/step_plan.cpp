@@ -128,12 +128,11 @@ double longest_step(const Polynomial& p, const Spectrum& s) {
 }
 
 constexpr double kMargin = 0.85;
-constexpr double kStageCost = 0.53;  // of one evaluation of all forces
 constexpr std::array<double, 3> kAmplitudes = {0.8, 0.5, 0.3};
 
-std::vector<Polynomial> candidates() {
+std::vector<Polynomial> candidates(const Spectrum& spectrum) {
   std::vector<Polynomial> list = {Polynomial(1, 1)};
-  for (int s = 2; s <= kernel::DampingStages::kMost; ++s)
+  for (int s = 2; s <= spectrum.most_stages; ++s)
     for (const double amplitude : kAmplitudes) list.emplace_back(s, amplitude);
   return list;
 }
@@ -191,9 +190,12 @@ Spectrum spectrum_of(const Sheet& sheet, const Material& m) {
 StepPlan plan_step(const Spectrum& spectrum) {
   StepPlan best;
   double least = std::numeric_limits<double>::infinity();
-  for (const Polynomial& p : candidates()) {
+  for (const Polynomial& p : candidates(spectrum)) {
+    const double work = 1 + spectrum.stage_cost * (p.count - 1);
+    if (work >= least * kLongestStep_s) break;
+    if (std::isfinite(least) && !is_stable(p, work / (kMargin * least), spectrum)) continue;  // no longer than pays
     const double h = std::min(kMargin * longest_step(p, spectrum), kLongestStep_s);
-    const double cost = (1 + kStageCost * (p.count - 1)) / h;
+    const double cost = work / h;
     if (cost >= least) continue;
     least = cost;
     best = {h, stages_of(p)};
@@ -202,9 +204,10 @@ StepPlan plan_step(const Spectrum& spectrum) {
 }
 
 kernel::DampingStages stages_for(const Spectrum& spectrum, double step_s) {
-  const std::vector<Polynomial> list = candidates();
+  const std::vector<Polynomial> list = candidates(spectrum);
+  const double wanted = step_s * (1 - 1e-9) / kMargin;
   for (const Polynomial& p : list)
-    if (kMargin * longest_step(p, spectrum) >= step_s * (1 - 1e-9)) return stages_of(p);
+    if (is_stable(p, wanted, spectrum) && longest_step(p, spectrum) >= wanted) return stages_of(p);
   return stages_of(list.back());
 }
 

@@ -21,7 +21,7 @@ int most_lanes();
 // Stages of one step under damping: v_{n+½} = v_{n−½} + δ_last with δ_0 = 0,
 // δ_j = mu_j δ_{j−1} + nu_j δ_{j−2} + gain_j h (a(x_n, v_{n−½}) − M⁻¹D δ_{j−1}).
 struct DampingStages {
-  static constexpr int kMost = 6;
+  static constexpr int kMost = 16;
   int count = 1;
   double mu[kMost] = {0}, nu[kMost] = {0}, gain[kMost] = {1};
 };

@@ -14,6 +14,7 @@
 #include "cloth/spline/lane_run.h"
 #include "cloth/spline/settle.h"
 #include "cloth/spline/simulate.h"
+#include "cloth/spline/spectrum.h"
 #include "cloth/spline/tangent.h"
 
 namespace selvedge::cloth::spline {
@@ -330,6 +331,20 @@ TEST(SplineSteps, AreShortEnoughForBothDampingsTogether) {
   m.density = 0.0697, m.stretch = 75.2, m.shear = 69.4, m.bend = 7.3e-6;
   m.stretch_damping = 0.161, m.shear_damping = 0.14, m.bend_damping = 3.2e-6;
   EXPECT_LT(off_from_quarter_steps_m(sheet_of(10), m), 3e-4);
+}
+
+// Ten times the usual damping of the membrane: more than ten stages, for three times the step of six.
+TEST(SplineSteps, OfManyStagesAreShortEnough) {
+  const SplineSheet sheet = sheet_of(18);
+  Material m;
+  m.density = 0.074, m.stretch = 44.1, m.shear = 25.9, m.bend = 7.9e-6;
+  m.stretch_damping = 0.41, m.shear_damping = 1.17, m.bend_damping = 3.7e-7;
+  Spectrum spectrum = spectra_of(sheet, {m})[0];
+  const StepPlan many = plan_step(spectrum);
+  spectrum.most_stages = 6;
+  EXPECT_GT(many.stages.count, 10);
+  EXPECT_GT(many.step_s, 3 * plan_step(spectrum).step_s);
+  EXPECT_LT(off_from_quarter_steps_m(sheet, m), 3e-4);
 }
 
 TEST(SplineDerivatives, AreThoseOfCentralDifferences) {
