@@ -6,6 +6,7 @@
 
 #include <filesystem>
 #include <functional>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -21,6 +22,8 @@ struct BaseFit {
   Eigen::VectorXd coordinates;
   long cells = 0;                        // of the usual grid, along the width; 0: to be chosen
   std::vector<Eigen::Matrix3Xd> branch;  // of each trial on the usual grid; empty: to be found
+  // What the markers' clock was fitted to beside them, by name: their delay and its growth; empty: it was not.
+  std::map<std::string, double> clock;
 };
 
 // input: the hash of what the fit rests on (estimate/kept_input.h).

@@ -120,7 +120,7 @@ TEST(Diagnosis, ADraughtThatDragStoodInForIsSizedAndStaysAlone) {
   x(6) = std::log(5.7);          // drag_normal, kg/m³
   x(7) = std::log(1e-3);         // drag_tangent, kg/(m²·s)
   x(8) = std::log(15.0);         // drag_fade, s²/m²
-  options.study.base_fit = BaseFit{x, 0, {}};
+  options.study.base_fit = BaseFit{x, 0, {}, {}};
   const Diagnosis d = diagnosed(windy, {"draught", "marker_offset", "rig_tilt"}, options);
   EXPECT_EQ(d.cause, "draught");
   EXPECT_EQ(d.likeliest, "draught");
@@ -129,6 +129,17 @@ TEST(Diagnosis, ADraughtThatDragStoodInForIsSizedAndStaysAlone) {
   // air_x is not looked at: from here 0.12 is found for 0.08 (docs/diagnosis-measured.md).
   EXPECT_NEAR(f.size[1].value, 0.22, 0.02);
   EXPECT_NEAR(f.size[2].value, 0, 0.06);  // along the fabric it hardly shows
+}
+
+// The base fit moves the clock with the fabric: were it held, shear and damping would go to their bounds in its place.
+TEST(Diagnosis, ALateClockIsFoundByTheBaseFit) {
+  SimulatedSwatch late = usual_fabric();
+  late.delay_s = 0.08;
+  const Diagnosis d = diagnosed(late, {"camera_delay", "dropped_frames", "creep", "draught"});
+  ASSERT_TRUE(d.base_fit.clock.contains("delay"));
+  EXPECT_EQ(d.cause, "camera_delay");
+  ASSERT_EQ(finding(d, "camera_delay").size.size(), 1u);
+  EXPECT_NEAR(finding(d, "camera_delay").size[0].value, 0.08, 0.002);
 }
 
 // With one effect alone there is no other to go with it.
@@ -145,7 +156,7 @@ TEST(Diagnosis, FindsTheWayBackFromStiffShear) {
   SimulatedSwatch coupled = usual_fabric();
   coupled.material.coupling = 0.4;
   DiagnosisOptions options;
-  options.study.base_fit = BaseFit{base_of(coupled, 80, 450), 0, {}};
+  options.study.base_fit = BaseFit{base_of(coupled, 80, 450), 0, {}, {}};
   const Diagnosis d = diagnosed(coupled, {"coupling", "draught", "creep"}, options);
   EXPECT_EQ(d.cause, "coupling");
   ASSERT_EQ(finding(d, "coupling").size.size(), 1u);
@@ -162,12 +173,15 @@ TEST(Diagnosis, NamesNothingWhereNothingIsAmiss) {
 TEST(BaseFit, IsReadBitForBitForTheSameInput) {
   const fs::path file = fs::path(testing::TempDir()) / ("selvedge_base_fit_" + std::to_string(getpid()) + ".json");
   EXPECT_FALSE(read_base_fit(file, "input"));
-  const BaseFit written{
-      Eigen::Vector3d(0.1 + 0.2, -2, 1e-300), 12, {Eigen::Matrix3Xd::Random(3, 4), Eigen::Matrix3Xd::Random(3, 4)}};
+  const BaseFit written{Eigen::Vector3d(0.1 + 0.2, -2, 1e-300),
+                        12,
+                        {Eigen::Matrix3Xd::Random(3, 4), Eigen::Matrix3Xd::Random(3, 4)},
+                        {{"delay", 0.1 + 0.7}}};
   write_base_fit(file, written, "input");
   const auto fit = read_base_fit(file, "input");
   ASSERT_TRUE(fit);
   EXPECT_EQ(fit->coordinates, written.coordinates);
+  EXPECT_EQ(fit->clock, written.clock);
   EXPECT_EQ(fit->branch, written.branch);
   EXPECT_EQ(fit->cells, 12);
   EXPECT_FALSE(read_base_fit(file, "another"));
