@@ -113,7 +113,13 @@ void fit_arm(Study& study, const Windows& windows, const Evidence& evidence, con
     for (Index k = 0; k < sets.cols(); ++k) r.col(k) += grid_share(study, sets.col(k)) * about.grid;
     return r;
   };
-  if (arm.x != about.x) arm.residual = simulate_at(arm.x).col(0);
+  if (arm.x != about.x) {
+    arm.residual = simulate_at(arm.x).col(0);
+    Arm stays = arm;  // where a whole step leads astray
+    stays.x = about.x;
+    stays.residual = about.residual;
+    if (!(misfit(study, evidence, arm, scale) <= misfit(study, evidence, stays, scale))) arm = std::move(stays);
+  }
   for (long round = 0; round < study.protocol.rounds; ++round) {
     if (!arm.residual.allFinite()) return;
     VectorXd d = posterior_of(study, evidence, arm, scale).mean;

@@ -4,7 +4,8 @@
 A block fenced as ```console holds commands (lines that begin with "$ ", continued after a backslash or by lines that
 begin with "> ") and below each what it prints. Shown lines must come in that order in what it prints, on standard
 output and then on standard error; others may stand between. In a shown line … stands for any text, and numbers may be a
-fifth off: a fit's digits turn with the processor. What it calls hardly determined may be off by a factor of four. A last line "(exit status N)" says how the command ends; without it, it must end with 0. A block after the
+fifth off: a fit's digits turn with the processor. What it calls hardly determined may be off by a factor of four. A
+last line "(exit status N)" says how the command ends; without it, it must end with 0. A block after the
 comment <!-- not run --> is left out. Exit status 1 where a command does otherwise, 77 where a page has no commands.
 """
 
