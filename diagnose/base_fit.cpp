@@ -172,7 +172,7 @@ std::vector<Index> rows_of_base(const Study& study) {
 }
 
 // What a clock does to all markers alike. A fit that cannot move it bends the fabric's parameters in its place: with
-// stamps a fifth of a second late the base of a fabric of 27 mm ended with a hundredth of its shear.
+// stamps a fifth of a second late a base ended with a tenth of the shear and ten times the stretch stiffness.
 std::vector<Index> rows_of_clock(const Study& study) {
   std::vector<Index> out;
   for (const char* name : {"delay", "delay_per_second"})

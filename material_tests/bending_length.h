@@ -12,4 +12,7 @@ inline double bending_length_m(double bend, double areal_mass) {
   return std::cbrt(bend / (areal_mass * kGravity_m_s2));
 }
 
+// A rigidity a width as instruments of the trade print it, gf·cm²/cm, of one in N·m.
+inline double gram_force_cm(double bend) { return bend / 9.80665e-5; }
+
 }  // namespace selvedge::material_tests

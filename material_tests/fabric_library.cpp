@@ -254,9 +254,11 @@ std::vector<std::string> place_among(const std::vector<LibraryFabric>& library, 
   }
   const std::string among = published ? "618 fabrics of a drape tester (Feng et al. 2022)"
                                       : fmt::format("{} fabrics of the library", library.size());
-  std::vector<std::string> out = {fmt::format("among {}: bending length {:.1f} mm at {}, areal mass {:.3g} kg/m² at {}",
-                                              among, 1e3 * bending_length_m, text_of(at_length, published), areal_mass,
-                                              text_of(at_mass, published))};
+  const double bend = areal_mass * kGravity_m_s2 * std::pow(bending_length_m, 3);
+  std::vector<std::string> out = {fmt::format(
+      "among {}: bending length {:.1f} mm at {} ({:.3g} µN·m, {:.2g} gf·cm²/cm), areal mass {:.0f} g/m² at {}", among,
+      1e3 * bending_length_m, text_of(at_length, published), 1e6 * bend, gram_force_cm(bend), 1e3 * areal_mass,
+      text_of(at_mass, published))};
   if (!near)
     out.push_back(published ? "no real fabric is known to lie there: outside nine tenths of them"
                             : fmt::format("no fabric of the library lies near: none within a factor of {} in bending "

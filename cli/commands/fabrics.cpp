@@ -6,6 +6,7 @@
 
 #include "cli/command.h"
 #include "files/bad_input.h"
+#include "material_tests/bending_length.h"
 #include "material_tests/fabric_library.h"
 #include "report/text_table.h"
 
@@ -30,11 +31,15 @@ void list(const std::filesystem::path& folder, size_t most) {
   std::vector<std::vector<std::string>> rows;
   for (size_t i = 0; i < std::min(most, library.size()); ++i) {
     const material_tests::LibraryFabric& f = library[i];
-    rows.push_back({f.name, fmt::format("{:.3f}", f.areal_mass), fmt::format("{:.3g}", f.bend_warp),
-                    fmt::format("{:.3g}", f.bend_weft), millimetres(material_tests::bending_length(f)), f.source});
+    rows.push_back({f.name, fmt::format("{:.0f}", 1e3 * f.areal_mass), fmt::format("{:.3g}", f.bend_warp),
+                    fmt::format("{:.3g}", f.bend_weft),
+                    fmt::format("{:.2g}, {:.2g}", material_tests::gram_force_cm(f.bend_warp),
+                                material_tests::gram_force_cm(f.bend_weft)),
+                    millimetres(material_tests::bending_length(f)), f.source});
   }
-  fmt::print("{}", report::text_table(
-                       {"fabric", "kg/m²", "bend warp, N·m", "bend weft, N·m", "bending length, mm", "source"}, rows));
+  fmt::print("{}", report::text_table({"fabric", "g/m²", "bend warp, N·m", "bend weft, N·m", "both, gf·cm²/cm",
+                                       "bending length, mm", "source"},
+                                      rows));
   if (library.size() > rows.size()) fmt::print("and {} more (--most N)\n", library.size() - rows.size());
 }
 

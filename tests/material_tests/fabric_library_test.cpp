@@ -82,7 +82,9 @@ TEST_F(FabricLibrary, SaysWhereAFabricLies) {
   }
   const auto inside = place_among(library, 0.0201, 0.2);
   ASSERT_EQ(inside.size(), 1u);
-  EXPECT_NE(inside[0].find("20.1 mm at percentile 51"), std::string::npos) << inside[0];
+  EXPECT_NE(inside[0].find("20.1 mm at percentile 51 (15.9 µN·m, 0.16 gf·cm²/cm), areal mass 200 g/m²"),
+            std::string::npos)
+      << inside[0];
   const auto far = place_among(library, 0.05, 0.2);
   ASSERT_EQ(far.size(), 2u);
   EXPECT_NE(far[1].find("no fabric of the library"), std::string::npos);
