@@ -24,8 +24,8 @@ struct Spectrum {
   double bend_omega2 = 0, bend_lambda = 0, bend_ratio = 0;
   double tension = 0;          // largest strain expected, which makes sideways waves stiff
   double implicit_lambda = 0;  // 1/s, of damping that a step takes by an inertia larger by kImplicit h λ
-  int most_stages = 6;
-  double stage_cost = 0.53;  // of one evaluation of all forces
+  int most_stages = 6;         // that a plan looks at, up to DampingStages::kMost
+  double stage_cost = 0.53;    // of one evaluation of all forces
 };
 Spectrum spectrum_of(const Sheet& sheet, const Material& material);
 

@@ -30,7 +30,7 @@ bool applies(const Effect& effect, const std::vector<model::ObservedTrial>& tria
     case AppliesTo::anything: return true;
     case AppliesTo::simple_drag: return drag != model::Drag::nonlinear;
     case AppliesTo::images: return any(has_images);
-    case AppliesTo::points: return any([](const model::ObservedTrial& t) { return t.markers.has_value(); });
+    case AppliesTo::points: return has_markers(trials);
     case AppliesTo::outlines: return any(has_images) || any(model::is_outline_grid);
     case AppliesTo::grids: return any(model::is_outline_grid);
   }
@@ -96,10 +96,6 @@ estimate::LeastSquaresOptions search_options(int max_iterations, double least_de
   return o;
 }
 
-bool has_markers(const std::vector<model::ObservedTrial>& trials) {
-  return std::any_of(trials.begin(), trials.end(), [](const model::ObservedTrial& t) { return t.markers.has_value(); });
-}
-
 // Least squares from x, where there are markers nudged towards them, else from where a start was found.
 BaseFit fit_base(const std::vector<model::ObservedTrial>& observed, const Measured& measured,
                  const std::vector<model::Parameter>& base, VectorXd x, const StudyOptions& options, int& evaluations) {
@@ -133,7 +129,7 @@ BaseFit fit_base(const std::vector<model::ObservedTrial>& observed, const Measur
   search.progress = fit::part_of(options.progress, 0.4, 0.95, "base fit");
   const estimate::LeastSquaresResult fitted = fit::minimise_on_branches(simulation, state, base, x, search);
   evaluations += fitted.evaluations;
-  return {fitted.coordinates, cells, state.branch, {}};
+  return {fitted.coordinates, cells, state.branch};
 }
 
 // In a fit that lacks an effect shear, damping and drag stand in for it, as far as their bounds let them. The windows
@@ -264,12 +260,12 @@ FittedStudy make_study(const trial::Campaign& campaign, const std::vector<Effect
   study.base = model::usual_coordinates(study.parameters);
   begin_with_measured(study, trials);
   if (options.base_fit) out.base_fit = *options.base_fit;
-  else if (options.fitted) out.base_fit = {*options.fitted, 0, {}, {}};
+  else if (options.fitted) out.base_fit = {*options.fitted, 0, {}};
   else out.base_fit = fit_base_with_clock(trials, study, options, study.evaluations);
   BaseFit& fit = out.base_fit;
-  for (const auto& [name, coordinate] : fit.clock)
-    if (const size_t at = model::place_of(study.parameters, name); at < study.first_force)
-      study.base(static_cast<Index>(at)) = coordinate;
+  for (const Index row : rows_of_clock(study))
+    if (const auto found = fit.clock.find(study.parameters[static_cast<size_t>(row)].name); found != fit.clock.end())
+      study.base(row) = found->second;
   if (!measured_effects(study).empty()) base = model::only(study.parameters, rows_of_base(study), study.base);
   if (fit.cells == 0) fit.cells = usual_cells(study.protocol, trials, base, fit.coordinates);
   study.protocol.cells = fit.cells;

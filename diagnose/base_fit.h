@@ -23,7 +23,7 @@ struct BaseFit {
   long cells = 0;                        // of the usual grid, along the width; 0: to be chosen
   std::vector<Eigen::Matrix3Xd> branch;  // of each trial on the usual grid; empty: to be found
   // What the markers' clock was fitted to beside them, by name: their delay and its growth; empty: it was not.
-  std::map<std::string, double> clock;
+  std::map<std::string, double> clock = {};
 };
 
 // input: the hash of what the fit rests on (estimate/kept_input.h).

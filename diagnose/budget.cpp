@@ -21,12 +21,7 @@ namespace {
 
 bool holds(const std::vector<size_t>& list, size_t x) { return std::find(list.begin(), list.end(), x) != list.end(); }
 
-double dimensions_of(const Study& study) {
-  const auto& trials = study.simulation->trials();
-  const bool has_markers =
-      std::any_of(trials.begin(), trials.end(), [](const model::ObservedTrial& t) { return t.markers.has_value(); });
-  return has_markers ? 3 : 1;
-}
+double dimensions_of(const Study& study) { return has_markers(study.simulation->trials()) ? 3 : 1; }
 
 void add_squares(const Study& study, const Windows& windows, const Evidence& evidence, HeldOut& out) {
   const auto groups = static_cast<Index>(study.groups.size());

@@ -1,5 +1,6 @@
 #include "diagnose/study.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include <fmt/format.h>
@@ -8,6 +9,10 @@ namespace selvedge::diagnose {
 
 std::vector<model::Parameter> base_of(const Study& study) {
   return {study.parameters.begin(), study.parameters.begin() + static_cast<std::ptrdiff_t>(study.base_count)};
+}
+
+bool has_markers(const std::vector<model::ObservedTrial>& trials) {
+  return std::any_of(trials.begin(), trials.end(), [](const model::ObservedTrial& t) { return t.markers.has_value(); });
 }
 
 std::vector<size_t> measured_effects(const Study& study) {

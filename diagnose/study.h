@@ -35,7 +35,8 @@ struct Study {
   model::State state;
   std::shared_ptr<const model::Simulation> fine;  // the same trials on the fine grid
   model::State fine_state;
-  // Coordinates of all parameters, effects neutral but for those that were measured before any physics.
+  // Coordinates of all parameters, effects neutral but for what was measured before
+  // any physics and for the clock that the base fit found.
   Eigen::VectorXd base;
   std::vector<std::string> remarks;  // what material tests gave the base
   std::vector<std::string> doubts;   // of the recordings (capture/trial/doubts.h)
@@ -45,6 +46,8 @@ struct Study {
 
 // The base's parameters, of study.parameters.
 std::vector<model::Parameter> base_of(const Study& study);
+
+bool has_markers(const std::vector<model::ObservedTrial>& trials);
 
 // Effects that do not stand at neutral in study.base.
 std::vector<size_t> measured_effects(const Study& study);

@@ -131,7 +131,7 @@ class Search {
   double first_guess(double drape_coefficient, int folds) const {
     cloth::Material m = base_;
     const double reach = sheet_.disc().radius_m - sheet_.disc().support_radius_m;
-    m.bend = m.density * kGravity_m_s2 * std::pow(0.6 * reach, 3);
+    m.bend = bend_of(0.6 * reach, m.density);
     Matrix3Xd control = folded(sheet_, folds);
     double last = 1, ln_last = std::log(m.bend);
     for (int i = 0; i < 24; ++i, m.bend *= 0.6) {

@@ -254,7 +254,7 @@ std::vector<std::string> place_among(const std::vector<LibraryFabric>& library, 
   }
   const std::string among = published ? "618 fabrics of a drape tester (Feng et al. 2022)"
                                       : fmt::format("{} fabrics of the library", library.size());
-  const double bend = areal_mass * kGravity_m_s2 * std::pow(bending_length_m, 3);
+  const double bend = bend_of(bending_length_m, areal_mass);
   std::vector<std::string> out = {fmt::format(
       "among {}: bending length {:.1f} mm at {} ({:.3g} µN·m, {:.2g} gf·cm²/cm), areal mass {:.0f} g/m² at {}", among,
       1e3 * bending_length_m, text_of(at_length, published), 1e6 * bend, gram_force_cm(bend), 1e3 * areal_mass,

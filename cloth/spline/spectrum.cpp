@@ -102,7 +102,7 @@ Felt felt_of(const Material& m) {
 Spectrum spectrum_of(const SplineSheet& sheet, const Felt& m) {
   Spectrum out;
   out.most_stages = cloth::kernel::DampingStages::kMost;
-  out.stage_cost = 0.35;
+  out.stage_cost = 0.35;  // a stage asks for the membrane's damping alone
   out.membrane_omega2 = in_plane_eigenvalue(sheet, {m.ku, m.kv, m.coupling, m.shear, m.bend}) / m.density;
   out.membrane_lambda =
       in_plane_eigenvalue(sheet, {m.stretch_damping, m.stretch_damping, 0, m.shear_damping, 0}) / m.density;

@@ -120,7 +120,7 @@ TEST(Diagnosis, ADraughtThatDragStoodInForIsSizedAndStaysAlone) {
   x(6) = std::log(5.7);          // drag_normal, kg/m³
   x(7) = std::log(1e-3);         // drag_tangent, kg/(m²·s)
   x(8) = std::log(15.0);         // drag_fade, s²/m²
-  options.study.base_fit = BaseFit{x, 0, {}, {}};
+  options.study.base_fit = BaseFit{x, 0, {}};
   const Diagnosis d = diagnosed(windy, {"draught", "marker_offset", "rig_tilt"}, options);
   EXPECT_EQ(d.cause, "draught");
   EXPECT_EQ(d.likeliest, "draught");
@@ -156,7 +156,7 @@ TEST(Diagnosis, FindsTheWayBackFromStiffShear) {
   SimulatedSwatch coupled = usual_fabric();
   coupled.material.coupling = 0.4;
   DiagnosisOptions options;
-  options.study.base_fit = BaseFit{base_of(coupled, 80, 450), 0, {}, {}};
+  options.study.base_fit = BaseFit{base_of(coupled, 80, 450), 0, {}};
   const Diagnosis d = diagnosed(coupled, {"coupling", "draught", "creep"}, options);
   EXPECT_EQ(d.cause, "coupling");
   ASSERT_EQ(finding(d, "coupling").size.size(), 1u);

@@ -22,7 +22,7 @@ class EvidenceOfWindows : public testing::Test {
     StudyOptions options;
     options.protocol.cells = 6;
     options.protocol.rate_hz = 8;
-    options.base_fit = BaseFit{base_of(swatch, swatch.material.stretch, swatch.material.shear), 0, {}, {}};
+    options.base_fit = BaseFit{base_of(swatch, swatch.material.stretch, swatch.material.shear), 0, {}};
     study_ = std::make_unique<Study>(std::move(make_study(simulated_campaign(swatch), {}, options).study));
     windows_ = std::make_unique<Windows>(*study_->simulation, study_->protocol);
   }

@@ -19,7 +19,7 @@ TEST(Where, ImagesAreCarriedBackOntoTheFabric) {
   StudyOptions options;
   options.protocol.cells = 6;
   const auto base = model::base_parameters();
-  options.base_fit = BaseFit{model::usual_coordinates(base), 0, {}, {}};
+  options.base_fit = BaseFit{model::usual_coordinates(base), 0, {}};
   const Study study = std::move(make_study(campaign, {}, options).study);
   const model::Residuals r = study.simulation->evaluate(study.state, base, study.base.head(study.base_count)).front();
   const Where where = split_residual(study, r.mm, 0.3);

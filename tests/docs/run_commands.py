@@ -4,8 +4,7 @@
 A block fenced as ```console holds commands (lines that begin with "$ ", continued after a backslash or by lines that
 begin with "> ") and below each what it prints. Shown lines must come in that order in what it prints, on standard
 output and then on standard error; others may stand between. In a shown line … stands for any text, and numbers may be a
-fifth off: a fit's digits turn with the processor. What it calls hardly determined may be off by a factor of four. A
-last line "(exit status N)" says how the command ends; without it, it must end with 0. A block after the
+tenth off. A last line "(exit status N)" says how the command ends; without it, it must end with 0. A block after the
 comment <!-- not run --> is left out. Exit status 1 where a command does otherwise, 77 where a page has no commands.
 """
 
@@ -52,22 +51,19 @@ def take(found, number, text):
         found[-1][2].append(text)
 
 
-def near(shown, printed, loose):
+def near(shown, printed):
     a, b = float(shown), float(printed)
-    if loose and a * b > 0 and 0.25 <= a / b <= 4:
-        return True
-    return abs(a - b) <= max(0.2 * abs(a), 2 * 10.0 ** -len(shown.partition(".")[2]) if "." in shown else 0)
+    return abs(a - b) <= max(0.1 * abs(a), 2 * 10.0 ** -len(shown.partition(".")[2]) if "." in shown else 0)
 
 
 def same(shown, printed):
-    """Numbers may be off as near() says; … is any text; how wide a table's columns are does not count."""
+    """Numbers a tenth off; … is any text; how wide a table's columns are does not count."""
     shown, printed = SPACE.sub(" ", shown).strip(), SPACE.sub(" ", printed).strip()
     numbers = NUMBER.findall(shown)
     parts = (re.escape(part) for part in NUMBER.sub("\0", shown).split("…"))
     pattern = ".*".join(parts).replace(re.escape("\0"), "\0").replace("\0", f"({NUMBER.pattern})")
     match = re.fullmatch(pattern, printed)
-    loose = shown.endswith("hardly determined")
-    return bool(match) and all(near(a, b, loose) for a, b in zip(numbers, match.groups()))
+    return bool(match) and all(near(a, b) for a, b in zip(numbers, match.groups()))
 
 
 def missing_line(shown, printed):
@@ -119,7 +115,6 @@ def check_itself():
     """What is compared loosely, and what is not."""
     assert same("held-out error 1.05 mm", "held-out   error  1.10 mm")
     assert not same("held-out error 1.05 mm", "held-out error 1.50 mm")
-    assert same("drag 0.2 hardly determined", "drag 0.6 hardly determined") and not same("drag 0.2", "drag 0.6")
     assert same("wrote …/fit.json", "wrote runs/a/fit.json") and not same("wrote", "wrote more")
     assert missing_line(["b"], ["a", "b"]) is None and missing_line(["b", "a"], ["a", "b"]) == "a"
 

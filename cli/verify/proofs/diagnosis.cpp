@@ -226,7 +226,7 @@ std::vector<Figure> prove_diagnosis(const FigureOptions& options) {
   std::mt19937_64 random(options.seed);
   const hardware_sim::BankKey key = key_of("none", options, random);
   diagnose::StudyOptions study = study_of(options);
-  study.base_fit = diagnose::BaseFit{true_base(key.truth), 0, {}, {}};
+  study.base_fit = diagnose::BaseFit{true_base(key.truth), 0, {}};
   options.progress(0, "one campaign, linearised");
   DrawnCampaign campaign(recorded(key, "drawn"), effects_of(options), study);
   std::vector<Figure> out;
