@@ -72,6 +72,7 @@ Arm arm_at(const Study& study, const Linearisation& about, const std::vector<con
   arm.columns = about.columns;
   arm.changes = about.changes;
   arm.x = about.x;
+  arm.branches = about.branches;
   arm.residual = about.residual;
   arm.grid = about.grid;
   if (d.size() > 0) arm.x = moved(study, arm, d);
@@ -109,15 +110,16 @@ void fit_arm(Study& study, const Windows& windows, const Evidence& evidence, con
              size_t scale) {
   const std::vector<double> shares = {1, 0.5, 0.25};
   const auto simulate_at = [&](const MatrixXd& sets) {
-    MatrixXd r = simulated(study, windows, sets);
+    MatrixXd r = simulated(study, windows, *arm.branches, sets);
     for (Index k = 0; k < sets.cols(); ++k) r.col(k) += grid_share(study, sets.col(k)) * about.grid;
     return r;
   };
   if (arm.x != about.x) {
-    arm.residual = simulate_at(arm.x).col(0);
     Arm stays = arm;  // where a whole step leads astray
     stays.x = about.x;
     stays.residual = about.residual;
+    arm.branches = branches_at(study, *about.branches, arm.x);
+    arm.residual = simulate_at(arm.x).col(0);
     if (!(misfit(study, evidence, arm, scale) <= misfit(study, evidence, stays, scale))) arm = std::move(stays);
   }
   for (long round = 0; round < study.protocol.rounds; ++round) {

@@ -18,6 +18,7 @@ struct Arm {
   std::vector<size_t> effects;
   std::vector<Size> sizes;   // of each column of the linearisation
   Eigen::VectorXd x;         // all coordinates
+  Branches branches;         // where its simulations begin
   Eigen::VectorXd residual;  // simulated there
   Eigen::VectorXd grid;      // what a finer grid adds
   std::vector<Column> columns;

@@ -98,17 +98,6 @@ double HeldOut::mm() const { return std::sqrt(dimensions * square_mm2.sum() / st
 
 namespace {
 
-// With those of its effects that are not listed at neutral.
-Arm without(const Arm& arm, const std::vector<size_t>& effects) {
-  Arm less = arm;
-  for (size_t k = 0; k < arm.columns.size(); ++k) {
-    const Column& c = arm.columns[k];
-    if (!c.is_base && !c.is_force && holds(arm.effects, c.effect) && !holds(effects, c.effect))
-      less.sizes[k] = Size::neutral;
-  }
-  return less;
-}
-
 // What data say of an arm's columns: all trials, and all but those of each group.
 struct Grams {
   Gram all;
@@ -138,53 +127,16 @@ GramsOfArms grams_of(const Study& study, const Evidence& evidence, const std::ve
   return out;
 }
 
-// Whether an effect that was measured before any physics is taken away.
-bool is_far(const Subset& subset, const std::vector<size_t>& measured) {
-  return std::any_of(subset.arm->effects.begin(), subset.arm->effects.end(),
-                     [&](size_t e) { return holds(measured, e) && !holds(subset.effects, e); });
-}
-
-// What a simulation of each subset leaves beside what its arm's derivatives say; empty where these serve.
-std::vector<VectorXd> beyond_derivatives(Study& study, const Windows& windows, const Evidence& evidence,
-                                         const std::vector<Subset>& subsets, const GramsOfArms& grams) {
-  const std::vector<size_t> measured = measured_effects(study);
-  std::vector<size_t> far;
-  std::vector<VectorXd> by;
-  MatrixXd sets(study.base.size(), 0);
-  for (size_t k = 0; k < subsets.size(); ++k) {
-    if (!is_far(subsets[k], measured)) continue;
-    const Arm less = without(*subsets[k].arm, subsets[k].effects);
-    by.push_back(posterior_of(study, less, grams.at({subsets[k].arm, subsets[k].scale}).all,
-                              evidence.error().scales[subsets[k].scale])
-                     .mean);
-    sets.conservativeResize(Eigen::NoChange, sets.cols() + 1);
-    sets.rightCols(1) = moved(study, less, by.back());
-    far.push_back(k);
-  }
-  std::vector<VectorXd> out(subsets.size());
-  if (far.empty()) return out;
-  const MatrixXd there = simulated(study, windows, sets);
-  for (size_t i = 0; i < far.size(); ++i) {
-    const Arm& arm = *subsets[far[i]].arm;
-    const auto at = static_cast<Index>(i);
-    const VectorXd beyond =
-        there.col(at) + grid_share(study, sets.col(at)) * arm.grid - arm.residual - arm.changes * by[i];
-    if (beyond.allFinite()) out[far[i]] = beyond;
-  }
-  return out;
-}
-
 HeldOut hold_out(const Study& study, const Windows& windows, const Evidence& evidence, const Subset& subset,
-                 const Grams& grams, const VectorXd& beyond) {
-  const Arm& arm = *subset.arm;
+                 const Grams& grams) {
+  Arm arm = *subset.arm;
+  arm.sizes = subset.sizes;
   HeldOut out;
   out.residual = arm.residual;
-  if (beyond.size() > 0) out.residual += beyond;
   out.coordinates.assign(study.groups.size(), arm.x);
-  const Arm less = without(arm, subset.effects);
   tbb::parallel_for(size_t{0}, study.groups.size(), [&](size_t g) {
-    const VectorXd d = posterior_of(study, less, grams.without[g], evidence.error().scales[subset.scale]).mean;
-    out.coordinates[g] = moved(study, less, d);
+    const VectorXd d = posterior_of(study, arm, grams.without[g], evidence.error().scales[subset.scale]).mean;
+    out.coordinates[g] = moved(study, arm, d);
     for (const Window& w : windows.windows())
       if (holds(study.groups[g], w.trial))
         out.residual.segment(w.first, w.count) += arm.changes.middleRows(w.first, w.count) * d;
@@ -195,25 +147,11 @@ HeldOut hold_out(const Study& study, const Windows& windows, const Evidence& evi
 
 }  // namespace
 
-std::vector<Subset> subsets_of(const Arm& arm, size_t scale) {
-  std::vector<Subset> out;
-  for (size_t set = 0; set < size_t{1} << arm.effects.size(); ++set) {
-    Subset subset{&arm, scale, {}};
-    for (size_t e = 0; e < arm.effects.size(); ++e)
-      if (set >> e & 1) subset.effects.push_back(arm.effects[e]);
-    out.push_back(std::move(subset));
-  }
-  return out;
-}
-
-std::vector<HeldOut> hold_out(Study& study, const Windows& windows, const Evidence& evidence,
+std::vector<HeldOut> hold_out(const Study& study, const Windows& windows, const Evidence& evidence,
                               const std::vector<Subset>& subsets) {
   const GramsOfArms grams = grams_of(study, evidence, subsets);
-  const std::vector<VectorXd> beyond = beyond_derivatives(study, windows, evidence, subsets, grams);
   std::vector<HeldOut> out;
-  for (size_t k = 0; k < subsets.size(); ++k)
-    out.push_back(
-        hold_out(study, windows, evidence, subsets[k], grams.at({subsets[k].arm, subsets[k].scale}), beyond[k]));
+  for (const Subset& s : subsets) out.push_back(hold_out(study, windows, evidence, s, grams.at({s.arm, s.scale})));
   return out;
 }
 

@@ -28,19 +28,15 @@ struct HeldOut {
   double dimensions = 3;
 };
 
-// An arm with some of its effects, the others of them neutral; at this s.
+// Some effects, in closed form about an arm that need not have them; at this s.
 struct Subset {
   const Arm* arm = nullptr;
   size_t scale = 0;
-  std::vector<size_t> effects;
+  std::vector<Size> sizes;  // of each column
 };
 
-// All subsets of an arm's effects, a bit an effect.
-std::vector<Subset> subsets_of(const Arm& arm, size_t scale);
-
-// What each leaves. Where an effect that was measured before any physics is taken away, which is further than
-// derivatives reach, the subset is simulated; all those side by side.
-std::vector<HeldOut> hold_out(Study& study, const Windows& windows, const Evidence& evidence,
+// What each leaves.
+std::vector<HeldOut> hold_out(const Study& study, const Windows& windows, const Evidence& evidence,
                               const std::vector<Subset>& subsets);
 
 // What the sensor alone leaves of each group.

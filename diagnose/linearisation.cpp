@@ -139,14 +139,20 @@ double grid_share(const Study& study, const VectorXd& x) {
   return share;
 }
 
-MatrixXd simulated(Study& study, const Windows& windows, const MatrixXd& sets) {
+Branches branches_at(const Study& study, const model::State& these, const VectorXd& x) {
+  auto out = std::make_shared<model::State>(these);
+  study.simulation->rematch(*out, study.parameters, x);
+  return out;
+}
+
+MatrixXd simulated(Study& study, const Windows& windows, const model::State& branches, const MatrixXd& sets) {
   constexpr Index kAtOnce = 32;  // between two words of progress
   study.evaluations += static_cast<int>(sets.cols());
   MatrixXd out;
   for (Index first = 0; first < sets.cols(); first += kAtOnce) {
     const Index count = std::min(kAtOnce, sets.cols() - first);
     const MatrixXd some =
-        windows.residuals(*study.simulation, study.state, study.parameters, sets.middleCols(first, count));
+        windows.residuals(*study.simulation, branches, study.parameters, sets.middleCols(first, count));
     if (first == 0) out.resize(some.rows(), sets.cols());
     out.middleCols(first, count) = some;
     if (sets.cols() > kAtOnce) study.on_share(static_cast<double>(first + count) / static_cast<double>(sets.cols()));
@@ -164,16 +170,17 @@ MatrixXd responses_to_forces(Study& study, const Windows& windows, const VectorX
   const auto count = static_cast<Index>(study.parameters.size() - study.first_force);
   MatrixXd sets = x.replicate(1, count);
   for (Index k = 0; k < count; ++k) sets(static_cast<Index>(study.first_force) + k, k) = 1;
-  MatrixXd out = simulated(study, windows, sets).colwise() - residual;
+  MatrixXd out = simulated(study, windows, study.state, sets).colwise() - residual;
   for (Index k = 0; k < count; ++k)
     if (!out.col(k).allFinite()) out.col(k).setZero();
   return out;
 }
 
-Linearisation linearise(Study& study, const Windows& windows, const VectorXd& x, const VectorXd& grid,
-                        const MatrixXd& forces) {
+Linearisation linearise(Study& study, const Windows& windows, const Branches& branches, const VectorXd& x,
+                        const VectorXd& grid, const MatrixXd& forces) {
   Linearisation out;
   out.x = x;
+  out.branches = branches;
   out.grid = grid;
   list_columns(study, out);
   const auto n = static_cast<Index>(study.base_count), all = static_cast<Index>(out.columns.size());
@@ -197,7 +204,7 @@ Linearisation linearise(Study& study, const Windows& windows, const VectorXd& x,
         sets(c.coordinate, 1 + k) += step[static_cast<size_t>(k)];
       }
     }
-  const MatrixXd r = simulated(study, windows, sets);
+  const MatrixXd r = simulated(study, windows, *branches, sets);
   out.residual = r.col(0);
   out.changes.resize(r.rows(), all);
   for (Index k = 0; k < all; ++k) {

@@ -8,6 +8,7 @@
 // small sizes are likeliest, not at neutral.
 #pragma once
 
+#include <memory>
 #include <vector>
 
 #include <Eigen/Cholesky>
@@ -47,8 +48,13 @@ struct Way {
 Eigen::VectorXd effect_at(const Study& study, const Way& way, const Eigen::VectorXd& d);
 double deviation_at(const Study& study, const Way& way, const Posterior& posterior);
 
+// Branches of equilibrium that simulations begin at. In a draught a sheet that hangs still does not hang as it does
+// without, so each point that sets are simulated about has its own.
+using Branches = std::shared_ptr<const model::State>;
+
 struct Linearisation {
   Eigen::VectorXd x;         // all coordinates where derivatives were taken
+  Branches branches;         // of equilibrium there
   Eigen::VectorXd residual;  // mm, with what the finer grid adds
   Eigen::VectorXd grid;      // what that adds
   Eigen::MatrixXd changes;   // mm per unit of each column
@@ -72,9 +78,12 @@ class BeyondBase {
 // The prior of a column about a model that stands at x, where model error is s times its usual size.
 Prior prior_of(const Study& study, const Column& column, const Eigen::VectorXd& x, Size size, double s);
 
+// Those that the recordings show, of fabric at x: the nearest to them, or these (Simulation::rematch).
+Branches branches_at(const Study& study, const model::State& these, const Eigen::VectorXd& x);
+
 // About x. grid: what a finer grid adds; forces: what smooth ones do (responses_to_forces).
-Linearisation linearise(Study& study, const Windows& windows, const Eigen::VectorXd& x, const Eigen::VectorXd& grid,
-                        const Eigen::MatrixXd& forces);
+Linearisation linearise(Study& study, const Windows& windows, const Branches& branches, const Eigen::VectorXd& x,
+                        const Eigen::VectorXd& grid, const Eigen::MatrixXd& forces);
 
 // What smooth forces of usual size do at x.
 Eigen::MatrixXd responses_to_forces(Study& study, const Windows& windows, const Eigen::VectorXd& x,
@@ -85,7 +94,8 @@ Eigen::VectorXd grid_change(Study& study, const Windows& windows, const Eigen::V
                             const Eigen::VectorXd& residual);
 
 // Residuals on the usual grid.
-Eigen::MatrixXd simulated(Study& study, const Windows& windows, const Eigen::MatrixXd& sets);
+Eigen::MatrixXd simulated(Study& study, const Windows& windows, const model::State& branches,
+                          const Eigen::MatrixXd& sets);
 
 // How much of what a finer grid changes a model has: once, and beyond that what mesh_resolution gives it.
 double grid_share(const Study& study, const Eigen::VectorXd& x);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 #include <boost/math/distributions/normal.hpp>
 
@@ -30,13 +31,65 @@ LookedAt placed(const Weighed& w, const std::vector<size_t>& effects) {
   return out;
 }
 
-// What its subsets leave, a bit an effect.
-void fill_in(const Weighed& w, const std::vector<HeldOut>& left, LookedAt& out) {
-  Arm neutral = out.arm;
-  for (Size& size : neutral.sizes)
-    if (size == Size::free) size = Size::neutral;
+// The set's sizes with those effects of it at neutral that have no bit.
+std::vector<Size> sizes_of_subset(const Arm& arm, size_t bits) {
+  std::vector<Size> out = arm.sizes;
+  for (size_t k = 0; k < arm.columns.size(); ++k) {
+    const Column& c = arm.columns[k];
+    if (c.is_base || c.is_force) continue;
+    const auto e = std::find(arm.effects.begin(), arm.effects.end(), c.effect) - arm.effects.begin();
+    if (e < std::ssize(arm.effects) && !(bits >> e & 1)) out[k] = Size::neutral;
+  }
+  return out;
+}
+
+// Where subsets of a set's effects stand: where they were weighed. Those that lack an effect that was measured before
+// any physics stand where the base alone was refitted without it: derivatives that were taken with it do not reach as
+// far.
+class Places {
+ public:
+  explicit Places(const Weighed& weighed) : weighed_(weighed), measured_(measured_effects(weighed.study)) {}
+
+  const Arm* of(const LookedAt& set, size_t bits) {
+    std::vector<size_t> effects, lacking;
+    for (size_t e = 0; e < set.arm.effects.size(); ++e) {
+      const size_t effect = set.arm.effects[e];
+      if (bits >> e & 1) effects.push_back(effect);
+      else if (std::find(measured_.begin(), measured_.end(), effect) != measured_.end()) lacking.push_back(effect);
+    }
+    if (lacking.empty() && &weighed_.weighing.about(effects) == set.about) return &set.arm;
+    const auto [place, is_new] = base_without_.try_emplace(lacking);
+    if (is_new) place->second = base_without(lacking, set.scale);
+    return place->second.residual.allFinite() ? &place->second : &set.arm;
+  }
+
+ private:
+  Arm base_without(const std::vector<size_t>& lacking, size_t scale) const {
+    Study& study = weighed_.study;
+    const Linearisation& none = weighed_.weighing.none;
+    Arm arm = arm_at(study, none, {});
+    for (size_t k = 0; k < arm.columns.size(); ++k) {
+      const Column& c = arm.columns[k];
+      if (c.is_base || c.is_force || std::find(lacking.begin(), lacking.end(), c.effect) == lacking.end()) continue;
+      arm.sizes[k] = Size::neutral;
+      if (c.coordinate >= 0) arm.x(c.coordinate) = c.neutral;
+    }
+    if (!lacking.empty()) fit_arm(study, weighed_.windows, weighed_.evidence(), none, arm, scale);
+    return arm;
+  }
+
+  const Weighed& weighed_;
+  std::vector<size_t> measured_;
+  std::map<std::vector<size_t>, Arm> base_without_;  // by what they lack
+};
+
+// left: what its subsets leave, a bit an effect; first: the one that has none of them.
+void fill_in(const Weighed& w, const Subset& first, const std::vector<HeldOut>& left, LookedAt& out) {
+  Arm neutral = *first.arm;
+  neutral.sizes = first.sizes;
   out.before = left.front();
   out.after = left.back();
+  out.branches_without = neutral.branches;
   const VectorXd d = posterior_of(w.study, w.evidence(), neutral, out.scale).mean;
   out.without = {"none", estimate_of(w.study, *out.about, neutral, d), out.before.coordinates};
   out.with = {name_of(w.study, out.arm.effects), estimate_of(w.study, *out.about, out.arm, out.posterior.mean),
@@ -49,14 +102,17 @@ void fill_in(const Weighed& w, const std::vector<HeldOut>& left, LookedAt& out) 
 std::vector<LookedAt> look_at(const Weighed& w, const std::vector<std::vector<size_t>>& sets) {
   std::vector<LookedAt> out;
   for (const std::vector<size_t>& effects : sets) out.push_back(placed(w, effects));
+  Places places(w);
   std::vector<Subset> subsets;
   for (const LookedAt& l : out)
-    for (Subset& subset : subsets_of(l.arm, l.scale)) subsets.push_back(std::move(subset));
+    for (size_t bits = 0; bits < size_t{1} << l.arm.effects.size(); ++bits)
+      subsets.push_back({places.of(l, bits), l.scale, sizes_of_subset(l.arm, bits)});
   const std::vector<HeldOut> left = hold_out(w.study, w.windows, w.evidence(), subsets);
-  auto next = left.begin();
+  size_t next = 0;
   for (LookedAt& l : out) {
-    const auto end = next + (std::ptrdiff_t{1} << l.arm.effects.size());
-    fill_in(w, {next, end}, l);
+    const size_t end = next + (size_t{1} << l.arm.effects.size());
+    const auto at = [&](size_t k) { return left.begin() + static_cast<std::ptrdiff_t>(k); };
+    fill_in(w, subsets[next], {at(next), at(end)}, l);
     next = end;
   }
   return out;

@@ -12,10 +12,12 @@
 
 namespace selvedge::diagnose {
 
-// A model to show: coordinates of all parameters, and what its windows leave, mm.
+// A model to show: coordinates of all parameters, where its simulations begin, and what its windows leave, mm.
 struct Shown {
   std::string name;
-  Eigen::VectorXd x, residual;
+  Eigen::VectorXd x;
+  Branches branches;
+  Eigen::VectorXd residual;
 };
 
 // One moving trial of each group. Sheets are those of the windows: where a hold lets go of a sheet, it jumps.

@@ -27,7 +27,8 @@ Linearisation linearised_at(Study& study, const Windows& windows, const Evidence
                             const EffectSet& set, const MatrixXd& forces) {
   Arm arm = arm_at(study, about, set.chosen, set.d);
   fit_arm(study, windows, evidence, about, arm, set.scale);
-  Linearisation out = linearise(study, windows, arm.x, about.grid, forces);
+  const Branches branches = branches_at(study, *arm.branches, arm.x);
+  Linearisation out = linearise(study, windows, branches, arm.x, about.grid, forces);
   return out.residual.allFinite() ? out : about;
 }
 
@@ -63,12 +64,13 @@ Weighing weigh(Study& study, const Windows& windows, const WeighingOptions& opti
     study.on_share = [=, &options](double share) { options.begins(from + (to - from) * share, what); };
   };
   begin(0, 0.37, "changing everything once");
-  const VectorXd at_fit = simulated(study, windows, study.base).col(0);
+  const VectorXd at_fit = simulated(study, windows, study.state, study.base).col(0);
   if (!at_fit.allFinite())
     throw std::runtime_error(fmt::format("{}: the base model diverges at its fitted parameters", study.campaign));
   const VectorXd grid = grid_change(study, windows, study.base, at_fit);
   const MatrixXd forces = responses_to_forces(study, windows, study.base, at_fit);
-  const Linearisation at_base = linearise(study, windows, study.base, grid, forces);
+  const Linearisation at_base =
+      linearise(study, windows, std::make_shared<model::State>(study.state), study.base, grid, forces);
   const FrameNoise frames = frame_noise(study.measured, *study.simulation, windows);
   const auto error_about = [&](const Linearisation& about) {
     return model_error(study.protocol, windows, forces, grid, about.second, frames);

@@ -25,14 +25,14 @@ using Eigen::VectorXd;
 
 constexpr double kLongestStep = 1.2;  // in coordinates
 
-// The point and one step along each coordinate, inwards where a bound is near.
-MatrixXd difference_sets(const VectorXd& upper, const VectorXd& x, double step, VectorXd& taken) {
+// The point and a step along each coordinate, inwards where a bound is near.
+MatrixXd difference_sets(const VectorXd& upper, const VectorXd& x, const VectorXd& step, VectorXd& taken) {
   const Index n = x.size();
   MatrixXd sets(n, n + 1);
   taken.resize(n);
   for (Index k = 0; k <= n; ++k) sets.col(k) = x;
   for (Index k = 0; k < n; ++k) {
-    taken(k) = x(k) + step > upper(k) ? -step : step;
+    taken(k) = x(k) + step(k) > upper(k) ? -step(k) : step(k);
     sets(k, k + 1) += taken(k);
   }
   return sets;
@@ -77,6 +77,7 @@ class Minimiser {
     for (size_t k = 0; k < parameters.size(); ++k)
       if (parameters[k].measured)
         problem_.prior_centre(static_cast<Index>(k)) = to_coordinate(parameters[k], parameters[k].start);
+    difference_ = VectorXd::Constant(start.size(), options.difference);
     if (options.journal) name_ = options.journal->next("minimise");
   }
 
@@ -134,7 +135,7 @@ class Minimiser {
   // Residuals, their scale and derivatives at the point, and what the prior weighs there.
   void linearise() {
     VectorXd taken;
-    const MatrixXd sets = difference_sets(problem_.upper, at_.x, options_.difference, taken);
+    const MatrixXd sets = difference_sets(problem_.upper, at_.x, difference_, taken);
     std::vector<model::Residuals> evaluated = simulation_.evaluate(state_, parameters_, sets, options_.trials);
     result_.evaluations += static_cast<int>(sets.cols());
     at_.residual = rows_.whitened(evaluated[0]);
@@ -149,7 +150,18 @@ class Minimiser {
     if (options_.prior_as_evidence) alike_ = rows_alike();
     problem_.prior_weight = result_.scale * result_.scale * alike_ * prior_;
     at_.cost = cost_at(problem_, at_.x, at_.residual);
+    choose_differences();
     result_.history.push_back(at_.cost);
+  }
+
+  // Of what hardly shows, a small change is lost in the roundings of a simulation: the next derivatives are taken over
+  // a share of what is left open.
+  void choose_differences() {
+    constexpr double kOfOpen = 0.3, kMost = 0.3;
+    MatrixXd information = normal_equations(problem_, at_).information;
+    information.diagonal() += problem_.prior_weight;
+    const VectorXd open = result_.scale * information.inverse().diagonal().cwiseMax(0).cwiseSqrt();
+    difference_ = (kOfOpen * open).cwiseMin(kMost).cwiseMax(options_.difference);
   }
 
   // One round of four dampings. True where it led anywhere.
@@ -192,6 +204,7 @@ class Minimiser {
                                 static_cast<double>(result_.history.size())};
     kept.insert(kept.end(), result_.history.begin(), result_.history.end());
     kept.insert(kept.end(), at_.x.begin(), at_.x.end());
+    kept.insert(kept.end(), difference_.begin(), difference_.end());
     for (const Eigen::Matrix3Xd& shape : state_.branch)
       kept.insert(kept.end(), shape.data(), shape.data() + shape.size());
     options_.journal->keep(name_ + " iteration " + std::to_string(iteration), kept);
@@ -211,6 +224,7 @@ class Minimiser {
     const VectorXd history = take(static_cast<Index>(head(3)));
     result_.history.assign(history.begin(), history.end());
     at_.x = take(at_.x.size());
+    difference_ = take(at_.x.size());
     std::vector<Eigen::Matrix3Xd> shapes;
     for (const Eigen::Matrix3Xd& shape : state_.branch) shapes.push_back(take(shape.size()).reshaped(3, shape.cols()));
     simulation_.take_branches(state_, shapes);
@@ -222,6 +236,7 @@ class Minimiser {
   const LeastSquaresOptions& options_;
   const Rows rows_;
   const VectorXd prior_;  // precision of each coordinate
+  VectorXd difference_;   // over which derivatives are taken, of each coordinate
   double alike_ = 1;      // residuals that count as one against the prior
   std::string name_;      // in the journal
   DescentProblem problem_;

@@ -66,11 +66,11 @@ DrawnCampaign::DrawnCampaign(const trial::Campaign& campaign, const std::vector<
                              const diagnose::StudyOptions& options)
     : study_(diagnose::make_study(campaign, effects, options).study) {
   windows_ = std::make_unique<diagnose::Windows>(*study_.simulation, study_.protocol);
-  const VectorXd here = simulated(study_, *windows_, study_.base).col(0);
+  const VectorXd here = simulated(study_, *windows_, study_.state, study_.base).col(0);
   if (!here.allFinite()) throw std::runtime_error("DrawnCampaign: the base diverges at its parameters");
   const VectorXd grid = grid_change(study_, *windows_, study_.base, here);
   const MatrixXd forces = responses_to_forces(study_, *windows_, study_.base, here);
-  about_ = linearise(study_, *windows_, study_.base, grid, forces);
+  about_ = linearise(study_, *windows_, std::make_shared<model::State>(study_.state), study_.base, grid, forces);
   evidence_ = std::make_unique<diagnose::Evidence>(
       *windows_, model_error(study_.protocol, *windows_, forces, grid, about_.second,
                              frame_noise(study_.measured, *study_.simulation, *windows_)));
@@ -224,7 +224,7 @@ double DrawnCampaign::forces_held(double s, std::mt19937_64& random) {
   MatrixXd sets = study_.base.replicate(1, 1 + kSimulated);
   for (Index j = 0; j < kSimulated; ++j)
     for (Index k = 0; k < count; ++k) sets(static_cast<Index>(study_.first_force) + k, 1 + j) = s * normal(random);
-  const MatrixXd r = simulated(study_, *windows_, sets);
+  const MatrixXd r = simulated(study_, *windows_, study_.state, sets);
   diagnose::Linearisation about = about_;
   about.residual = VectorXd::Zero(r.rows());
   for (size_t w = 0; w < windows_->windows().size(); ++w) {
