@@ -134,6 +134,8 @@ class Run {
         EffectFinding& f = out_.effects[e];
         if (f.weighed) continue;
         f.weighed = true;
+        for (const size_t other : l.arm.effects)
+          if (other != e) f.beside.push_back(study().effects[other].name);
         f.size = size_of(study(), l, e);
         f.reduction = reduction_of(study(), l, weighed_->noise);
       }

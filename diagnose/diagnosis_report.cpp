@@ -107,12 +107,13 @@ void add_effects(report::HtmlReport& html, const Diagnosis& d) {
   for (const EffectFinding& f : d.effects) {
     std::string size;
     for (const SizedParameter& p : f.size) size += (size.empty() ? "" : "; ") + in_words(p);
-    rows.push_back({f.name, to_text(f.side), fmt::format("{:.3f}", f.inclusion), fmt::format("{:.3f}", f.probability),
-                    percent(f.absorbed), f.weighed ? before_and_after(f.reduction) : "–",
-                    f.weighed ? share_closed(f.reduction) : "–", size.empty() ? "–" : size});
+    rows.push_back({name_in_words(f), to_text(f.side), fmt::format("{:.3f}", f.inclusion),
+                    fmt::format("{:.3f}", f.probability), percent(f.absorbed),
+                    f.weighed ? before_and_after(f.reduction) : "–", f.weighed ? share_closed(f.reduction) : "–",
+                    size.empty() ? "–" : size});
   }
   html.table({"effect", "side", "probability that it is there", "probability as the cause",
-              "hidden by refitting the base model", "error without and with it, mm",
+              "hidden by refitting the base model", "error of the base, and with it, mm",
               "share of the gap it closes (90 %)", "size (90 %)"},
              rows);
   html.paragraph(no_effect_in_words(d));
@@ -156,6 +157,7 @@ json to_json(const Diagnosis& d) {
     for (const SizedParameter& p : f.size)
       sizes[f.name][p.name] = {{"value", p.value}, {"unit", p.unit}, {"interval", {p.low, p.high}}};
     shrink[f.name] = reduction_json(d, f.reduction);
+    if (!f.beside.empty()) shrink[f.name]["beside"] = f.beside;
   }
   for (const BaseParameter& p : d.parameters)
     parameters[p.name] = {{"base", p.value}, {"corrected", p.corrected}, {"unit", p.unit}};

@@ -20,9 +20,10 @@ namespace selvedge::diagnose {
 struct EffectFinding {
   std::string name, summary;
   Side side = Side::elastic;
-  double absorbed = 0;       // share of its trace in the data that a refit of the base takes up
-  double screened_gain = 0;  // share of the base's squared residual that it explains beyond that, linearly
-  bool weighed = false;      // sized, and its reduction found
+  double absorbed = 0;              // share of its trace in the data that a refit of the base takes up
+  double screened_gain = 0;         // share of the base's squared residual that it explains beyond that, linearly
+  bool weighed = false;             // sized, and its reduction found
+  std::vector<std::string> beside;  // the other effects of the set in which that was done
   std::vector<SizedParameter> size;
   GapReduction reduction;
   double probability = 0, inclusion = 0;

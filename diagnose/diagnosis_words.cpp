@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -27,12 +29,23 @@ std::string late_in_words(const SizedParameter& p) {
                      1e3 * std::abs(p.value), low, high);
 }
 
+// What is small in metres or kilograms is told in their thousandths.
+std::pair<std::string, double> unit_of_page(const SizedParameter& p) {
+  constexpr double kSmall = 0.1;
+  if (std::max({std::abs(p.value), std::abs(p.low), std::abs(p.high)}) < kSmall) {
+    if (p.unit == "m") return {"mm", 1e3};
+    if (p.unit == "kg") return {"g", 1e3};
+  }
+  return {p.unit, 1};
+}
+
 }  // namespace
 
 std::string in_words(const SizedParameter& p) {
   if (p.name == "delay" && p.unit == "s") return late_in_words(p);
-  return fmt::format("{} {}{}{} ({} to {})", with_blanks(p.name), short_number(p.value, 3), p.unit.empty() ? "" : " ",
-                     p.unit, short_number(p.low, 3), short_number(p.high, 3));
+  const auto [unit, factor] = unit_of_page(p);
+  return fmt::format("{} {}{}{} ({} to {})", with_blanks(p.name), short_number(factor * p.value, 3),
+                     unit.empty() ? "" : " ", unit, short_number(factor * p.low, 3), short_number(factor * p.high, 3));
 }
 
 std::string interval_in_words(double low_mm, double high_mm, int decimals) {
@@ -64,6 +77,10 @@ std::string no_effect_in_words(const Diagnosis& d) {
 }
 
 std::string before_and_after(const GapReduction& s) { return fmt::format("{:.2f} → {:.2f}", s.before_mm, s.after_mm); }
+
+std::string name_in_words(const EffectFinding& f) {
+  return f.beside.empty() ? f.name : fmt::format("{}, with {}", f.name, fmt::join(f.beside, " and "));
+}
 
 std::string share_closed(const GapReduction& s) {
   return std::isfinite(s.low) ? fmt::format("{:.2f} ({:.2f} … {:.2f})", s.fraction, s.low, s.high)

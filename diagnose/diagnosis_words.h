@@ -21,6 +21,8 @@ std::string no_effect_in_words(const Diagnosis& d);
 
 // "3.59 → 1.64" and "0.64 (0.55 … 0.79)", for tables; no interval where there is none.
 std::string before_and_after(const GapReduction& reduction);
+// Its name, and the effects that it was looked at together with: "smoothing, with draught".
+std::string name_in_words(const EffectFinding& effect);
 std::string share_closed(const GapReduction& reduction);
 
 }  // namespace selvedge::diagnose

@@ -177,6 +177,7 @@ Verdict judge(const Study& study, const std::vector<EffectSet>& sets, const std:
       out.probability[name] += kept * share;
     }
   }
+  for (auto& [name, p] : out.inclusion) p = std::min(p, 1.0);  // sums round
   std::stable_sort(out.weights.begin(), out.weights.end(),
                    [](const Weight& a, const Weight& b) { return a.probability > b.probability; });
   return out;

@@ -15,13 +15,13 @@ import tempfile
 
 # part: (heading it begins with, the things marked 1, 2, … as CSS selectors)
 PARTS = {
-    "verdict": (None, [".verdict", "body > p"]),
-    "budget": ("The budget", ["figure", "table:nth-of-type(1)", "table:nth-of-type(2)"]),
+    "verdict": (None, [".verdict", ".verdict + p"]),
+    "budget": ("What takes how much of the gap", ["figure", ".scroll:nth-of-type(1) table", ".scroll:nth-of-type(2) table"]),
     "motion": ("In motion", ["figure"]),
-    "effects": ("Which effect", ["table tr:nth-child(2)", "p"]),
-    "where": ("Where", ["figure:nth-of-type(1)", "figure:nth-of-type(2)"]),
+    "effects": ("Which effect", ["table tr:nth-child(2)"]),
+    "where": ("Where", [".row figure", ".row ~ .row figure, .row ~ figure"]),
 }
-WIDTH_PX, HIGHEST_PX = 940, 760  # what is lower is cut off
+WIDTH_PX, HIGHEST_PX = 940, 980  # what is lower is cut off
 
 MARKS = """<script>
 window.addEventListener("load", () => {
@@ -63,7 +63,7 @@ def main(report, out):
     head, sections = text[:start], re.split(r"(?=<h2)", text[start:end])
     out.mkdir(parents=True, exist_ok=True)
     for part, (heading, selectors) in PARTS.items():
-        body = sections[0] if heading is None else next(s for s in sections if s.startswith(f"<h2>{heading}<"))
+        body = sections[0] if heading is None else next(s for s in sections if re.match(f"<h2[^>]*>{heading}<", s))
         shoot(head, body, selectors, (out / f"{part}.png").resolve())
     return 0
 

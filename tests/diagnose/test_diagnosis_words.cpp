@@ -34,6 +34,9 @@ TEST(DiagnosisWords, ADelayIsAClockThatIsLateOrEarly) {
   EXPECT_EQ(in_words({"delay", "s", 0.0066, 0.005, 0.0082}), "the camera's clock is late by 6.6 ms (5.0 to 8.2)");
   EXPECT_EQ(in_words({"delay", "s", -0.0066, -0.0082, -0.005}), "the camera's clock is early by 6.6 ms (5.0 to 8.2)");
   EXPECT_EQ(in_words({"air_y", "m/s", 0.217, 0.19, 0.25}), "air y 0.217 m/s (0.19 to 0.25)");
+  EXPECT_EQ(in_words({"left_x", "m", -0.00045, -0.0006, 0.0002}), "left x -0.45 mm (-0.6 to 0.2)");
+  EXPECT_EQ(in_words({"local_u", "m", 0.05, 0.02, 0.11}), "local u 0.05 m (0.02 to 0.11)");
+  EXPECT_EQ(in_words({"local_mass", "kg", 2e-4, 1e-4, 3e-4}), "local mass 0.2 g (0.1 to 0.3)");
   EXPECT_EQ(in_words({"jitter_share", "", 1, 0.5, 2}), "jitter share 1 (0.5 to 2)");
 }
 
