@@ -49,13 +49,13 @@ void print_diagnosis(const diagnose::Diagnosis& d) {
     fmt::print("of the gap: {} {}, there with probability {:.2f}\n", p.effect, diagnose::percent(p.share),
                p.probability);
   fmt::print("of the gap: {} that nothing explains\n", diagnose::percent(d.budget.unexplained));
-  fmt::print("{:<32} {:>9} {:>12} {:>20} {:>9}  {}\n", "effect", "probable", "error, mm", "of the gap (90 %)", "hidden",
+  fmt::print("{:<38} {:>9} {:>12} {:>20} {:>9}  {}\n", "effect", "probable", "error, mm", "of the gap (90 %)", "hidden",
              "size (90 %)");
   for (const diagnose::EffectFinding& f : d.effects) {
     if (!f.weighed) continue;
     std::string size;
     for (const diagnose::SizedParameter& p : f.size) size += (size.empty() ? "" : "; ") + diagnose::in_words(p);
-    fmt::print("{:<32} {:>9.3f} {:>12} {:>20} {:>9.2f}  {}\n", diagnose::name_in_words(f), f.inclusion,
+    fmt::print("{:<38} {:>9.3f} {:>12} {:>20} {:>9.2f}  {}\n", diagnose::name_in_words(f), f.inclusion,
                diagnose::before_and_after(f.reduction), diagnose::share_closed(f.reduction), f.absorbed, size);
   }
   if (!d.forecast.motion.empty())
