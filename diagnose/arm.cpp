@@ -52,6 +52,8 @@ VectorXd between(const Arm& from, const VectorXd& to) {
 
 }  // namespace
 
+bool holds(const std::vector<size_t>& list, size_t x) { return std::find(list.begin(), list.end(), x) != list.end(); }
+
 std::string name_of(const Study& study, const std::vector<size_t>& effects) {
   std::string name;
   for (const size_t e : effects) name += (name.empty() ? "" : "+") + study.effects[e].name;
@@ -110,7 +112,7 @@ void fit_arm(Study& study, const Windows& windows, const Evidence& evidence, con
              size_t scale) {
   const std::vector<double> shares = {1, 0.5, 0.25};
   const auto simulate_at = [&](const MatrixXd& sets) {
-    MatrixXd r = simulated(study, windows, *arm.branches, sets);
+    MatrixXd r = simulated(study, windows, arm.branches, sets);
     for (Index k = 0; k < sets.cols(); ++k) r.col(k) += grid_share(study, sets.col(k)) * about.grid;
     return r;
   };
@@ -118,7 +120,7 @@ void fit_arm(Study& study, const Windows& windows, const Evidence& evidence, con
     Arm stays = arm;  // where a whole step leads astray
     stays.x = about.x;
     stays.residual = about.residual;
-    arm.branches = branches_at(study, *about.branches, arm.x);
+    arm.branches = branches_at(study, about.branches, arm.x);
     arm.residual = simulate_at(arm.x).col(0);
     if (!(misfit(study, evidence, arm, scale) <= misfit(study, evidence, stays, scale))) arm = std::move(stays);
   }

@@ -18,12 +18,15 @@ struct Arm {
   std::vector<size_t> effects;
   std::vector<Size> sizes;   // of each column of the linearisation
   Eigen::VectorXd x;         // all coordinates
-  Branches branches;         // where its simulations begin
+  model::State branches;     // where its simulations begin
   Eigen::VectorXd residual;  // simulated there
   Eigen::VectorXd grid;      // what a finer grid adds
   std::vector<Column> columns;
   Eigen::MatrixXd changes;  // by columns, about x
 };
+
+// Whether a list of effects, or of trials, holds this one.
+bool holds(const std::vector<size_t>& list, size_t x);
 
 std::string name_of(const Study& study, const std::vector<size_t>& effects);
 

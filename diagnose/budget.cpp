@@ -19,8 +19,6 @@ using Eigen::VectorXd;
 
 namespace {
 
-bool holds(const std::vector<size_t>& list, size_t x) { return std::find(list.begin(), list.end(), x) != list.end(); }
-
 double dimensions_of(const Study& study) { return has_markers(study.simulation->trials()) ? 3 : 1; }
 
 void add_squares(const Study& study, const Windows& windows, const Evidence& evidence, HeldOut& out) {

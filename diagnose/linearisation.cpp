@@ -139,10 +139,9 @@ double grid_share(const Study& study, const VectorXd& x) {
   return share;
 }
 
-Branches branches_at(const Study& study, const model::State& these, const VectorXd& x) {
-  auto out = std::make_shared<model::State>(these);
-  study.simulation->rematch(*out, study.parameters, x);
-  return out;
+model::State branches_at(const Study& study, model::State these, const VectorXd& x) {
+  study.simulation->rematch(these, study.parameters, x);
+  return these;
 }
 
 MatrixXd simulated(Study& study, const Windows& windows, const model::State& branches, const MatrixXd& sets) {
@@ -176,7 +175,7 @@ MatrixXd responses_to_forces(Study& study, const Windows& windows, const VectorX
   return out;
 }
 
-Linearisation linearise(Study& study, const Windows& windows, const Branches& branches, const VectorXd& x,
+Linearisation linearise(Study& study, const Windows& windows, const model::State& branches, const VectorXd& x,
                         const VectorXd& grid, const MatrixXd& forces) {
   Linearisation out;
   out.x = x;
@@ -204,7 +203,7 @@ Linearisation linearise(Study& study, const Windows& windows, const Branches& br
         sets(c.coordinate, 1 + k) += step[static_cast<size_t>(k)];
       }
     }
-  const MatrixXd r = simulated(study, windows, *branches, sets);
+  const MatrixXd r = simulated(study, windows, branches, sets);
   out.residual = r.col(0);
   out.changes.resize(r.rows(), all);
   for (Index k = 0; k < all; ++k) {

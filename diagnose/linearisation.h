@@ -8,7 +8,6 @@
 // small sizes are likeliest, not at neutral.
 #pragma once
 
-#include <memory>
 #include <vector>
 
 #include <Eigen/Cholesky>
@@ -48,13 +47,9 @@ struct Way {
 Eigen::VectorXd effect_at(const Study& study, const Way& way, const Eigen::VectorXd& d);
 double deviation_at(const Study& study, const Way& way, const Posterior& posterior);
 
-// Branches of equilibrium that simulations begin at. In a draught a sheet that hangs still does not hang as it does
-// without, so each point that sets are simulated about has its own.
-using Branches = std::shared_ptr<const model::State>;
-
 struct Linearisation {
   Eigen::VectorXd x;         // all coordinates where derivatives were taken
-  Branches branches;         // of equilibrium there
+  model::State branches;     // of equilibrium there: in a draught a sheet hangs elsewhere than without
   Eigen::VectorXd residual;  // mm, with what the finer grid adds
   Eigen::VectorXd grid;      // what that adds
   Eigen::MatrixXd changes;   // mm per unit of each column
@@ -79,10 +74,10 @@ class BeyondBase {
 Prior prior_of(const Study& study, const Column& column, const Eigen::VectorXd& x, Size size, double s);
 
 // Those that the recordings show, of fabric at x: the nearest to them, or these (Simulation::rematch).
-Branches branches_at(const Study& study, const model::State& these, const Eigen::VectorXd& x);
+model::State branches_at(const Study& study, model::State these, const Eigen::VectorXd& x);
 
 // About x. grid: what a finer grid adds; forces: what smooth ones do (responses_to_forces).
-Linearisation linearise(Study& study, const Windows& windows, const Branches& branches, const Eigen::VectorXd& x,
+Linearisation linearise(Study& study, const Windows& windows, const model::State& branches, const Eigen::VectorXd& x,
                         const Eigen::VectorXd& grid, const Eigen::MatrixXd& forces);
 
 // What smooth forces of usual size do at x.

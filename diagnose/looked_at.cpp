@@ -31,15 +31,18 @@ LookedAt placed(const Weighed& w, const std::vector<size_t>& effects) {
   return out;
 }
 
+bool is_of(const Column& c, const std::vector<size_t>& effects) {
+  return !c.is_base && !c.is_force && holds(effects, c.effect);
+}
+
 // The set's sizes with those effects of it at neutral that have no bit.
 std::vector<Size> sizes_of_subset(const Arm& arm, size_t bits) {
+  std::vector<size_t> lacking;
+  for (size_t e = 0; e < arm.effects.size(); ++e)
+    if (!(bits >> e & 1)) lacking.push_back(arm.effects[e]);
   std::vector<Size> out = arm.sizes;
-  for (size_t k = 0; k < arm.columns.size(); ++k) {
-    const Column& c = arm.columns[k];
-    if (c.is_base || c.is_force) continue;
-    const auto e = std::find(arm.effects.begin(), arm.effects.end(), c.effect) - arm.effects.begin();
-    if (e < std::ssize(arm.effects) && !(bits >> e & 1)) out[k] = Size::neutral;
-  }
+  for (size_t k = 0; k < arm.columns.size(); ++k)
+    if (is_of(arm.columns[k], lacking)) out[k] = Size::neutral;
   return out;
 }
 
@@ -55,7 +58,7 @@ class Places {
     for (size_t e = 0; e < set.arm.effects.size(); ++e) {
       const size_t effect = set.arm.effects[e];
       if (bits >> e & 1) effects.push_back(effect);
-      else if (std::find(measured_.begin(), measured_.end(), effect) != measured_.end()) lacking.push_back(effect);
+      else if (holds(measured_, effect)) lacking.push_back(effect);
     }
     if (lacking.empty() && &weighed_.weighing.about(effects) == set.about) return &set.arm;
     const auto [place, is_new] = base_without_.try_emplace(lacking);
@@ -70,7 +73,7 @@ class Places {
     Arm arm = arm_at(study, none, {});
     for (size_t k = 0; k < arm.columns.size(); ++k) {
       const Column& c = arm.columns[k];
-      if (c.is_base || c.is_force || std::find(lacking.begin(), lacking.end(), c.effect) == lacking.end()) continue;
+      if (!is_of(c, lacking)) continue;
       arm.sizes[k] = Size::neutral;
       if (c.coordinate >= 0) arm.x(c.coordinate) = c.neutral;
     }

@@ -163,7 +163,7 @@ SimulatorGap simulator_gap(Study& study, const Windows& windows, const Evidence&
     for (size_t k = 0; k < parts.size(); ++k)
       if (set >> k & 1)
         for (const Index c : parts[k].coordinates) sets(c, set) = likeliest(c);
-  MatrixXd left = simulated(study, windows, *arm.branches, sets);
+  MatrixXd left = simulated(study, windows, arm.branches, sets);
   std::vector<HeldOut> taken;
   for (Index set = 0; set < sets.cols(); ++set) {
     left.col(set) += grid_share(study, sets.col(set)) * arm.grid;

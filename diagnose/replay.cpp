@@ -57,7 +57,7 @@ report::SheetView view_of(const Study& study, const Windows& windows, const Show
   for (const int phase : phases)
     if (!runs.contains(phase))
       runs[phase] =
-          simulation.trajectory(windows.held(simulation, *model.branches, phase), study.parameters, model.x, trial);
+          simulation.trajectory(windows.held(simulation, model.branches, phase), study.parameters, model.x, trial);
   const std::vector<double>& sample_s = seen.experiment.sample_s;
   report::SheetView out{model.name, {}, {}};
   for (size_t i = 0; i < times.size(); ++i) {

@@ -16,7 +16,7 @@ namespace selvedge::diagnose {
 struct Shown {
   std::string name;
   Eigen::VectorXd x;
-  Branches branches;
+  model::State branches;
   Eigen::VectorXd residual;
 };
 

@@ -27,8 +27,7 @@ Linearisation linearised_at(Study& study, const Windows& windows, const Evidence
                             const EffectSet& set, const MatrixXd& forces) {
   Arm arm = arm_at(study, about, set.chosen, set.d);
   fit_arm(study, windows, evidence, about, arm, set.scale);
-  const Branches branches = branches_at(study, *arm.branches, arm.x);
-  Linearisation out = linearise(study, windows, branches, arm.x, about.grid, forces);
+  Linearisation out = linearise(study, windows, branches_at(study, arm.branches, arm.x), arm.x, about.grid, forces);
   return out.residual.allFinite() ? out : about;
 }
 
@@ -69,8 +68,7 @@ Weighing weigh(Study& study, const Windows& windows, const WeighingOptions& opti
     throw std::runtime_error(fmt::format("{}: the base model diverges at its fitted parameters", study.campaign));
   const VectorXd grid = grid_change(study, windows, study.base, at_fit);
   const MatrixXd forces = responses_to_forces(study, windows, study.base, at_fit);
-  const Linearisation at_base =
-      linearise(study, windows, std::make_shared<model::State>(study.state), study.base, grid, forces);
+  const Linearisation at_base = linearise(study, windows, study.state, study.base, grid, forces);
   const FrameNoise frames = frame_noise(study.measured, *study.simulation, windows);
   const auto error_about = [&](const Linearisation& about) {
     return model_error(study.protocol, windows, forces, grid, about.second, frames);

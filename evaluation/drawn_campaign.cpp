@@ -70,7 +70,7 @@ DrawnCampaign::DrawnCampaign(const trial::Campaign& campaign, const std::vector<
   if (!here.allFinite()) throw std::runtime_error("DrawnCampaign: the base diverges at its parameters");
   const VectorXd grid = grid_change(study_, *windows_, study_.base, here);
   const MatrixXd forces = responses_to_forces(study_, *windows_, study_.base, here);
-  about_ = linearise(study_, *windows_, std::make_shared<model::State>(study_.state), study_.base, grid, forces);
+  about_ = linearise(study_, *windows_, study_.state, study_.base, grid, forces);
   evidence_ = std::make_unique<diagnose::Evidence>(
       *windows_, model_error(study_.protocol, *windows_, forces, grid, about_.second,
                              frame_noise(study_.measured, *study_.simulation, *windows_)));

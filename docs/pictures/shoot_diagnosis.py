@@ -16,7 +16,8 @@ import tempfile
 # part: (heading it begins with, the things marked 1, 2, … as CSS selectors)
 PARTS = {
     "verdict": (None, [".verdict", ".verdict + p"]),
-    "budget": ("What takes how much of the gap", ["figure", ".scroll:nth-of-type(1) table", ".scroll:nth-of-type(2) table"]),
+    "budget": ("What takes how much of the gap",
+               ["figure", ".scroll:nth-of-type(1) table", ".scroll:nth-of-type(2) table"]),
     "motion": ("In motion", ["figure"]),
     "effects": ("Which effect", ["table tr:nth-child(2)"]),
     "where": ("Where", [".row figure", ".row ~ .row figure, .row ~ figure"]),

@@ -1,5 +1,5 @@
 // Where sets of effects are weighed, of a small campaign simulated by the model itself.
-#include <algorithm>
+#include <cmath>
 
 #include <gtest/gtest.h>
 
@@ -32,7 +32,7 @@ TEST(Weighing, BeginsWhereASheetHangsInADraught) {
   const Windows windows(*study.simulation, study.protocol);
   const Weighing weighing = weigh(study, windows, {});
   ASSERT_TRUE(weighing.there.has_value());
-  const model::State& there = *weighing.there->branches;
+  const model::State& there = weighing.there->branches;
   const size_t still = 0;
   ASSERT_TRUE(study.simulation->trials()[still].still);
   const model::Residuals hangs =
