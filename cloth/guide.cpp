@@ -24,15 +24,22 @@ Vector3d at_point(const SurfacePoint& point, const double* values) {
 GuideTrack::Seen GuideTrack::at(double t_s) const {
   const auto count = static_cast<Index>(points.size()), times = static_cast<Index>(time_s.size());
   Seen seen{Eigen::Matrix3Xd(3, count), Eigen::Matrix3Xd::Zero(3, count)};
+  const auto take_normals = [&](Index j) {
+    if (normal.cols() == 0) return;
+    seen.normal.resize(3, count);
+    for (Index k = 0; k < count; ++k) seen.normal.col(k) = normal.col(k * times + j);
+  };
   const auto above = std::upper_bound(time_s.begin(), time_s.end(), t_s);
   if (above == time_s.begin() || above == time_s.end()) {
     const Index j = above == time_s.begin() ? 0 : times - 1;
     for (Index k = 0; k < count; ++k) seen.position.col(k) = position.col(k * times + j);
+    take_normals(j);
     return seen;
   }
   const Index j = above - time_s.begin() - 1;
   const double from = time_s[static_cast<size_t>(j)], step = time_s[static_cast<size_t>(j + 1)] - from,
                x = (t_s - from) / step;
+  take_normals(x < 0.5 ? j : j + 1);
   for (Index k = 0; k < count; ++k) {
     const auto p = [&](Index i) { return Vector3d(position.col(k * times + std::clamp<Index>(i, 0, times - 1))); };
     const Vector3d p0 = p(j - 1), p1 = p(j), p2 = p(j + 1), p3 = p(j + 2);
@@ -62,6 +69,7 @@ void add_nudging(const Guide& guide, double mass_kg, double t_s, const double* p
     const auto column = static_cast<Index>(k);
     Vector3d nudge = stiffness * (seen.position.col(column) - at_point(point, position));
     if (velocity) nudge += damping * (seen.velocity.col(column) - at_point(point, velocity));
+    if (seen.normal.cols() > 0) nudge = Vector3d(seen.normal.col(column)) * nudge.dot(seen.normal.col(column));
     if (!nudge.allFinite()) continue;
     for (size_t i = 0; i < point.vertices.size(); ++i)
       Eigen::Map<Vector3d>(force + 3 * point.vertices[i]) += point.weights[i] * nudge;

@@ -23,9 +23,13 @@ struct GuideTrack {
   std::vector<SurfacePoint> points;
   std::vector<double> time_s;  // ascending
   Eigen::Matrix3Xd position;   // m; (point, time) in column point · times + time, NaN where it was not seen
+  // Of length 1, columns as position: only what lies along it pulls, for a point whose place along the surface is not
+  // known. No columns: everything pulls.
+  Eigen::Matrix3Xd normal = {};
 
   struct Seen {
     Eigen::Matrix3Xd position, velocity;  // one a point, NaN where it was not seen
+    Eigen::Matrix3Xd normal = {};         // of the nearer time
   };
   // Cubic between the times; at rest before the first and after the last.
   Seen at(double t_s) const;

@@ -153,8 +153,9 @@ class Run {
     }
     out_.budget.unexplained = l.unexplained;
     out_.missing_force = missing_force(study(), *windows_, weighed_->evidence(), l.arm, l.scale);
-    std::vector<Shown> shown = {{"the base model", l.without.x, l.branches_without, l.before.residual}};
-    if (!l.arm.effects.empty()) shown.push_back({"with " + out_.likeliest, l.with.x, l.arm.branches, l.after.residual});
+    std::vector<Shown> shown = {{"the base model", l.without.x, l.without.branches, l.before.residual}};
+    if (!l.arm.effects.empty())
+      shown.push_back({"with " + out_.likeliest, l.with.x, l.with.branches, l.after.residual});
     out_.replay = replay(study(), *windows_, shown, out_.missing_force);
   }
 

@@ -92,11 +92,10 @@ void fill_in(const Weighed& w, const Subset& first, const std::vector<HeldOut>& 
   neutral.sizes = first.sizes;
   out.before = left.front();
   out.after = left.back();
-  out.branches_without = neutral.branches;
   const VectorXd d = posterior_of(w.study, w.evidence(), neutral, out.scale).mean;
-  out.without = {"none", estimate_of(w.study, *out.about, neutral, d), out.before.coordinates};
-  out.with = {name_of(w.study, out.arm.effects), estimate_of(w.study, *out.about, out.arm, out.posterior.mean),
-              out.after.coordinates};
+  out.without = {"none", neutral.branches, estimate_of(w.study, *out.about, neutral, d), out.before.coordinates};
+  out.with = {name_of(w.study, out.arm.effects), out.arm.branches,
+              estimate_of(w.study, *out.about, out.arm, out.posterior.mean), out.after.coordinates};
   if (!out.arm.effects.empty()) out.parts = shares_of(left, w.noise, w.study.groups.size(), out.unexplained);
 }
 

@@ -39,9 +39,8 @@ struct LookedAt {
   size_t scale = 0;
   Posterior posterior;
   HeldOut before, after;
-  model::State branches_without;  // where simulations of the base alone begin
-  PredictedSet without, with;     // predicted by the base alone, and with the set
-  std::vector<Share> parts;       // of the gap, an effect of the set each
+  PredictedSet without, with;  // predicted by the base alone, and with the set
+  std::vector<Share> parts;    // of the gap, an effect of the set each
   Share unexplained = {1, 1, 1};
 };
 

@@ -73,10 +73,10 @@ std::vector<Candidate> candidates(double width_m, double height_m, double mass_k
   return list;
 }
 
-model::Prediction predicted(const Study& study, const VectorXd& x, size_t trial) {
+model::Prediction predicted(const Study& study, const PredictedSet& set, const VectorXd& x, size_t trial) {
   model::Prediction p;
   p.experiment = study.simulation->trials()[trial].experiment;
-  p.experiment.start_shape = study.state.branch[trial];
+  p.experiment.start_shape = set.branches.branch[trial];
   for (size_t k = 0; k < study.parameters.size(); ++k)
     study.parameters[k].apply(p, model::to_value(study.parameters[k], x(static_cast<Index>(k))));
   return p;
@@ -188,7 +188,7 @@ NextExperiment propose_experiment(const Study& study, const std::vector<Predicte
     return out;
   }
   const model::ObservedTrial& t = study.simulation->trials()[moving];
-  const model::Prediction likeliest = predicted(study, order[0]->x, moving);
+  const model::Prediction likeliest = predicted(study, *order[0], order[0]->x, moving);
   const double mass_kg = t.experiment.material.density * t.width_m * t.height_m,
                least_mm = study.simulation->sd_mm(moving).minCoeff();
   out.like_trial = t.name;
@@ -197,7 +197,7 @@ NextExperiment propose_experiment(const Study& study, const std::vector<Predicte
   // The second likeliest, or the next one where no experiment shows what differs.
   for (size_t k = 1; k < order.size(); ++k) {
     const std::vector<std::string> pair = {order[0]->name, order[k]->name};
-    const std::vector<Foretold> second = foretold_under(study, predicted(study, order[k]->x, moving), list);
+    const std::vector<Foretold> second = foretold_under(study, predicted(study, *order[k], order[k]->x, moving), list);
     const double present_mm = apart_mm(first[0], second[0]);
     for (size_t i = 0; i < list.size(); ++i) {
       const double mm = apart_mm(first[1 + i], second[1 + i]);
@@ -226,15 +226,15 @@ Forecast forecast(const Study& study, const PredictedSet& base, const PredictedS
   if (moving == study.simulation->trials().size()) return out;
   // Pairs of the base and the named set: of all trials, then without each group.
   std::vector<model::Prediction> faster;
-  const auto add = [&](const VectorXd& x) {
-    faster.push_back(predicted(study, x, moving));
+  const auto add = [&](const PredictedSet& set, const VectorXd& x) {
+    faster.push_back(predicted(study, set, x, moving));
     speed_up(faster.back(), kFaster);
   };
-  add(base.x);
-  add(named.x);
+  add(base, base.x);
+  add(named, named.x);
   for (size_t g = 0; g < base.without.size(); ++g) {
-    add(base.without[g]);
-    add(named.without[g]);
+    add(base, base.without[g]);
+    add(named, named.without[g]);
   }
   const std::vector<Foretold> all = foretold(study, std::move(faster));
   const auto before_mm = [&](size_t pair) {

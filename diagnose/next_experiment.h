@@ -17,6 +17,7 @@ namespace selvedge::diagnose {
 // A set of effects at its estimate.
 struct PredictedSet {
   std::string name;                      // "none", "a", "a+b"
+  model::State branches;                 // of equilibrium there
   Eigen::VectorXd x;                     // all coordinates
   std::vector<Eigen::VectorXd> without;  // a group of trials: found without it
 };

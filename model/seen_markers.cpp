@@ -259,7 +259,7 @@ std::shared_ptr<const cloth::GuideTrack> guide_track(const cloth::spline::Spline
   hold_back_jumps(trial, p.experiment.path, position);
   const double erosion_m = p.sensor.outline_erosion_m;
   return std::make_shared<cloth::GuideTrack>(cloth::GuideTrack{
-      erosion_m != 0 ? points_inside(sheet, trial, erosion_m) : points, track.time_s, std::move(position)});
+      erosion_m != 0 ? points_inside(sheet, trial, erosion_m) : points, track.time_s, std::move(position), {}});
 }
 
 }  // namespace selvedge::model

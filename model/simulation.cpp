@@ -147,9 +147,12 @@ double Simulation::distance_at_first_sight_mm(size_t trial, Prediction predictio
 
 Eigen::Matrix3Xd Simulation::let_go_of(size_t trial, const Prediction& prediction) const {
   cloth::Experiment experiment = prediction.experiment;
-  const std::shared_ptr<const cloth::GuideTrack> track = track_of(trial, prediction);
+  const ObservedTrial& seen = trials_[trial];
   experiment.start_shape = hung_shape(sheet_, experiment, 1);
   for (const double nudging_per_s : {100.0, 30.0, 10.0}) {
+    const std::shared_ptr<const cloth::GuideTrack> track =
+        seen.markers ? track_of(trial, prediction)
+                     : seen_surface(sheet_, view_, *seen.stripes, experiment.start_shape, prediction.sensor);
     experiment.guide = std::make_shared<cloth::Guide>(cloth::Guide{track, nudging_per_s, 0, 0, experiment.start_s, {}});
     cloth::Rest rest = relax(sheet_, {experiment}, options_.sheet).front();
     if (rest.position.allFinite()) experiment.start_shape = std::move(rest.position);
@@ -164,11 +167,7 @@ Eigen::Matrix3Xd Simulation::branch_of(const State& state, size_t trial, const s
   const bool has_one = state.branch[trial].cols() > 0;
   std::vector<Eigen::Matrix3Xd> shapes;
   if (has_one) shapes.push_back(state.branch[trial]);
-  if (guide_tracks_[trial]) {
-    shapes.push_back(let_go_of(trial, common));
-  } else {
-    for (const double side : {1.0, -1.0}) shapes.push_back(hung_shape(sheet_, common.experiment, side));
-  }
+  shapes.push_back(let_go_of(trial, common));
   std::vector<cloth::Experiment> lanes;
   for (const Eigen::Matrix3Xd& shape : shapes) {
     lanes.push_back(common.experiment);

@@ -67,6 +67,19 @@ Eigen::Vector2d nearest_on(const std::vector<Eigen::Vector2d>& line, const Eigen
   return best;
 }
 
+geometry::Projection distorted(geometry::Projection camera, const SensorModel& sensor) {
+  camera.distortion[0] += sensor.radial_distortion;
+  return camera;
+}
+
+// Where a camera that stands otherwise than was calibrated sees a shape.
+Eigen::Matrix3Xd posed(Eigen::Matrix3Xd shape, const SensorModel& sensor) {
+  if (sensor.turn_rad.isZero(0) && sensor.shift_m.isZero(0)) return shape;
+  for (Eigen::Index i = 0; i < shape.cols(); ++i)
+    shape.col(i) += sensor.turn_rad.cross(Eigen::Vector3d(shape.col(i))) + sensor.shift_m;
+  return shape;
+}
+
 }  // namespace
 
 render::StripePattern pattern_of(const trial::StripePattern& recorded) {
@@ -157,32 +170,38 @@ std::vector<int> rim_of(const geometry::TriangleMesh& mesh) {
   return rim;
 }
 
-void stripe_residuals(const StripeTrack& track, const StripeFrame& frame, const geometry::TriangleMesh& mesh,
-                      const std::vector<int>& rim, const Eigen::Matrix3Xd& shape, const SensorModel& sensor,
-                      double* residual_mm) {
-  geometry::Projection camera = track.camera;
-  camera.distortion[0] += sensor.radial_distortion;
+std::vector<SurfaceHit> surface_hits(const StripeTrack& track, const StripeFrame& frame,
+                                     const geometry::TriangleMesh& mesh, const Eigen::Matrix3Xd& shape,
+                                     const SensorModel& sensor) {
+  const geometry::Projection camera = distorted(track.camera, sensor);
   render::RowMap map(camera, track.projector);
-  Eigen::Matrix3Xd position = shape;
-  if (!sensor.turn_rad.isZero(0) || !sensor.shift_m.isZero(0))
-    for (Eigen::Index i = 0; i < position.cols(); ++i)
-      position.col(i) += sensor.turn_rad.cross(Eigen::Vector3d(shape.col(i))) + sensor.shift_m;
-  map.rasterise(position, mesh.triangles);
+  map.rasterise(posed(shape, sensor), mesh.triangles);
   // A moved projector or another lens puts the seen point elsewhere on its ray.
   const bool moved = sensor.radial_distortion != 0 || !sensor.projector_shift_m.isZero(0);
   geometry::Projection projector = track.projector;
   projector.matrix.col(3) -= projector.matrix.leftCols<3>() * sensor.projector_shift_m;
-  for (const DepthPoint& p : frame.depth) {
+  std::vector<SurfaceHit> out(frame.depth.size());
+  for (size_t k = 0; k < out.size(); ++k) {
+    const DepthPoint& p = frame.depth[k];
     const auto sample = map.at(p.pixel);
+    if (!sample) continue;
     double depth_m = p.depth_m;
     if (moved)
       if (const auto at = triangulate(camera, projector, track.pattern, p.pixel, p.projector_px))
         depth_m = geometry::depth(camera, *at);
-    *residual_mm++ =
-        sample
-            ? std::clamp(1e3 * ((1 + sensor.depth_bias) * sample->depth_m - depth_m) * p.ray_m_per_depth_m, -50.0, 50.0)
-            : kUncoveredMm;
+    out[k] = {sample->triangle, sample->weights,
+              ((1 + sensor.depth_bias) * sample->depth_m - depth_m) * p.ray_m_per_depth_m};
   }
+  return out;
+}
+
+void stripe_residuals(const StripeTrack& track, const StripeFrame& frame, const geometry::TriangleMesh& mesh,
+                      const std::vector<int>& rim, const Eigen::Matrix3Xd& shape, const SensorModel& sensor,
+                      double* residual_mm) {
+  for (const SurfaceHit& hit : surface_hits(track, frame, mesh, shape, sensor))
+    *residual_mm++ = hit.triangle < 0 ? kUncoveredMm : std::clamp(1e3 * hit.off_m, -50.0, 50.0);
+  const geometry::Projection camera = distorted(track.camera, sensor);
+  const Eigen::Matrix3Xd position = posed(shape, sensor);
   std::vector<Eigen::Vector2d> outline;
   for (const int v : rim) outline.push_back(geometry::project(camera, position.col(v)));
   for (const OutlinePoint& p : frame.outline)

@@ -61,6 +61,18 @@ std::shared_ptr<const StripeTrack> track_stripes(const trial::Trial& trial, cons
 
 double last_time_s(const StripeTrack& track);
 
+// Where the camera's ray to a depth point meets a simulated surface.
+struct SurfaceHit {
+  int triangle = -1;                                  // of the mesh; -1: the ray misses it
+  Eigen::Vector3d weights = Eigen::Vector3d::Zero();  // barycentric
+  double off_m = 0;                                   // how much further along the ray it lies than what was seen
+};
+
+// One a depth point.
+std::vector<SurfaceHit> surface_hits(const StripeTrack& track, const StripeFrame& frame,
+                                     const geometry::TriangleMesh& mesh, const Eigen::Matrix3Xd& shape,
+                                     const SensorModel& sensor);
+
 // Vertices on the rim of a mesh, in order around it.
 std::vector<int> rim_of(const geometry::TriangleMesh& mesh);
 

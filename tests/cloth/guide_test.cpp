@@ -30,6 +30,21 @@ TEST(GuideTrack, FollowsAMotionBetweenItsTimesAndRestsBeside) {
   EXPECT_TRUE(track.at(9).velocity.col(0).isZero());
 }
 
+TEST(Guide, PullsAlongItsNormalsAlone) {
+  auto track = std::make_shared<GuideTrack>();
+  track->points = {{{0}, {1}}};
+  track->time_s = {0};
+  track->position = Eigen::Vector3d(1, 2, 3);
+  Guide guide{track, 10};
+  Eigen::Vector3d at(0, 0, 0), force(0, 0, 0);
+  add_nudging(guide, 0.5, 0, at.data(), nullptr, force.data());
+  EXPECT_LT((force - 50 * Eigen::Vector3d(1, 2, 3)).norm(), 1e-9) << "mass times the gain's square times the distance";
+  track->normal = Eigen::Vector3d(0, 0.6, 0.8);
+  force.setZero();
+  add_nudging(guide, 0.5, 0, at.data(), nullptr, force.data());
+  EXPECT_LT((force - 50 * 3.6 * Eigen::Vector3d(0, 0.6, 0.8)).norm(), 1e-9);
+}
+
 class Guided : public testing::Test {
  protected:
   Guided() {
