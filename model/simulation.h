@@ -74,8 +74,8 @@ class Simulation {
   // Goes on from these equilibria; trials whose shape is not finite, or of another grid, keep theirs.
   void take_branches(State& state, const std::vector<Eigen::Matrix3Xd>& shapes) const;
 
-  // Seeks each trial's branch of equilibrium again, at these coordinates: among what markers, or the surface that stripes
-  // show, leave that let go of the sheet, and the one in use. True where a trial (of those wanted, empty: all)
+  // Seeks each trial's branch of equilibrium again, at these coordinates: among what markers, or the surface that
+  // stripes show, leave that let go of the sheet, and the one in use. True where a trial (of those wanted, empty: all)
   // left its branch for one that lies nearer to the first observation; a piece that is led in has none to leave. An
   // optimiser stays on a branch that once was near, also when the parameters have moved away.
   bool rematch(State& state, const std::vector<Parameter>& parameters, const Eigen::VectorXd& coordinates,
@@ -132,7 +132,8 @@ class Simulation {
   std::vector<cloth::Rest> rests_of(const Call& call, const std::vector<Run>& runs,
                                     const std::vector<Prediction>& predicted) const;
   // The shape that is left where markers, or the surface that stripes show (seen_surface.h), pull the sheet to where
-  // they were first seen and let go of it bit by bit: it depends neither on where the sheet hung before nor on which way a long step fell.
+  // they were first seen and let go of it bit by bit: it depends neither on where the sheet hung before nor on which
+  // way a long step fell.
   Eigen::Matrix3Xd let_go_of(size_t trial, const Prediction& prediction) const;
   // What the hold of a trial follows.
   std::shared_ptr<const cloth::GuideTrack> track_of(size_t trial, const Prediction& prediction) const;
