@@ -17,7 +17,7 @@ namespace fs = std::filesystem;
 class SoftFabric : public testing::Test {
  protected:
   static void SetUpTestSuite() {
-    folder_ = fs::temp_directory_path() / ("selvedge_held_by_stripes_" + std::to_string(::getpid()));
+    folder_ = fs::temp_directory_path() / ("selvedge_seen_surface_" + std::to_string(::getpid()));
     experiments::Fabric cotton;
     cotton.name = "cotton";
     cotton.material.density = 0.197;
