@@ -25,14 +25,12 @@ GuideTrack::Seen GuideTrack::at(double t_s) const {
   const auto count = static_cast<Index>(points.size()), times = static_cast<Index>(time_s.size());
   Seen seen{Eigen::Matrix3Xd(3, count), Eigen::Matrix3Xd::Zero(3, count)};
   const auto take_normals = [&](Index j) {
-    if (normal.cols() == 0) return;
-    seen.normal.resize(3, count);
-    for (Index k = 0; k < count; ++k) seen.normal.col(k) = normal.col(k * times + j);
+    if (normal.cols() > 0) seen.normal = normal(Eigen::all, Eigen::seqN(j, count, times));
   };
   const auto above = std::upper_bound(time_s.begin(), time_s.end(), t_s);
   if (above == time_s.begin() || above == time_s.end()) {
     const Index j = above == time_s.begin() ? 0 : times - 1;
-    for (Index k = 0; k < count; ++k) seen.position.col(k) = position.col(k * times + j);
+    seen.position = position(Eigen::all, Eigen::seqN(j, count, times));
     take_normals(j);
     return seen;
   }

@@ -80,6 +80,31 @@ Eigen::Matrix3Xd posed(Eigen::Matrix3Xd shape, const SensorModel& sensor) {
   return shape;
 }
 
+// camera, position: as the sensor has them.
+std::vector<SurfaceHit> hits_on(const StripeTrack& track, const StripeFrame& frame,
+                                const std::vector<std::array<int, 3>>& triangles, const SensorModel& sensor,
+                                const geometry::Projection& camera, const Eigen::Matrix3Xd& position) {
+  render::RowMap map(camera, track.projector);
+  map.rasterise(position, triangles);
+  // A moved projector or another lens puts the seen point elsewhere on its ray.
+  const bool moved = sensor.radial_distortion != 0 || !sensor.projector_shift_m.isZero(0);
+  geometry::Projection projector = track.projector;
+  projector.matrix.col(3) -= projector.matrix.leftCols<3>() * sensor.projector_shift_m;
+  std::vector<SurfaceHit> out(frame.depth.size());
+  for (size_t k = 0; k < out.size(); ++k) {
+    const DepthPoint& p = frame.depth[k];
+    const auto sample = map.at(p.pixel);
+    if (!sample) continue;
+    double depth_m = p.depth_m;
+    if (moved)
+      if (const auto at = triangulate(camera, projector, track.pattern, p.pixel, p.projector_px))
+        depth_m = geometry::depth(camera, *at);
+    out[k] = {sample->triangle, sample->weights,
+              ((1 + sensor.depth_bias) * sample->depth_m - depth_m) * p.ray_m_per_depth_m};
+  }
+  return out;
+}
+
 }  // namespace
 
 render::StripePattern pattern_of(const trial::StripePattern& recorded) {
@@ -173,35 +198,16 @@ std::vector<int> rim_of(const geometry::TriangleMesh& mesh) {
 std::vector<SurfaceHit> surface_hits(const StripeTrack& track, const StripeFrame& frame,
                                      const geometry::TriangleMesh& mesh, const Eigen::Matrix3Xd& shape,
                                      const SensorModel& sensor) {
-  const geometry::Projection camera = distorted(track.camera, sensor);
-  render::RowMap map(camera, track.projector);
-  map.rasterise(posed(shape, sensor), mesh.triangles);
-  // A moved projector or another lens puts the seen point elsewhere on its ray.
-  const bool moved = sensor.radial_distortion != 0 || !sensor.projector_shift_m.isZero(0);
-  geometry::Projection projector = track.projector;
-  projector.matrix.col(3) -= projector.matrix.leftCols<3>() * sensor.projector_shift_m;
-  std::vector<SurfaceHit> out(frame.depth.size());
-  for (size_t k = 0; k < out.size(); ++k) {
-    const DepthPoint& p = frame.depth[k];
-    const auto sample = map.at(p.pixel);
-    if (!sample) continue;
-    double depth_m = p.depth_m;
-    if (moved)
-      if (const auto at = triangulate(camera, projector, track.pattern, p.pixel, p.projector_px))
-        depth_m = geometry::depth(camera, *at);
-    out[k] = {sample->triangle, sample->weights,
-              ((1 + sensor.depth_bias) * sample->depth_m - depth_m) * p.ray_m_per_depth_m};
-  }
-  return out;
+  return hits_on(track, frame, mesh.triangles, sensor, distorted(track.camera, sensor), posed(shape, sensor));
 }
 
 void stripe_residuals(const StripeTrack& track, const StripeFrame& frame, const geometry::TriangleMesh& mesh,
                       const std::vector<int>& rim, const Eigen::Matrix3Xd& shape, const SensorModel& sensor,
                       double* residual_mm) {
-  for (const SurfaceHit& hit : surface_hits(track, frame, mesh, shape, sensor))
-    *residual_mm++ = hit.triangle < 0 ? kUncoveredMm : std::clamp(1e3 * hit.off_m, -50.0, 50.0);
   const geometry::Projection camera = distorted(track.camera, sensor);
   const Eigen::Matrix3Xd position = posed(shape, sensor);
+  for (const SurfaceHit& hit : hits_on(track, frame, mesh.triangles, sensor, camera, position))
+    *residual_mm++ = hit.triangle < 0 ? kUncoveredMm : std::clamp(1e3 * hit.off_m, -50.0, 50.0);
   std::vector<Eigen::Vector2d> outline;
   for (const int v : rim) outline.push_back(geometry::project(camera, position.col(v)));
   for (const OutlinePoint& p : frame.outline)

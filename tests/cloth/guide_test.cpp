@@ -45,6 +45,23 @@ TEST(Guide, PullsAlongItsNormalsAlone) {
   EXPECT_LT((force - 50 * 3.6 * Eigen::Vector3d(0, 0.6, 0.8)).norm(), 1e-9);
 }
 
+TEST(GuideTrack, HasTheNormalOfTheNearerTime) {
+  GuideTrack track;
+  track.points.resize(2);
+  track.time_s = {0, 1};
+  track.position = Eigen::Matrix3Xd::Zero(3, 4);
+  track.normal.resize(3, 4);
+  track.normal << 1, 0, 0, 0, 0, 1, 0, -1, 0, 0, 1, 0;
+  for (const double t : {-1.0, 0.4}) {
+    EXPECT_EQ(track.at(t).normal.col(0), Eigen::Vector3d::UnitX()) << t;
+    EXPECT_EQ(track.at(t).normal.col(1), Eigen::Vector3d::UnitZ()) << t;
+  }
+  for (const double t : {0.6, 2.0}) {
+    EXPECT_EQ(track.at(t).normal.col(0), Eigen::Vector3d::UnitY()) << t;
+    EXPECT_EQ(track.at(t).normal.col(1), -Eigen::Vector3d::UnitY()) << t;
+  }
+}
+
 class Guided : public testing::Test {
  protected:
   Guided() {
