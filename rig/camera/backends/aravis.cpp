@@ -142,6 +142,7 @@ class AravisCamera final : public Camera {
       arv_stream_push_buffer(stream_.get(), arv_buffer_new(payload_bytes_, nullptr));
     buffers_ = configuration_.buffers;
     last_block_id_ = 0;
+    if (clock_) latch_clock(), starts_at_ticks_ = latched_ticks();
     Error error;
     arv_camera_start_acquisition(camera_.get(), error.out());
     error.check(where_);
@@ -153,7 +154,9 @@ class AravisCamera final : public Camera {
     running_ = false;
     arv_camera_stop_acquisition(camera_.get(), error.out());
     error.check(where_);
-    // A frame that was on its way belongs to a count that ends here.
+    // A frame that was on its way belongs to a count that ends here. Where the device has a clock, next_frame() knows it
+    // however late it comes.
+    if (clock_) return;
     const double until_s = rig::host_now_s() + exposure_s_ + kTransfer_s;
     for (double left_s; (left_s = until_s - rig::host_now_s()) > 0;)
       if (ArvBuffer* late = arv_stream_timeout_pop_buffer(stream_.get(), static_cast<guint64>(left_s * 1e6)))
@@ -168,8 +171,10 @@ class AravisCamera final : public Camera {
     const std::unique_ptr<ArvBuffer, GiveBack> owned(buffer, GiveBack{stream_.get()});
     CameraFrame frame;
     frame.arrival_us = rig::host_now_us();
-    frame.number = widen(arv_buffer_get_frame_id(buffer));
     frame.ticks = static_cast<int64_t>(arv_buffer_get_timestamp(buffer));
+    if (frame.ticks < starts_at_ticks_) return next_frame(timeout_s, use);
+    starts_at_ticks_ = 0;
+    frame.number = widen(arv_buffer_get_frame_id(buffer));
     frame.whole = arv_buffer_get_status(buffer) == ARV_BUFFER_STATUS_SUCCESS && fits(buffer);
     size_t size = 0;
     frame.pixels = static_cast<const uint8_t*>(arv_buffer_get_data(buffer, &size));
@@ -185,15 +190,10 @@ class AravisCamera final : public Camera {
 
   bool read_clock(ClockReading& reading) override {
     if (!clock_) return false;
-    Error error;
     reading.before_us = rig::host_now_us();
-    arv_camera_execute_command(camera_.get(), clock_->latch, error.out());
+    latch_clock();
     reading.after_us = rig::host_now_us();
-    error.check(where_ + " clock");
-    const int64_t value = arv_camera_get_integer(camera_.get(), clock_->value, error.out());
-    error.check(where_ + " clock");
-    reading.ticks =
-        clock_ticks_per_s_ == 1e9 ? value : std::llround(static_cast<long double>(value) * 1e9L / clock_ticks_per_s_);
+    reading.ticks = latched_ticks();
     if (ptp_) {
       const std::string status = ptp_status();
       if ((status == kFollows) != follows_) spdlog::warn("{}: ptp status {}", where_, status);
@@ -215,6 +215,19 @@ class AravisCamera final : public Camera {
     ArvStream* stream;
     void operator()(ArvBuffer* buffer) const { arv_stream_push_buffer(stream, buffer); }
   };
+
+  void latch_clock() {
+    Error error;
+    arv_camera_execute_command(camera_.get(), clock_->latch, error.out());
+    error.check(where_ + " clock");
+  }
+  int64_t latched_ticks() {
+    Error error;
+    const int64_t value = arv_camera_get_integer(camera_.get(), clock_->value, error.out());
+    error.check(where_ + " clock");
+    if (clock_ticks_per_s_ == 1e9) return value;
+    return std::llround(static_cast<long double>(value) * 1e9L / clock_ticks_per_s_);
+  }
 
   // Called by Aravis's heartbeat thread.
   static void on_control_lost(ArvDevice*, std::atomic<bool>* lost) { *lost = true; }
@@ -340,6 +353,7 @@ class AravisCamera final : public Camera {
   double clock_ticks_per_s_ = 1e9;
   bool ids_wrap_ = true;
   int64_t last_block_id_ = 0, number_ = 0;
+  int64_t starts_at_ticks_ = 0;  // frames before it were on their way when the camera stopped; 0 from the first after it
 };
 
 }  // namespace
