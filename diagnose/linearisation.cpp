@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
 
 namespace selvedge::diagnose {
 
@@ -62,8 +63,13 @@ void list_columns(const Study& study, Linearisation& out) {
   }
 }
 
-// What is negligible of each effect, by what a unit of it leaves beyond a refit of the base. Of starts that add up that
-// alone counts, shared among them: a scale of one leaves ten times what it does of another.
+double negligible_mm(const Protocol& p, const Effect& effect) {
+  return effect.applies_to == AppliesTo::images ? p.calibration_mm : p.negligible_mm;
+}
+
+// What is negligible of each effect, by its scale, by what another form of a law shows as it, and by what a unit of it
+// leaves beyond a refit of the base. Of starts that add up that alone counts, shared among them: a scale of one leaves
+// ten times what it does of another.
 void set_negligible(const Study& study, Linearisation& out) {
   const Protocol& p = study.protocol;
   const auto n = static_cast<Index>(study.base_count);
@@ -74,12 +80,42 @@ void set_negligible(const Study& study, Linearisation& out) {
     const Effect& effect = study.effects[c.effect];
     const double trace_mm =
         beyond.col(static_cast<Index>(k)).norm() / std::sqrt(static_cast<double>(beyond.rows()));  // of a unit
-    const double by_trace = p.negligible_mm / std::max(trace_mm, 1e-9);
+    const double by_trace = negligible_mm(p, effect) / std::max(trace_mm, 1e-9);
+    const double by_form = effect.form / effect.parameters[0].scale, share = std::max(p.negligible_share, by_form);
     const double sd = effect.starts_add ? by_trace / std::sqrt(static_cast<double>(effect.starts.size()))
-                                        : std::max(p.negligible_share / c.scales, by_trace);
+                                        : std::max(share / c.scales, by_trace);
     if (sd < p.tells * c.sd) out.can_tell[c.effect] = 1;
     c.negligible_sd = std::min(sd, c.sd);
   }
+}
+
+// An effect of several parameters has directions that hardly show: a projector's shift along its rows is one across
+// them by a hair. What leaves a trace of negligible_mm along one of these is negligible, too, however far it is: a
+// column of its own, that is in every model.
+void add_weak_directions(const Study& study, Linearisation& out) {
+  const Protocol& p = study.protocol;
+  const auto n = static_cast<Index>(study.base_count);
+  const BeyondBase beyond(out.changes.leftCols(n));
+  std::vector<VectorXd> weak;
+  for (const Way& way : out.ways) {
+    if (!way.units.empty() || way.columns.size() < 2) continue;
+    const MatrixXd changes = out.changes(Eigen::all, way.columns), left = beyond.of(changes);
+    const Eigen::SelfAdjointEigenSolver<MatrixXd> directions(left.transpose() * left /
+                                                             static_cast<double>(left.rows()));
+    for (Index i = 0; i < changes.cols(); ++i) {
+      const double trace_mm = std::sqrt(std::max(0.0, directions.eigenvalues()(i)));
+      Column c;
+      c.effect = way.effect;
+      c.sd = p.effect_sd;
+      c.negligible_sd = std::min(negligible_mm(p, study.effects[way.effect]) / std::max(trace_mm, 1e-9), p.effect_sd);
+      if (c.negligible_sd <= p.negligible_share) continue;
+      out.columns.push_back(c);
+      weak.push_back(changes * directions.eigenvectors().col(i));
+    }
+  }
+  const Index all = out.changes.cols();
+  out.changes.conservativeResize(Eigen::NoChange, all + static_cast<Index>(weak.size()));
+  for (size_t i = 0; i < weak.size(); ++i) out.changes.col(all + static_cast<Index>(i)) = weak[i];
 }
 
 }  // namespace
@@ -220,7 +256,8 @@ Linearisation linearise(Study& study, const Windows& windows, const model::State
     if (!out.second.col(k).allFinite()) out.second.col(k).setZero();
   out.residual += grid_share(study, x) * grid;
   set_negligible(study, out);
-  out.changes.conservativeResize(Eigen::NoChange, all + forces.cols());
+  add_weak_directions(study, out);
+  out.changes.conservativeResize(Eigen::NoChange, out.changes.cols() + forces.cols());
   out.changes.rightCols(forces.cols()) = forces;
   for (Index k = 0; k < forces.cols(); ++k) out.columns.emplace_back().is_force = true;
   return out;

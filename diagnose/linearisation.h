@@ -3,9 +3,10 @@
 //
 // No rig and no fabric is without a little of everything: grips are a tenth of a millimetre off, strain has another
 // form. An effect is said to be there where it is larger than that. So every effect that is not in a set is in its
-// model all the same, with a size up to Protocol::negligible_share of its scale, or what leaves a trace of
-// negligible_mm in the windows; in a set its size is free. Derivatives are therefore taken where the base and those
-// small sizes are likeliest, not at neutral.
+// model all the same, with a size up to Protocol::negligible_share of its scale, or as which another form of a law
+// shows (Effect::form), or what leaves a trace of negligible_mm in the windows, along whichever of its directions; in a
+// set its size is free. Derivatives are therefore taken where the base and those small sizes are likeliest, not at
+// neutral.
 #pragma once
 
 #include <vector>
@@ -20,7 +21,8 @@ namespace selvedge::diagnose {
 
 // One way in which a model may differ from where it stands.
 struct Column {
-  Eigen::Index coordinate = -1;  // of study.parameters that moves with it; -1: none does, as a start's
+  Eigen::Index coordinate = -1;  // of study.parameters that moves with it; -1: none does, as a start's or
+                                 // a weak direction's
   size_t effect = 0;             // of study.effects; none for the base's
   bool is_base = false;
   bool is_force = false;                              // a smooth force that stays the same in all windows

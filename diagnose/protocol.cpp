@@ -48,6 +48,7 @@ void to_json(nlohmann::json& json, const Protocol& p) {
           {"effect_sd", p.effect_sd},
           {"negligible_share", p.negligible_share},
           {"negligible_mm", p.negligible_mm},
+          {"calibration_mm", p.calibration_mm},
           {"tells", p.tells},
           {"prior_none", p.prior_none},
           {"prior_unknown", p.prior_unknown},

@@ -56,7 +56,8 @@ struct Protocol {
   double effect_sd = 2;  // scales
   // Of an effect that is said not to be there: of its scale, and rms in the windows beyond a refit of the base.
   double negligible_share = 0.3, negligible_mm = 0.03;
-  double tells = 0.6;  // of effect_sd: an effect of which more is negligible cannot be told
+  double calibration_mm = 0.06;  // instead, of what only a camera sees: about a tenth of a projector's row
+  double tells = 0.6;            // of effect_sd: an effect of which more is negligible cannot be told
   double prior_none = 0.38, prior_unknown = 0.12, prior_two = 0.1, prior_three = 0.02;  // the rest: one effect
   double prior_beside = 0.15;  // of a set of effects: something unknown beside
   double tempering = 1;        // power of the evidence

@@ -35,6 +35,8 @@ struct Effect {
   // a parameter only once another is not neutral (the place of a weight).
   std::vector<std::vector<double>> starts = {};
   bool starts_add = false;  // it may be there as a sum of them
+  // Of its parameter's value: as how much of the effect another form of a law shows, where nothing is missing.
+  double form = 0;
 };
 
 // A parameter of an effect: acts linearly on its value, neutral at `neutral`.

@@ -1,9 +1,11 @@
 // Where sets of effects are weighed, of a small campaign simulated by the model itself.
+#include <algorithm>
 #include <cmath>
 
 #include <gtest/gtest.h>
 
 #include "diagnose/base_fit.h"
+#include "diagnose/effect_sets.h"
 #include "diagnose/effects/library.h"
 #include "diagnose/weighing.h"
 #include "tests/diagnose/simulated_campaign.h"
@@ -39,6 +41,42 @@ TEST(Weighing, BeginsWhereASheetHangsInADraught) {
       study.simulation->evaluate(there, study.parameters, weighing.there->x, {still}).front();
   EXPECT_LT(apart_mm(there.branch[still], hangs.start[still]), 0.1);
   EXPECT_GT(apart_mm(study.state.branch[still], hangs.start[still]), 1);
+}
+
+// Two parameters that nearly do the same, as shifts of a projector across its rows and along them. Against each other
+// they hardly show (here 0.05 mm): that is negligible, however far it is, and makes no effect. What shows is found.
+TEST(Weighing, TakesWhatHardlyShowsOfAnEffectAsNegligible) {
+  const auto shift = [](const std::string& name, const Eigen::Vector3d& unit_m) {
+    return of_motion(effect_parameter(name, "", 0, -40, 40, 1,
+                                      [=](model::Prediction& p, double v) { p.sensor.shift_m += v * unit_m; }));
+  };
+  const Effect effect{
+      "moved", Side::measurement, "the camera moved", {shift("across", {0, 0, 1e-3}), shift("along", {4e-5, 0, 5e-4})}};
+  const SimulatedSwatch swatch = usual_fabric();
+  StudyOptions options;
+  options.protocol.cells = 8;
+  options.protocol.rate_hz = 20;
+  options.base_fit = BaseFit{base_of(swatch, swatch.material.stretch, swatch.material.shear), 0, {}};
+  Study study = make_study(simulated_campaign(swatch), {effect}, options).study;
+  const Windows windows(*study.simulation, study.protocol);
+  const Weighing weighing = weigh(study, windows, {});
+  const Linearisation& about = weighing.none;
+  ASSERT_TRUE(about.can_tell[0]);
+  const auto gain = [&](const Eigen::VectorXd& more) {
+    Linearisation seen = about;
+    seen.residual += more;
+    const std::vector<EffectSet> sets = weigh_sets(study, *weighing.evidence, seen);
+    const auto best = [](const EffectSet& set) {
+      return *std::max_element(set.log_evidence.begin(), set.log_evidence.end());
+    };
+    return best(sets[1]) - best(sets[0]);
+  };
+  const auto change = [&](const Eigen::Vector2d& scales) {
+    const std::vector<Eigen::Index>& columns = about.ways[0].columns;
+    return Eigen::VectorXd(about.changes(Eigen::all, columns) * scales);
+  };
+  EXPECT_LT(gain(change({-1, 2})), 1);
+  EXPECT_GT(gain(change({2, 0})), 5);
 }
 
 }  // namespace
