@@ -154,8 +154,8 @@ class AravisCamera final : public Camera {
     running_ = false;
     arv_camera_stop_acquisition(camera_.get(), error.out());
     error.check(where_);
-    // A frame that was on its way belongs to a count that ends here. Where the device has a clock, next_frame() knows it
-    // however late it comes.
+    // A frame that was on its way belongs to a count that ends here. Where the device has a clock, next_frame() knows
+    // it however late it comes.
     if (clock_) return;
     const double until_s = rig::host_now_s() + exposure_s_ + kTransfer_s;
     for (double left_s; (left_s = until_s - rig::host_now_s()) > 0;)
@@ -353,7 +353,7 @@ class AravisCamera final : public Camera {
   double clock_ticks_per_s_ = 1e9;
   bool ids_wrap_ = true;
   int64_t last_block_id_ = 0, number_ = 0;
-  int64_t starts_at_ticks_ = 0;  // frames before it were on their way when the camera stopped; 0 from the first after it
+  int64_t starts_at_ticks_ = 0;  // what is stamped before it was on its way at the last stop; 0: all that was is gone
 };
 
 }  // namespace
