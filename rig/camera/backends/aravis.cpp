@@ -165,15 +165,18 @@ class AravisCamera final : public Camera {
 
   bool next_frame(double timeout_s, const std::function<void(const CameraFrame&)>& use) override {
     if (control_lost_) throw CameraLost(where_ + ": control lost");
-    ArvBuffer* buffer = arv_stream_timeout_pop_buffer(stream_.get(), static_cast<guint64>(timeout_s * 1e6));
-    if (!buffer) return false;
     // Whatever `use` throws, the buffer goes back.
-    const std::unique_ptr<ArvBuffer, GiveBack> owned(buffer, GiveBack{stream_.get()});
+    std::unique_ptr<ArvBuffer, GiveBack> owned(nullptr, GiveBack{stream_.get()});
     CameraFrame frame;
-    frame.arrival_us = rig::host_now_us();
-    frame.ticks = static_cast<int64_t>(arv_buffer_get_timestamp(buffer));
-    if (frame.ticks < starts_at_ticks_) return next_frame(timeout_s, use);
+    do {
+      owned.reset();
+      owned.reset(arv_stream_timeout_pop_buffer(stream_.get(), static_cast<guint64>(timeout_s * 1e6)));
+      if (!owned) return false;
+      frame.ticks = static_cast<int64_t>(arv_buffer_get_timestamp(owned.get()));
+    } while (frame.ticks < starts_at_ticks_);
     starts_at_ticks_ = 0;
+    ArvBuffer* const buffer = owned.get();
+    frame.arrival_us = rig::host_now_us();
     frame.number = widen(arv_buffer_get_frame_id(buffer));
     frame.whole = arv_buffer_get_status(buffer) == ARV_BUFFER_STATUS_SUCCESS && fits(buffer);
     size_t size = 0;
