@@ -209,25 +209,23 @@ inline void store_run(const Quad& v, int, double* to) {
 
 // Four Quads as the lanes of one Vec3, and back.
 inline Vec3<Lanes4> lanes_of_quads(const Quad& a, const Quad& b, const Quad& c, const Quad& d) {
-  using Order = long long __attribute__((vector_size(32)));
-  const Lanes4 ab_low = __builtin_shuffle(a.q, b.q, Order{0, 4, 2, 6}),
-               ab_high = __builtin_shuffle(a.q, b.q, Order{1, 5, 3, 7});
-  const Lanes4 cd_low = __builtin_shuffle(c.q, d.q, Order{0, 4, 2, 6}),
-               cd_high = __builtin_shuffle(c.q, d.q, Order{1, 5, 3, 7});
-  return {__builtin_shuffle(ab_low, cd_low, Order{0, 1, 4, 5}), __builtin_shuffle(ab_high, cd_high, Order{0, 1, 4, 5}),
-          __builtin_shuffle(ab_low, cd_low, Order{2, 3, 6, 7})};
+  const Lanes4 ab_low = __builtin_shufflevector(a.q, b.q, 0, 4, 2, 6),
+               ab_high = __builtin_shufflevector(a.q, b.q, 1, 5, 3, 7);
+  const Lanes4 cd_low = __builtin_shufflevector(c.q, d.q, 0, 4, 2, 6),
+               cd_high = __builtin_shufflevector(c.q, d.q, 1, 5, 3, 7);
+  return {__builtin_shufflevector(ab_low, cd_low, 0, 1, 4, 5), __builtin_shufflevector(ab_high, cd_high, 0, 1, 4, 5),
+          __builtin_shufflevector(ab_low, cd_low, 2, 3, 6, 7)};
 }
 inline void quads_of_lanes(const Vec3<Lanes4>& v, Quad out[4]) {
-  using Order = long long __attribute__((vector_size(32)));
   const Lanes4 zero{};
-  const Lanes4 xy_even = __builtin_shuffle(v.x, v.y, Order{0, 4, 2, 6}),
-               xy_odd = __builtin_shuffle(v.x, v.y, Order{1, 5, 3, 7});
-  const Lanes4 z_even = __builtin_shuffle(v.z, zero, Order{0, 4, 2, 6}),
-               z_odd = __builtin_shuffle(v.z, zero, Order{1, 5, 3, 7});
-  out[0].q = __builtin_shuffle(xy_even, z_even, Order{0, 1, 4, 5});
-  out[1].q = __builtin_shuffle(xy_odd, z_odd, Order{0, 1, 4, 5});
-  out[2].q = __builtin_shuffle(xy_even, z_even, Order{2, 3, 6, 7});
-  out[3].q = __builtin_shuffle(xy_odd, z_odd, Order{2, 3, 6, 7});
+  const Lanes4 xy_even = __builtin_shufflevector(v.x, v.y, 0, 4, 2, 6),
+               xy_odd = __builtin_shufflevector(v.x, v.y, 1, 5, 3, 7);
+  const Lanes4 z_even = __builtin_shufflevector(v.z, zero, 0, 4, 2, 6),
+               z_odd = __builtin_shufflevector(v.z, zero, 1, 5, 3, 7);
+  out[0].q = __builtin_shufflevector(xy_even, z_even, 0, 1, 4, 5);
+  out[1].q = __builtin_shufflevector(xy_odd, z_odd, 0, 1, 4, 5);
+  out[2].q = __builtin_shufflevector(xy_even, z_even, 2, 3, 6, 7);
+  out[3].q = __builtin_shufflevector(xy_odd, z_odd, 2, 3, 6, 7);
 }
 
 }  // namespace selvedge::cloth::kernel

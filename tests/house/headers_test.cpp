@@ -1,9 +1,8 @@
 // Every header compiles alone: it includes what it needs.
 //
-// A header whose includes reach another is compiled behind it in one go, the other first: what comes before a header is
-// then nothing but what it includes anyway. So a chain of headers costs one compilation (a greedy cover of the order by
-// chains). Libraries that take a second to read are compiled once for all headers that reach just the same of them.
-// What compiled is kept by its text, so that a second run compiles what has changed.
+// By clang, whose precompiled headers cost next to nothing to read (g++'s cost a second each). Libraries that take a
+// second to compile are compiled once for all headers that reach them. What compiled is kept by its text, so that a
+// second run compiles what has changed.
 #include <algorithm>
 #include <atomic>
 #include <filesystem>
@@ -43,31 +42,6 @@ Closures closures_of_headers() {
     closures[header].erase(header);
   }
   return closures;
-}
-
-// Each chain in the order in which it is included.
-std::vector<std::vector<std::string>> chains_of(const Closures& closures, const std::set<std::string>& wanted) {
-  const auto size = [&](const std::string& header) { return closures.at(header).size(); };
-  std::vector<std::string> order(wanted.begin(), wanted.end());
-  std::stable_sort(order.begin(), order.end(),
-                   [&](const std::string& a, const std::string& b) { return size(a) > size(b); });
-  std::set<std::string> left = wanted;
-  std::vector<std::vector<std::string>> chains;
-  for (const std::string& top : order) {
-    if (!left.erase(top)) continue;
-    std::vector<std::string> chain = {top};
-    for (;;) {
-      std::string next;
-      for (const std::string& header : closures.at(chain.back()))
-        if (left.count(header) && (next.empty() || size(header) > size(next))) next = header;
-      if (next.empty()) break;
-      left.erase(next);
-      chain.push_back(next);
-    }
-    std::reverse(chain.begin(), chain.end());
-    chains.push_back(chain);
-  }
-  return chains;
 }
 
 std::string text_of(const std::string& file) {
@@ -110,43 +84,55 @@ class Stamps {
 };
 
 // Those of the slow libraries that a header reaches.
-std::vector<std::string> slow_of(const Closures& closures, const std::string& header) {
+std::set<std::string> slow_of(const Closures& closures, const std::string& header) {
   std::string text = text_of(header);
   for (const std::string& file : closures.at(header)) text += text_of(file);
-  std::vector<std::string> out;
+  std::set<std::string> out;
   for (const char* slow : {"Eigen/Core", "Eigen/Geometry", "filesystem", "functional", "gtest/gtest.h",
                            "nlohmann/json.hpp", "opencv2/core.hpp"})
-    if (text.find("#include <" + std::string(slow) + ">") != std::string::npos) out.emplace_back(slow);
+    if (text.find("#include <" + std::string(slow) + ">") != std::string::npos) out.insert(slow);
   return out;
+}
+
+// Sets of slow libraries that many headers reach, and none of them.
+std::vector<std::set<std::string>> worth_precompiling(const std::vector<std::set<std::string>>& slow) {
+  constexpr size_t kMany = 4;
+  std::map<std::set<std::string>, size_t> count = {{{}, kMany}};
+  for (const std::set<std::string>& libraries : slow) ++count[libraries];
+  std::vector<std::set<std::string>> sets;
+  for (const auto& [libraries, headers] : count)
+    if (headers >= kMany) sets.push_back(libraries);
+  return sets;
+}
+
+// Nothing but what a header reaches may stand before it.
+size_t largest_within(const std::vector<std::set<std::string>>& sets, const std::set<std::string>& slow) {
+  size_t best = 0;
+  for (size_t i = 0; i < sets.size(); ++i)
+    if (sets[i].size() >= sets[best].size() && std::includes(slow.begin(), slow.end(), sets[i].begin(), sets[i].end()))
+      best = i;
+  return best;
 }
 
 // The compiler's words; empty: it compiles. what: options and the file, as a shell takes them.
 std::string compile(const std::string& what) {
-  const Ran ran = run(SELVEDGE_COMPILER " @" SELVEDGE_HEADER_FLAGS " -std=c++20 -w " + what + " 2>&1");
+  const Ran ran = run("clang++-14 @" SELVEDGE_HEADER_FLAGS " -std=c++20 -w " + what + " 2>&1");
   return ran.status == 0 ? "" : "exit status " + std::to_string(ran.status) + "\n" + ran.output.substr(0, 2000);
 }
 
-// Headers that reach the same slow libraries.
-struct Alike {
-  std::string precompiled;  // the file to include for those libraries; empty: none
-  std::vector<std::vector<std::string>> chains;
-};
-
-Alike precompile(const std::vector<std::string>& slow, const std::string& file) {
+// The file of these libraries compiled once; empty: none. Without its templates, each header would make them again.
+std::string precompile(const std::set<std::string>& slow, const std::string& file) {
   if (slow.empty()) return {};
   std::ofstream text(file);
   for (const std::string& name : slow) text << "#include <" << name << ">\n";
   text.close();
-  EXPECT_EQ(compile("-x c++-header -o '" + file + ".gch' '" + file + "'"), "");
-  return {file, {}};
+  EXPECT_EQ(compile("-fpch-instantiate-templates -x c++-header -o '" + file + ".pch' '" + file + "'"), "");
+  return file + ".pch";
 }
 
-std::string compile_chain(const Alike& alike, const std::vector<std::string>& chain, const std::string& file) {
-  std::ofstream text(file);
-  for (const std::string& header : chain) text << "#include \"" << header << "\"\n";
-  text.close();
-  const std::string first = alike.precompiled.empty() ? "" : " -Winvalid-pch -include '" + alike.precompiled + "'";
-  return compile("-fsyntax-only" + first + " '" + file + "'");
+std::string compile_alone(const std::string& header, const std::string& precompiled) {
+  const std::string first = precompiled.empty() ? "" : " -include-pch '" + precompiled + "'";
+  return compile("-fsyntax-only" + first + " -x c++ '" SELVEDGE_SOURCE_DIR "/" + header + "'");
 }
 
 // do_one(i) for each i < count, on all processors.
@@ -168,36 +154,25 @@ TEST(Headers, EachCompilesAlone) {
   std::set<std::string> changed;
   for (const auto& [header, stamp] : stamps)
     if (!kept.knows(header, stamp)) changed.insert(header);
-  std::map<std::vector<std::string>, std::set<std::string>> by_slow;
-  for (const std::string& header : changed) by_slow[slow_of(closures, header)].insert(header);
-  const std::vector<std::pair<std::vector<std::string>, std::set<std::string>>> groups(by_slow.begin(), by_slow.end());
   const fs::path folder = fs::temp_directory_path() / ("selvedge_headers_" + std::to_string(::getpid()));
   fs::create_directories(folder);
-  std::vector<Alike> alike(groups.size());
-  on_all_processors(groups.size(), [&](size_t i) {
-    alike[i] = precompile(groups[i].first, folder / (std::to_string(i) + ".h"));
-    alike[i].chains = chains_of(closures, groups[i].second);
-  });
-  std::vector<std::pair<size_t, size_t>> chains;
-  for (size_t i = 0; i < alike.size(); ++i)
-    for (size_t k = 0; k < alike[i].chains.size(); ++k) chains.emplace_back(i, k);
+  const std::vector<std::string> headers(changed.begin(), changed.end());
+  std::vector<std::set<std::string>> slow;
+  for (const std::string& header : headers) slow.push_back(slow_of(closures, header));
+  const std::vector<std::set<std::string>> sets = worth_precompiling(slow);
+  std::vector<std::string> precompiled(sets.size());
+  on_all_processors(sets.size(),
+                    [&](size_t i) { precompiled[i] = precompile(sets[i], folder / (std::to_string(i) + ".h")); });
   std::mutex mutex;
-  on_all_processors(chains.size(), [&](size_t i) {
-    const Alike& those = alike[chains[i].first];
-    const std::vector<std::string>& chain = those.chains[chains[i].second];
-    const std::string said = compile_chain(those, chain, folder / (std::to_string(i) + ".cpp"));
+  on_all_processors(headers.size(), [&](size_t i) {
+    const std::string said = compile_alone(headers[i], precompiled[largest_within(sets, slow[i])]);
     const std::lock_guard lock(mutex);
-    if (said.empty())
-      for (const std::string& header : chain) kept.keep(header, stamps.at(header));
-    else ADD_FAILURE() << "does not compile alone: " << chain.back() << " or one that it reaches: " << said;
+    if (said.empty()) kept.keep(headers[i], stamps.at(headers[i]));
+    else ADD_FAILURE() << headers[i] << " does not compile alone: " << said;
   });
   fs::remove_all(folder);
-  std::printf("%zu of %zu headers compiled in %zu chains\n", changed.size(), closures.size(), chains.size());
-}
-
-TEST(Headers, AChainHoldsWhatItsLastHeaderReaches) {
-  const Closures closures = {{"a", {}}, {"b", {"a"}}, {"c", {"a", "b"}}, {"d", {"a"}}};
-  EXPECT_EQ(chains_of(closures, {"a", "b", "c", "d"}), (std::vector<std::vector<std::string>>{{"a", "b", "c"}, {"d"}}));
+  std::printf("%zu of %zu headers compiled, with %zu sets of slow libraries\n", headers.size(), closures.size(),
+              sets.size());
 }
 
 }  // namespace
