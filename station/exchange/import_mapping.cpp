@@ -15,6 +15,7 @@
 #include "files/toml_file.h"
 #include "station/exchange/c3d_import.h"
 #include "station/exchange/import_units.h"
+#include "station/exchange/points_import.h"
 
 namespace selvedge::station {
 
@@ -30,6 +31,7 @@ std::vector<std::string> columns(Section& keys, const std::string& key, size_t c
 }
 
 trial::Markers read_markers(Section keys, const fs::path& base, const Units& units, trial::Trial& trial) {
+  if (keys.has("frames")) return read_point_markers(keys, base, units, trial);
   const fs::path file = base / keys.text("file", std::nullopt);
   const std::string time = keys.text("time", std::nullopt), marker = keys.text("marker", std::nullopt);
   const auto position = columns(keys, "position", 3), flat = columns(keys, "flat", 2);
@@ -127,10 +129,7 @@ std::vector<trial::GreyImage> read_images(Section keys, const fs::path& base, tr
   keys.finish();
   if (!fs::is_directory(folder)) refuse(keys.where() + " folder", "{} is no folder", folder.string());
   if (!trial.camera) refuse(keys.where(), "pictures need a section [camera]");
-  std::vector<fs::path> pictures;
-  for (const auto& entry : fs::directory_iterator(folder))
-    if (entry.is_regular_file()) pictures.push_back(entry.path());
-  std::sort(pictures.begin(), pictures.end());
+  const std::vector<fs::path> pictures = files_in_order(folder);
   if (pictures.empty()) refuse(keys.where() + " folder", "{} is empty", folder.string());
   std::vector<trial::GreyImage> images;
   trial.frames.emplace();

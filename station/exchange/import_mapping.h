@@ -11,7 +11,7 @@
 //   [markers]                   # long form: a row a marker and time
 //   file = "dots.csv"           time = "t"    marker = "id"    position = ["x", "y", "z"]    flat = ["u", "v"]
 //   noise_m = 3e-4
-//   [images]                    # pictures of a folder, in order of their names, turned to 8-bit grey
+//   [images]                    # pictures of a folder, in order of their names (9 before 10), turned to 8-bit grey
 //   folder = "pictures"         rate_hz = 30    start_s = 0.0
 //   [camera] / [projector]      # as docs/formats.md: width_px, height_px, projection (12 numbers, row by row),
 //                               # distortion (5)
@@ -23,6 +23,12 @@
 //   c3d = "take.c3d"            labels = ["dot1", "dot2"]    flat_m = [0.03, 0.03, 0.09, 0.03]    # u, v of each
 //   [corners]
 //   left_label = "L"            right_label = "R"
+// Of files of points (PLY, PCD, NPY), one a frame in order of their names, or an NPY of frames × points × 3. A marker
+// is the same point of the fabric in all of them; its number is its place in the file:
+//   [markers]
+//   frames = "scans"            rate_hz = 30               # or times = "times.csv", time = "t"
+//   grid = [25, 25]             # nodes along the width and down, row by row from the held edge; or flat_m as above
+//   points = [0, 24, 312]       # those that are markers; all by default
 // Paths are relative to the mapping file. A trial has markers or images, or both.
 #pragma once
 
