@@ -13,7 +13,10 @@ std::vector<Eigen::Matrix3Xd> parse_points(std::string_view bytes, const std::st
 }
 
 std::vector<Eigen::Matrix3Xd> read_points(const std::filesystem::path& path) {
-  return parse_points(files::read_whole(path), path.extension().string(), path.string());
+  std::string kind = path.extension().string();
+  for (char& c : kind)
+    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+  return parse_points(files::read_whole(path), kind, path.string());
 }
 
 }  // namespace selvedge::station

@@ -10,7 +10,8 @@
 
 namespace selvedge::station {
 
-// The files of a folder, by their names; numbers in them count by their value, so that f9 comes before f10.
+// The files of a folder but hidden ones, by their names; numbers in them count by their value, so that f9 comes before
+// f10.
 std::vector<std::filesystem::path> files_in_order(const std::filesystem::path& folder);
 
 // A marker's number is its point's place in the file. base: the mapping's folder; trial.fabric is read already, and

@@ -192,6 +192,7 @@ class PointFrames : public testing::Test {
   void SetUp() override {
     fs::create_directories(folder_ / "scans");
     for (int f = 0; f < 12; ++f) put_frame(f, 4);
+    files::write_whole(folder_ / "scans" / ".hidden", "of the file manager");
   }
   void TearDown() override { fs::remove_all(folder_); }
 
@@ -202,7 +203,7 @@ class PointFrames : public testing::Test {
         points);
     for (int p = 0; p < points; ++p)
       text += p == 3 && f == 5 ? "nan nan nan\n" : fmt::format("{} {} {}\n", 300 * (p % 2), f, -200 * (p / 2));
-    files::write_whole(folder_ / "scans" / fmt::format("f{}.ply", f), text);
+    files::write_whole(folder_ / "scans" / fmt::format("f{}.{}", f, f == 8 ? "PLY" : "ply"), text);
   }
   fs::path import(std::string mapping, const std::string& from = "", const std::string& to = "") {
     if (!from.empty()) mapping.replace(mapping.find(from), from.size(), to);
