@@ -109,11 +109,11 @@ std::vector<Matrix3Xd> parse_pcd(std::string_view bytes, const std::string& wher
           is_packed ? columns.data() + n * before + i * width : rows.data() + i * a_point + before, field.type));
     before += width;
   }
-  Matrix3Xd points(3, static_cast<Index>(n));
-  for (size_t axis = 0; axis < 3; ++axis) {
+  for (size_t axis = 0; axis < 3; ++axis)
     if (axes[axis].size() != n) refuse(where, "found no field {}, expected x, y and z", "xyz"[axis]);
+  Matrix3Xd points(3, static_cast<Index>(n));
+  for (size_t axis = 0; axis < 3; ++axis)
     points.row(static_cast<Index>(axis)) = Eigen::Map<Eigen::RowVectorXd>(axes[axis].data(), points.cols());
-  }
   return {points};
 }
 

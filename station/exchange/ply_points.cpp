@@ -85,7 +85,7 @@ std::vector<Matrix3Xd> parse_ply(std::string_view bytes, const std::string& wher
   for (const PlyElement& element : elements) {
     const bool is_wanted = element.name == "vertex";
     // A byte each at least, so that a header alone takes no memory.
-    if (element.count > file.left() && !element.properties.empty())
+    if (element.count > file.left() && (is_wanted || !element.properties.empty()))
       refuse(where, "is cut short: found {} bytes for {} of {}", file.left(), element.count, element.name);
     Matrix3Xd points = Matrix3Xd::Constant(3, is_wanted ? static_cast<Index>(element.count) : 0,
                                            std::numeric_limits<double>::quiet_NaN());

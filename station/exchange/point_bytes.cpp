@@ -1,9 +1,8 @@
 #include "station/exchange/point_bytes.h"
 
-#include <array>
+#include <algorithm>
 #include <bit>
 #include <charconv>
-#include <cmath>
 #include <cstdint>
 #include <sstream>
 

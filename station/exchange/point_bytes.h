@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 namespace selvedge::station {
@@ -39,7 +40,7 @@ class PointBytes {
 
 double number_at(const char* bytes, const NumberType& type);
 std::vector<std::string> words_of(const std::string& line);
-// A whole number of a header that no file is too short for; least: the smallest that is meant.
+// A whole number of a header, from `least` to 100 million. Throws BadInput naming `where` and `what` otherwise.
 size_t count_of(const std::string& word, size_t least, const std::string& where, const std::string& what);
 
 }  // namespace selvedge::station

@@ -40,7 +40,7 @@ bool comes_before(const std::string& a, const std::string& b) {
   return a < b;
 }
 
-// One clock for all points of a frame, and one count.
+// Of as many points each.
 std::vector<Matrix3Xd> read_frames(const fs::path& source, const std::string& key) {
   std::vector<Matrix3Xd> frames;
   const bool is_folder = fs::is_directory(source);

@@ -1,7 +1,7 @@
 // Files of points: each form of PLY, PCD and NPY reads as the same points, and a mapping makes a trial of them.
 #include <algorithm>
 #include <cmath>
-#include <cstring>
+#include <cstdint>
 #include <filesystem>
 
 #include <fmt/format.h>
@@ -157,6 +157,8 @@ TEST(Points, WhatIsCutShortOrOfAnotherKindIsRefused) {
       EXPECT_NE(said.find("cut" + kind), std::string::npos) << kind << " of " << length << " bytes: " << said;
     }
   }
+  const char* const header_alone = "ply\nformat ascii 1.0\nelement vertex 90000000\nend_header\n";
+  EXPECT_NE(refusal_of([&] { parse_points(header_alone, ".ply", "a.ply"); }).find("is cut short"), std::string::npos);
   EXPECT_NE(refusal_of([] { parse_points("", ".xyz", "a.xyz"); }).find("expected .ply, .pcd or .npy"),
             std::string::npos);
   EXPECT_NE(refusal_of([] {
