@@ -113,7 +113,7 @@ std::vector<Matrix3Xd> parse_pcd(std::string_view bytes, const std::string& wher
     if (axes[axis].size() != n) refuse(where, "found no field {}, expected x, y and z", "xyz"[axis]);
   Matrix3Xd points(3, static_cast<Index>(n));
   for (size_t axis = 0; axis < 3; ++axis)
-    points.row(static_cast<Index>(axis)) = Eigen::Map<Eigen::RowVectorXd>(axes[axis].data(), points.cols());
+    for (size_t i = 0; i < n; ++i) points(static_cast<Index>(axis), static_cast<Index>(i)) = axes[axis][i];
   return {points};
 }
 
