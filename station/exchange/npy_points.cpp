@@ -43,6 +43,34 @@ NpyHeader npy_header(PointBytes& file) {
   return out;
 }
 
+// How many numbers apart neighbours along each axis of an array lie.
+std::vector<size_t> strides_of(const NpyHeader& header) {
+  const size_t n = header.shape.size();
+  std::vector<size_t> out(n, 1);
+  for (size_t i = 1; i < n; ++i) {
+    if (header.columns_first) out[i] = out[i - 1] * header.shape[i - 1];
+    else out[n - 1 - i] = out[n - i] * header.shape[n - i];
+  }
+  return out;
+}
+
+// The points of one frame; those of a grid row by row.
+Matrix3Xd npy_frame(const NpyHeader& header, std::string_view numbers, size_t frame, size_t points) {
+  const std::vector<size_t>& shape = header.shape;
+  const std::vector<size_t> stride = strides_of(header);
+  const size_t first = shape.size() > 2 ? frame * stride[0] : 0;
+  const auto place_of = [&](size_t point) {
+    if (shape.size() < 4) return first + point * stride[shape.size() - 2];
+    return first + point / shape[2] * stride[1] + point % shape[2] * stride[2];
+  };
+  Matrix3Xd out(3, static_cast<Index>(points));
+  for (size_t p = 0; p < points; ++p)
+    for (size_t axis = 0; axis < 3; ++axis)
+      out(static_cast<Index>(axis), static_cast<Index>(p)) =
+          number_at(numbers.data() + (place_of(p) + axis * stride.back()) * header.type.bytes, header.type);
+  return out;
+}
+
 }  // namespace
 
 std::vector<Matrix3Xd> parse_npy(std::string_view all, const std::string& where) {
@@ -60,22 +88,8 @@ std::vector<Matrix3Xd> parse_npy(std::string_view all, const std::string& where)
   if (numbers == 0) refuse(where, "found no points");
   const std::string_view bytes = file.take(numbers * header.type.bytes);
   const size_t frames = shape.size() == 2 ? 1 : shape[0], points = numbers / 3 / frames;
-  std::vector<size_t> stride(shape.size(), 1);  // in numbers
-  for (size_t i = 1; i < shape.size(); ++i) {
-    if (header.columns_first) stride[i] = stride[i - 1] * shape[i - 1];
-    else stride[shape.size() - 1 - i] = stride[shape.size() - i] * shape[shape.size() - i];
-  }
-  std::vector<Matrix3Xd> out(frames, Matrix3Xd(3, static_cast<Index>(points)));
-  for (size_t f = 0; f < frames; ++f)
-    for (size_t p = 0; p < points; ++p)
-      for (size_t axis = 0; axis < 3; ++axis) {
-        size_t at = axis * stride.back();
-        if (shape.size() > 2) at += f * stride[0];
-        if (shape.size() == 4) at += p / shape[2] * stride[1] + p % shape[2] * stride[2];
-        else at += p * stride[shape.size() - 2];
-        out[f](static_cast<Index>(axis), static_cast<Index>(p)) =
-            number_at(bytes.data() + at * header.type.bytes, header.type);
-      }
+  std::vector<Matrix3Xd> out;
+  for (size_t f = 0; f < frames; ++f) out.push_back(npy_frame(header, bytes, f, points));
   return out;
 }
 

@@ -1,6 +1,6 @@
 #include <array>
-#include <limits>
 #include <map>
+#include <optional>
 
 #include "files/bad_input.h"
 #include "station/exchange/point_bytes.h"
@@ -72,6 +72,52 @@ std::vector<PlyElement> ply_elements(PointBytes& file, PlyFormat& format) {
   }
 }
 
+// The numbers behind the header, one after another.
+class PlyNumbers {
+ public:
+  PlyNumbers(PointBytes& file, PlyFormat format) : file_(file), is_text_(format == PlyFormat::ascii) {}
+
+  // Of a property that is no list; lists are passed over.
+  std::optional<double> next(const PlyProperty& property) {
+    if (!property.is_list) return next(property.type);
+    const double length = next(property.count);
+    for (double k = 0; k < length; ++k) next(property.type);
+    return {};
+  }
+
+ private:
+  double next(const NumberType& type) { return is_text_ ? file_.word() : file_.number(type); }
+
+  PointBytes& file_;
+  bool is_text_;
+};
+
+void pass_over(const PlyElement& element, PlyNumbers& numbers) {
+  if (element.properties.empty()) return;
+  for (size_t i = 0; i < element.count; ++i)
+    for (const PlyProperty& property : element.properties) numbers.next(property);
+}
+
+// Which of x, y and z a property is; 3: none.
+Index axis_of(const PlyProperty& property) {
+  static const std::string axes = "xyz";
+  const size_t at = property.name.size() == 1 && !property.is_list ? axes.find(property.name[0]) : std::string::npos;
+  return at == std::string::npos ? 3 : static_cast<Index>(at);
+}
+
+Matrix3Xd ply_vertices(const PlyElement& element, PlyNumbers& numbers, const std::string& where) {
+  std::array<bool, 3> has{};
+  for (const PlyProperty& property : element.properties)
+    if (axis_of(property) < 3) has[static_cast<size_t>(axis_of(property))] = true;
+  if (!has[0] || !has[1] || !has[2]) refuse(where, "found no x, y and z of its vertices");
+  Matrix3Xd points(3, static_cast<Index>(element.count));
+  for (Index i = 0; i < points.cols(); ++i)
+    for (const PlyProperty& property : element.properties)
+      if (const std::optional<double> value = numbers.next(property); axis_of(property) < 3)
+        points(axis_of(property), i) = *value;
+  return points;
+}
+
 }  // namespace
 
 std::vector<Matrix3Xd> parse_ply(std::string_view bytes, const std::string& where) {
@@ -79,33 +125,14 @@ std::vector<Matrix3Xd> parse_ply(std::string_view bytes, const std::string& wher
   PlyFormat format = PlyFormat::ascii;
   if (file.line() != "ply") refuse(where, "found no header of a PLY file");
   const std::vector<PlyElement> elements = ply_elements(file, format);
-  const auto next = [&](const NumberType& type) {
-    return format == PlyFormat::ascii ? file.word() : file.number(type);
-  };
+  PlyNumbers numbers(file, format);
   for (const PlyElement& element : elements) {
     const bool is_wanted = element.name == "vertex";
     // A byte each at least, so that a header alone takes no memory.
     if (element.count > file.left() && (is_wanted || !element.properties.empty()))
       refuse(where, "is cut short: found {} bytes for {} of {}", file.left(), element.count, element.name);
-    Matrix3Xd points = Matrix3Xd::Constant(3, is_wanted ? static_cast<Index>(element.count) : 0,
-                                           std::numeric_limits<double>::quiet_NaN());
-    std::array<bool, 3> has{};
-    for (size_t i = 0; i < element.count && !element.properties.empty(); ++i)
-      for (const PlyProperty& property : element.properties) {
-        if (property.is_list) {
-          const double length = next(property.count);
-          for (double k = 0; k < length; ++k) next(property.type);
-          continue;
-        }
-        const double value = next(property.type);
-        const size_t axis = property.name.size() == 1 ? std::string("xyz").find(property.name[0]) : std::string::npos;
-        if (!is_wanted || axis == std::string::npos) continue;
-        points(static_cast<Index>(axis), static_cast<Index>(i)) = value;
-        has[axis] = true;
-      }
-    if (!is_wanted) continue;
-    if (!has[0] || !has[1] || !has[2]) refuse(where, "found no x, y and z of its vertices");
-    return {points};
+    if (is_wanted) return {ply_vertices(element, numbers, where)};
+    pass_over(element, numbers);
   }
   refuse(where, "found no element vertex");
 }
