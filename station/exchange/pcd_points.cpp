@@ -96,16 +96,16 @@ std::vector<Matrix3Xd> parse_pcd(std::string_view bytes, const std::string& wher
   const std::string columns = is_packed ? unpacked(file, n * a_point) : "";
   const std::string_view rows = is_text || is_packed ? std::string_view() : file.take(n * a_point);
   std::array<std::vector<double>, 3> axes;
-  const auto axis_of = [&](const PcdField& f) { return f.name.size() == 1 ? std::string("xyz").find(f.name[0]) : 3; };
   for (size_t i = 0; i < n && is_text; ++i)
     for (const PcdField& field : header.fields)
       for (size_t k = 0; k < field.count; ++k)
-        if (const double value = file.word(); axis_of(field) < 3 && k == 0) axes[axis_of(field)].push_back(value);
+        if (const double value = file.word(); axis_of(field.name) < 3 && k == 0)
+          axes[axis_of(field.name)].push_back(value);
   size_t before = 0;  // bytes of a point in front of the field
   for (const PcdField& field : header.fields) {
     const size_t width = field.type.bytes * field.count;
-    for (size_t i = 0; i < n && !is_text && axis_of(field) < 3 && field.count > 0; ++i)
-      axes[axis_of(field)].push_back(number_at(
+    for (size_t i = 0; i < n && !is_text && axis_of(field.name) < 3 && field.count > 0; ++i)
+      axes[axis_of(field.name)].push_back(number_at(
           is_packed ? columns.data() + n * before + i * width : rows.data() + i * a_point + before, field.type));
     before += width;
   }

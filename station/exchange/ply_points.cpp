@@ -1,4 +1,4 @@
-#include <array>
+#include <algorithm>
 #include <map>
 #include <optional>
 
@@ -98,23 +98,16 @@ void pass_over(const PlyElement& element, PlyNumbers& numbers) {
     for (const PlyProperty& property : element.properties) numbers.next(property);
 }
 
-// Which of x, y and z a property is; 3: none.
-Index axis_of(const PlyProperty& property) {
-  static const std::string axes = "xyz";
-  const size_t at = property.name.size() == 1 && !property.is_list ? axes.find(property.name[0]) : std::string::npos;
-  return at == std::string::npos ? 3 : static_cast<Index>(at);
-}
-
 Matrix3Xd ply_vertices(const PlyElement& element, PlyNumbers& numbers, const std::string& where) {
-  std::array<bool, 3> has{};
-  for (const PlyProperty& property : element.properties)
-    if (axis_of(property) < 3) has[static_cast<size_t>(axis_of(property))] = true;
-  if (!has[0] || !has[1] || !has[2]) refuse(where, "found no x, y and z of its vertices");
+  std::vector<size_t> axes;  // of each property
+  for (const PlyProperty& p : element.properties) axes.push_back(p.is_list ? 3 : axis_of(p.name));
+  for (size_t axis = 0; axis < 3; ++axis)
+    if (std::find(axes.begin(), axes.end(), axis) == axes.end()) refuse(where, "found no x, y and z of its vertices");
   Matrix3Xd points(3, static_cast<Index>(element.count));
   for (Index i = 0; i < points.cols(); ++i)
-    for (const PlyProperty& property : element.properties)
-      if (const std::optional<double> value = numbers.next(property); axis_of(property) < 3)
-        points(axis_of(property), i) = *value;
+    for (size_t p = 0; p < axes.size(); ++p)
+      if (const std::optional<double> value = numbers.next(element.properties[p]); axes[p] < 3)
+        points(static_cast<Index>(axes[p]), i) = *value;
   return points;
 }
 

@@ -69,6 +69,11 @@ std::vector<std::string> words_of(const std::string& line) {
   return words;
 }
 
+size_t axis_of(const std::string& name) {
+  const size_t axis = name.size() == 1 ? std::string_view("xyz").find(name[0]) : std::string_view::npos;
+  return std::min(axis, size_t{3});
+}
+
 size_t count_of(const std::string& word, size_t least, const std::string& where, const std::string& what) {
   constexpr size_t kMost = 100'000'000;
   size_t value = 0;

@@ -40,6 +40,8 @@ class PointBytes {
 
 double number_at(const char* bytes, const NumberType& type);
 std::vector<std::string> words_of(const std::string& line);
+// Which of x, y and z a number named so is; 3: none.
+size_t axis_of(const std::string& name);
 // A whole number of a header, from `least` to 100 million. Throws BadInput naming `where` and `what` otherwise.
 size_t count_of(const std::string& word, size_t least, const std::string& where, const std::string& what);
 
