@@ -99,6 +99,21 @@ std::string escape_html(const std::string& text) {
   return escaped;
 }
 
+std::string unescape_html(std::string_view text) {
+  std::string plain;
+  for (size_t i = 0; i < text.size(); ++i) {
+    bool named = false;
+    for (const auto& [name, letter] : {std::pair{"&lt;", '<'}, {"&gt;", '>'}, {"&quot;", '"'}, {"&amp;", '&'}})
+      if (!named && text.substr(i).starts_with(name)) {
+        plain += letter;
+        i += std::string_view(name).size() - 1;
+        named = true;
+      }
+    if (!named) plain += text[i];
+  }
+  return plain;
+}
+
 HtmlReport::HtmlReport(std::string title) : title_(std::move(title)) {}
 
 void HtmlReport::verdict(const Verdict& verdict) {

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -27,6 +28,7 @@ struct PlotOptions {
   std::vector<std::pair<double, double>> shaded = {};  // spans of x
   std::optional<double> level = {};                    // a line at this y
   std::string shaded_name = {}, level_name = {};       // for the legend
+  std::vector<double> holds_x = {}, holds_y = {};      // what the axes hold beside what is drawn
 };
 
 // SVG text with axes, ticks, legend. Series differ in colour and dash.
@@ -82,7 +84,8 @@ class HtmlReport {
 // The command that makes what is written from now on; reports say it at their foot, with the version and the date.
 void set_command(const std::string& command_line);
 
-// & < > " escaped.
+// & < > " escaped, and back.
 std::string escape_html(const std::string& text);
+std::string unescape_html(std::string_view text);
 
 }  // namespace selvedge::report

@@ -8,6 +8,7 @@
 
 #include "report/html.h"
 #include "report/plot_axis.h"
+#include "report/plot_data.h"
 #include "report/svg.h"
 #include "report/text_table.h"
 
@@ -168,17 +169,20 @@ std::string line_plot(const std::vector<Series>& series, const PlotOptions& opti
       all_y.push_back(one.y[i]);
     }
   }
-  if (options.level && !all_y.empty()) all_y.push_back(*options.level);
+  const bool is_empty = all_x.empty();
+  if (options.level && !is_empty) all_y.push_back(*options.level);
+  all_x.insert(all_x.end(), options.holds_x.begin(), options.holds_x.end());
+  all_y.insert(all_y.end(), options.holds_y.begin(), options.holds_y.end());
   const PlotAxis x(all_x, options.log_x), y(all_y, options.log_y);
   std::string names;
   const bool named = std::any_of(series.begin(), series.end(), [](const Series& s) { return !s.name.empty(); });
   const double above = named ? legend_line_px * legend(series, options.width_px, names) + 6 : 0;
   const Frame frame{left_px, top_px + above, options.width_px - left_px - right_px,
                     options.height_px - top_px - bottom_px};
-  std::string svg = open_svg(options.width_px, options.height_px + above) + names + shaded_spans(frame, x, options) +
-                    axes(frame, x, y, options) + level_line(frame, y, options);
+  std::string svg = open_svg(options.width_px, options.height_px + above) + plot_data({series, options}) + names +
+                    shaded_spans(frame, x, options) + axes(frame, x, y, options) + level_line(frame, y, options);
   for (size_t i = 0; i < series.size(); ++i) svg += curve(series[i], i, frame, x, y);
-  if (all_x.empty())
+  if (is_empty)
     svg += text_at(frame.x_px + frame.width_px / 2, frame.y_px + frame.height_px / 2, "middle", "no data");
   return svg + "</svg>\n";
 }

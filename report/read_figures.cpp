@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "report/base64.h"
+#include "report/html.h"
 
 namespace selvedge::report {
 
@@ -20,26 +21,11 @@ std::optional<std::string_view> between(std::string_view text, std::string_view 
   return text.substr(begin + from.size(), end - begin - from.size());
 }
 
-std::string unescaped(std::string_view text) {
-  std::string plain;
-  for (size_t i = 0; i < text.size(); ++i) {
-    bool named = false;
-    for (const auto& [name, letter] : {std::pair{"&lt;", '<'}, {"&gt;", '>'}, {"&quot;", '"'}, {"&amp;", '&'}})
-      if (!named && text.substr(i).starts_with(name)) {
-        plain += letter;
-        i += std::string_view(name).size() - 1;
-        named = true;
-      }
-    if (!named) plain += text[i];
-  }
-  return plain;
-}
-
 std::optional<ReadFigure> read_figure(std::string_view content) {
   size_t at = 0;
   const auto caption = between(content, "<figcaption>", "</figcaption>", at);
   if (!caption) return std::nullopt;
-  ReadFigure figure{false, "", unescaped(*caption)};
+  ReadFigure figure{false, "", unescape_html(*caption)};
   at = 0;
   if (const auto png = between(content, "src=\"data:image/png;base64,", "\"", at)) {
     const auto bytes = from_base64(*png);

@@ -8,6 +8,7 @@
 
 #include "diagnose/fabric_map.h"
 #include "files/whole_file.h"
+#include "report/plot_data.h"
 #include "report/read_figures.h"
 
 namespace selvedge::station {
@@ -59,8 +60,11 @@ void add_plots_of_both(report::HtmlReport& html, const std::vector<std::vector<R
     for (const ReadFigure& figure : row) {
       if (!figure.is_svg || is_fabric_map(figure)) continue;
       const auto found = of_b.find(figure_key(figure));
-      if (found != of_b.end())
-        html.svg_row({figure.bytes, found->second->bytes}, {"A: " + figure.caption, "B: " + found->second->caption});
+      if (found == of_b.end()) continue;
+      std::pair both = {figure.bytes, found->second->bytes};
+      const auto on_a = report::read_plot(both.first), on_b = report::read_plot(both.second);
+      if (on_a && on_b) both = report::on_same_axes(*on_a, *on_b);
+      html.svg_row({both.first, both.second}, {"A: " + figure.caption, "B: " + found->second->caption});
     }
 }
 

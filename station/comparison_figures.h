@@ -1,5 +1,5 @@
-// The figures of two results side by side: maps of the fabric drawn anew on one colour scale, plots and pictures as the
-// reports beside the results have them.
+// The figures of two results side by side: maps of the fabric drawn anew on one colour scale, plots on the same axes,
+// pictures as the reports beside the results have them.
 #pragma once
 
 #include "report/html.h"

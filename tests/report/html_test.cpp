@@ -12,6 +12,7 @@
 #include "report/base64.h"
 #include "report/parameter_plots.h"
 #include "report/plot_axis.h"
+#include "report/plot_data.h"
 #include "report/read_figures.h"
 
 namespace selvedge::report {
@@ -48,6 +49,32 @@ TEST(PlotAxis, TicksAreRoundAndCoverTheData) {
   EXPECT_EQ(axis.label(axis.ticks()[1]), "0.5");
   EXPECT_NEAR(axis.place(axis.ticks().front()), 0, 1e-12);
   EXPECT_NEAR(axis.place(axis.ticks().back()), 1, 1e-12);
+}
+
+TEST(PlotData, ComesBackAndBringsTwoPlotsOnTheSameAxes) {
+  PlotOptions options{"time, s", "error < 1 \"mm\" & more"};
+  options.level = 0.2;
+  options.level_name = "noise";
+  options.shaded = {{1, 2}};
+  options.shaded_name = "held out";
+  const Series small{"fitted", {0, 1, 2}, {0.1, std::numeric_limits<double>::quiet_NaN(), 0.3}};
+  const std::string svg = line_plot({small}, options);
+  const auto read = read_plot(svg);
+  ASSERT_TRUE(read);
+  ASSERT_EQ(read->series.size(), 1u);
+  EXPECT_EQ(read->series[0].x, small.x);
+  EXPECT_TRUE(std::isnan(read->series[0].y[1]));
+  EXPECT_EQ(line_plot(read->series, read->options), svg);
+  EXPECT_FALSE(read_plot("<svg></svg>"));
+  EXPECT_FALSE(read_plot("<svg><metadata>{}</metadata></svg>"));
+  EXPECT_FALSE(read_plot("<svg><metadata>[1, </metadata></svg>"));
+  const LinePlot large{{{"fitted", {0, 5}, {0, 40}}}, options};
+  const auto [a, b] = on_same_axes(*read, large);
+  for (const std::string& one : {a, b}) {
+    EXPECT_NE(one.find(">40</text>"), std::string::npos) << one;
+    EXPECT_NE(one.find(">5</text>"), std::string::npos) << one;
+    expect_well_formed(one);
+  }
 }
 
 TEST(PlotAxis, LogAxisTicksDecadesAndHidesWhatHasNoLogarithm) {

@@ -9,6 +9,7 @@
 #include "files/whole_file.h"
 #include "report/base64.h"
 #include "report/html.h"
+#include "report/plot_data.h"
 #include "report/read_figures.h"
 #include "tests/keep_page.h"
 
@@ -194,6 +195,23 @@ TEST_F(ComparisonTest, DrawsBothMapsOfTheFabricOnOneScale) {
   write_comparison(read_comparison(folder_ / "a", folder_ / "b"), folder_ / "out");
   EXPECT_NE(files::read_whole(folder_ / "out" / "report.html").find("the diagnosis of B was written before"),
             std::string::npos);
+}
+
+TEST_F(ComparisonTest, DrawsPlotsOfBothOnTheSameAxes) {
+  write_fit(folder_ / "a", 4e-5, 61);
+  write_fit(folder_ / "b", 6e-5, 2.5);
+  write_comparison(read_comparison(folder_ / "a", folder_ / "b"), folder_ / "out");
+  const std::string html = files::read_whole(folder_ / "out" / "report.html");
+  const std::string mark = "data:image/svg+xml;base64,";
+  int plots = 0;
+  for (size_t at = html.find(mark); at != std::string::npos; at = html.find(mark, at + 1)) {
+    const std::string svg =
+        report::from_base64(html.substr(at + mark.size(), html.find('"', at) - at - mark.size())).value();
+    EXPECT_NE(svg.find(">60</text>"), std::string::npos) << svg;
+    EXPECT_TRUE(report::read_plot(svg).has_value());
+    ++plots;
+  }
+  EXPECT_EQ(plots, 2);
 }
 
 TEST_F(ComparisonTest, AForeignReportRunsNothingHere) {
