@@ -1,11 +1,16 @@
 // The worked examples on packages that a plain build does not need: found good by ./selvedge simulator check, and
 // skipped loudly where their package is absent.
+#include <algorithm>
 #include <filesystem>
+#include <sstream>
+#include <string>
+#include <utility>
 
 #include <gtest/gtest.h>
 #include <unistd.h>
 
 #include "cli/verify/proofs/worked_examples.h"
+#include "files/whole_file.h"
 #include "tests/cli/run_binary.h"
 
 namespace selvedge::cli {
@@ -41,6 +46,18 @@ TEST_F(WorkedExamples, BlendersOptionsAreRefusedByName) {
   const Ran ran = check("python3 '" SELVEDGE_SOURCE_DIR "/examples/simulators/blender_cloth.py' --quads 8");
   EXPECT_EQ(ran.exit_status, 2);
   EXPECT_NE(ran.out.find("unrecognized arguments: --quads 8"), std::string::npos) << ran.out;
+}
+
+// As docs/simulator.md says of those to begin from.
+TEST(SimulatorExamples, ToBeginFromAreAsShortAsTheirPageSays) {
+  const std::string page = files::read_whole(SELVEDGE_SOURCE_DIR "/docs/simulator.md");
+  for (const auto& [name, most] : {std::pair{"mass_spring.py", 40}, {"mass_spring.cpp", 71}}) {
+    const std::string text = files::read_whole(SELVEDGE_SOURCE_DIR "/examples/simulators/" + std::string(name));
+    EXPECT_LE(std::count(text.begin(), text.end(), '\n'), most) << name;
+    std::istringstream lines(text);
+    for (std::string line; std::getline(lines, line);) EXPECT_LE(line.size(), 120u) << name << ": " << line;
+    EXPECT_NE(page.find(std::to_string(most)), std::string::npos) << name;
+  }
 }
 
 }  // namespace
