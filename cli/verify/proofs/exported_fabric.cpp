@@ -114,6 +114,7 @@ HungApart apart_of(const model::Simulator& other, const cloth::spline::SplineShe
                    std::map<std::string, double> values) {
   constexpr double kFailed = std::numeric_limits<double>::infinity();
   experiment.simulator_values = std::move(values);
+  experiment.start_shape = hung_shape(sheet, experiment, 1);
   const cloth::Trajectory there = other.simulate(sheet, {experiment}).front();
   if (!there.finite) return {kFailed, kFailed};
   experiment.start_shape = there.samples.front();

@@ -36,7 +36,8 @@ struct HungApart {
   double rest_mm = 0, motion_mm = 0;  // root mean square over 25 points, and over times; infinite where one diverged
 };
 
-// Our equilibrium is sought from where the other one hangs: of several it is the one beside.
+// Our equilibrium is sought from where the other one hangs: of several it is the one beside. One that begins at shapes
+// is given a bulge to one side.
 HungApart apart_of(const model::Simulator& other, const cloth::spline::SplineSheet& sheet, cloth::Experiment experiment,
                    std::map<std::string, double> values);
 
