@@ -7,6 +7,7 @@ std::vector<Figure> prove_calibration(const FigureOptions& options);
 std::vector<Figure> prove_cloth(const FigureOptions& options);
 std::vector<Figure> prove_contact(const FigureOptions& options);
 std::vector<Figure> prove_diagnosis(const FigureOptions& options);
+std::vector<Figure> prove_exports(const FigureOptions& options);
 std::vector<Figure> prove_fit(const FigureOptions& options);
 std::vector<Figure> prove_format(const FigureOptions& options);
 std::vector<Figure> prove_louchet(const FigureOptions& options);
@@ -39,6 +40,10 @@ const std::vector<FigureSet>& proofs() {
        "effect, "
        "the same answer again",
        prove_diagnosis},
+      {"exports",
+       "fabrics exported for Blender and Bullet, hung and waved there, beside ours; needs blender, libbullet-dev, and "
+       "../shared",
+       prove_exports},
       {"fit", "tables 1 to 3 and figure 14 of 2003 on four simulated fabrics, annealing beside least squares",
        prove_fit},
       {"format", "trials come back from disk unchanged, and every damage is refused", prove_format},

@@ -1,4 +1,4 @@
-// Bullet's soft body as a simulator that speaks simulator/1 (docs/simulator.md). It has no air.
+// Bullet's soft body as a simulator that speaks simulator/1 (docs/simulator.md).
 //   g++ -std=c++20 -O2 bullet.cpp $(pkg-config --cflags --libs bullet) -o bullet    (libbullet-dev, nlohmann-json3-dev)
 #include <algorithm>
 #include <cmath>
@@ -15,8 +15,9 @@
 #include <nlohmann/json.hpp>
 
 using nlohmann::json;
-constexpr int N = 17;                               // nodes along a side
+constexpr int N = 17, kIterations = 8;              // nodes along a side; of positions, a step
 constexpr double kStep_s = 1 / 240.0, kHang_s = 4;  // for so long it is left to hang, well damped
+constexpr float kAir_kg_m3 = 1.2f;
 
 btVector3 vector(const json& v) { return {v[0].get<float>(), v[1].get<float>(), v[2].get<float>()}; }
 
@@ -36,37 +37,57 @@ struct World {
   btSoftRigidDynamicsWorld world{&dispatcher, &broadphase, &solver, &configuration};
 };
 
-std::vector<float> simulate(const json& trial, double stiffness, double bending, double damping) {
+// Links along the grid, both diagonals of each cell, and links across two cells against bending (0: none).
+btSoftBody* make_cloth(btSoftBodyWorldInfo& info, float width, float height, const json& parameters) {
+  btSoftBody* cloth = btSoftBodyHelpers::CreatePatch(info, {0, 0, 0}, {width, 0, 0}, {0, 0, height}, {width, 0, height},
+                                                     N, N, 0, false);
+  const auto material = [&](const char* name) {
+    btSoftBody::Material* made = cloth->appendMaterial();
+    made->m_kLST = parameters[name];
+    return made;
+  };
+  cloth->m_materials[0]->m_kLST = parameters["sides"];
+  btSoftBody::Material* diagonals = material("diagonals");
+  for (int i = 0; i < N * N - N; ++i)
+    if (i % N < N - 1) {
+      cloth->appendLink(i, i + N + 1, diagonals);
+      cloth->appendLink(i + 1, i + N, diagonals);
+    }
+  if (parameters["bending"] > 0) cloth->generateBendingConstraints(2, material("bending"));
+  cloth->m_cfg.piterations = kIterations;
+  cloth->m_cfg.collisions = 0;
+  cloth->m_cfg.aeromodel = btSoftBody::eAeroModel::V_TwoSidedLiftDrag;
+  cloth->m_cfg.kLF = 0;
+  cloth->m_cfg.kDG = parameters["drag"];
+  return cloth;
+}
+
+std::vector<float> simulate(const json& trial, const json& parameters) {
   World w;
   const btVector3 gravity = vector(trial["gravity"]), down = gravity.normalized();
   w.world.setGravity(gravity);
   w.world.getWorldInfo().m_gravity = gravity;
-  w.world.getWorldInfo().air_density = 0;
+  w.world.getWorldInfo().air_density = kAir_kg_m3;
   const float width = trial["width"], height = trial["height"];
   const double start = trial["start"];
   const auto held = [&](double t, int column) {
     return grip(trial, "left", t).lerp(grip(trial, "right", t), float(column) / (N - 1));
   };
-  // Laid out flat, so that its links have their lengths, then put between its grips.
-  btSoftBody* cloth = btSoftBodyHelpers::CreatePatch(w.world.getWorldInfo(), {0, 0, 0}, {width, 0, 0}, {0, 0, height},
-                                                     {width, 0, height}, N, N, 0, true);
-  cloth->m_materials[0]->m_kLST = static_cast<float>(stiffness);
-  btSoftBody::Material* bend = cloth->appendMaterial();
-  bend->m_kLST = static_cast<float>(bending);
-  cloth->generateBendingConstraints(2, bend);
-  cloth->m_cfg.piterations = 8;
-  cloth->m_cfg.collisions = 0;
+  btSoftBody* cloth = make_cloth(w.world.getWorldInfo(), width, height, parameters);
   cloth->setTotalMass(trial["mass"].get<float>());
+  std::vector<int> fixed;
+  for (int i = 0; i < N; ++i)
+    if (trial["hold"] != "corners" || i == 0 || i == N - 1) fixed.push_back(i);
+  for (const int i : fixed) cloth->setMass(i, 0);
+  // Lengths are taken of it while it lies flat, and not again of how it begins: between its grips.
+  cloth->updateConstants();
+  cloth->m_bUpdateRtCst = false;
   for (int i = 0; i < N * N; ++i) {
     const float r = float(i / N) / (N - 1);
     btVector3 at = held(start, i % N) + height * r * down;
     if (i >= N) at += btVector3(0, 0.02f * std::sin(3.5f * float(i % N) / (N - 1)), 0);  // it buckles to this side
     cloth->m_nodes[i].m_x = cloth->m_nodes[i].m_q = at;
   }
-  std::vector<int> fixed;
-  for (int i = 0; i < N; ++i)
-    if (trial["hold"] != "corners" || i == 0 || i == N - 1) fixed.push_back(i);
-  for (const int i : fixed) cloth->setMass(i, 0);
   w.world.addSoftBody(cloth);
 
   std::vector<float> answer;
@@ -75,7 +96,7 @@ std::vector<float> simulate(const json& trial, double stiffness, double bending,
     const int steps = static_cast<int>(std::ceil((when - t) / kStep_s - 1e-6));
     for (int s = 0; s < steps; ++s) {
       const double h = (when - t) / (steps - s);
-      cloth->m_cfg.kDP = t < start ? 0.03f : static_cast<float>(damping);
+      cloth->m_cfg.kDP = t < start ? 0.03f : parameters["damping"].get<float>();
       for (const int i : fixed) {
         cloth->m_nodes[i].m_x = held(t + h, i);
         cloth->m_nodes[i].m_v.setZero();
@@ -105,8 +126,9 @@ int main() {
                     {"version", std::to_string(btGetVersion())},
                     {"holds", {"corners", "top_edge"}},
                     {"parameters",
-                     {parameter("stiffness", 0.5, 0.01, 1), parameter("bending", 0.02, 1e-4, 1),
-                      parameter("damping", 0.002, 1e-5, 0.1)}}}
+                     {parameter("sides", 0.5, 0.01, 1), parameter("diagonals", 0.5, 0.01, 1),
+                      parameter("bending", 0.02, 1e-4, 1), parameter("damping", 0.002, 1e-5, 0.1),
+                      parameter("drag", 1, 0.01, 10)}}}
             << std::endl;
   std::map<int, json> trials;
   for (std::string line; std::getline(std::cin, line);) {
@@ -115,8 +137,7 @@ int main() {
       trials[told["trial"]] = told;
       continue;
     }
-    const json& p = told["parameters"];
-    const std::vector<float> answer = simulate(trials[told["trial"]], p["stiffness"], p["bending"], p["damping"]);
+    const std::vector<float> answer = simulate(trials[told["trial"]], told["parameters"]);
     if (std::all_of(answer.begin(), answer.end(), [](float x) { return std::isfinite(x); })) {
       std::cout << json{{"run", told["run"]}, {"floats", answer.size()}} << "\n";
       std::cout.write(reinterpret_cast<const char*>(answer.data()), std::streamsize(answer.size() * sizeof(float)));

@@ -124,18 +124,34 @@ std::string mujoco_text(SaidOf& f, double areal_mass, const MaterialMesh& mesh) 
                        kCount, mesh.spacing_m, 0.1 * mesh.spacing_m, mass, stretch / thickness, thickness, damping_s);
 }
 
+// Of a grid of square cells with sides and diagonals, N/m: what these resist by. Diagonals resist stretch too, and a
+// grid whose sides are far weaker gives way at single nodes that hold it (without sides every other node is held by
+// none).
+struct SidesAndDiagonals {
+  double sides = 0, diagonals = 0;
+};
+SidesAndDiagonals of_square_cells(SaidOf& f) {
+  constexpr double kMostShear = 0.5;  // of stretch
+  const double stretch = f.value("stretch"), shear = f.value("shear");
+  const double diagonals = std::min(shear, kMostShear * stretch);
+  if (diagonals < shear)
+    f.notes.push_back(
+        fmt::format("shear is {:.4g} N/m, of which it is told {:.4g}: diagonals that resist more than "
+                    "half of the stretch leave the sides too weak to hang by",
+                    shear, diagonals));
+  return {stretch - diagonals, diagonals};
+}
+
 // Its unit of time is a frame, in which gravity is a thousandth of that in m/s². A side of a quad pulls with
 // tension / h a metre, a diagonal with shear / h; a hinge with 0.1 b h θ, of which half at the lever h.
 std::string blender_text(SaidOf& f, double areal_mass, const MaterialMesh& mesh) {
   constexpr double kFrame2 = 1e-3;
-  const double h = mesh.spacing_m, stretch = f.value("stretch"), shear = f.value("shear"), bend = f.value("bend");
-  const double sides = std::max(0.0, stretch - shear);
+  const double h = mesh.spacing_m, bend = f.value("bend");
+  const auto [sides, diagonals] = of_square_cells(f);
   f.notes.push_back(fmt::format("for a grid of quads of {:.4g} m; with another spacing all but time_scale change", h));
   f.notes.push_back(
       "tension = (k - k_shear) h / 1000, as the diagonals resist stretch too; shear = k_shear h / 1000; "
       "bending = 0.02 B / h2; mass is that of a vertex");
-  if (shear > stretch)
-    f.notes.push_back("shear is stiffer than stretch, which it cannot be here: the diagonals alone resist both");
   f.notes.push_back("read from its source; it has no drag by the sheet's area, only air_damping a vertex, left at 0");
   return as_comment(f.lines(), "# ") +
          fmt::format(
@@ -147,7 +163,7 @@ std::string blender_text(SaidOf& f, double areal_mass, const MaterialMesh& mesh)
              "cloth.shear_stiffness = {:.9g}\ncloth.bending_stiffness = {:.9g}\ncloth.air_damping = 0\n"
              "cloth.tension_damping = cloth.compression_damping = cloth.shear_damping = 0\n"
              "cloth.bending_damping = 0\n",
-             areal_mass * h * h, kFrame2 * sides * h, kFrame2 * sides * h, kFrame2 * shear * h,
+             areal_mass * h * h, kFrame2 * sides * h, kFrame2 * sides * h, kFrame2 * diagonals * h,
              20 * kFrame2 * bend / (h * h));
 }
 
@@ -159,7 +175,8 @@ double link_share(double stiffness_n_m, double node_mass_kg, const MaterialMesh&
 
 std::string bullet_text(SaidOf& f, double areal_mass, const MaterialMesh& mesh) {
   const double h = mesh.spacing_m, node = areal_mass * h * h;
-  const double stretch = f.value("stretch"), shear = f.value("shear"), normal = f.value("drag_normal");
+  const double normal = f.value("drag_normal");
+  const auto [sides, diagonals] = of_square_cells(f);
   f.notes.push_back(
       fmt::format("its links are not springs but shares of an error put right: kLST holds for a grid of {:.4g} m, "
                   "steps of {:.4g} s, "
@@ -180,8 +197,8 @@ std::string bullet_text(SaidOf& f, double areal_mass, const MaterialMesh& mesh) 
              "body->m_cfg.piterations = {};\nbody->m_cfg.kDP = 0;\nbody->m_cfg.kLF = 0;\n"
              "body->m_cfg.aeromodel = btSoftBody::eAeroModel::V_TwoSidedLiftDrag;\n"
              "body->m_cfg.kDG = {:.9g};\nbody->m_worldInfo->air_density = {:.9g};\n",
-             areal_mass, link_share(std::max(0.0, stretch - shear), node, mesh), link_share(shear, node, mesh),
-             mesh.iterations, 2 * normal / kAir_kg_m3, kAir_kg_m3);
+             areal_mass, link_share(sides, node, mesh), link_share(diagonals, node, mesh), mesh.iterations,
+             2 * normal / kAir_kg_m3, kAir_kg_m3);
 }
 
 }  // namespace

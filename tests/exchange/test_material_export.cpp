@@ -141,6 +141,20 @@ TEST(MaterialExport, BulletsLinkHangsAsFarAsASpring) {
   EXPECT_NE(text.find("cannot say: bend 6e-06"), std::string::npos) << text;
 }
 
+// Without sides every other node of a grid hangs on nothing.
+TEST(MaterialExport, SidesStayWhereShearIsStifferThanStretch) {
+  FittedFabric fabric = a_knit();
+  fabric.value["shear"] = 100;
+  const std::string blender = material_text(fabric, MaterialFormat::blender, {.spacing_m = kSpacing});
+  EXPECT_NEAR(number_after(blender, "tension_stiffness = "), 1e-3 * 40 * kSpacing, 1e-9);
+  EXPECT_NEAR(number_after(blender, "shear_stiffness = "), 1e-3 * 40 * kSpacing, 1e-9);
+  const std::string bullet = material_text(fabric, MaterialFormat::bullet, {.spacing_m = kSpacing});
+  EXPECT_GT(number_after(bullet, "sides->m_kLST = "), 0);
+  EXPECT_EQ(number_after(bullet, "sides->m_kLST = "), number_after(bullet, "diagonals->m_kLST = "));
+  for (const std::string& text : {blender, bullet})
+    EXPECT_NE(text.find("shear is 100 N/m, of which it is told 40"), std::string::npos) << text;
+}
+
 TEST(MaterialExport, NothingIsDroppedSilently) {
   for (size_t format = 0; format < material_format_names().size(); ++format) {
     SCOPED_TRACE(material_format_names()[format]);
