@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 
 namespace selvedge::diagnose {
@@ -48,6 +49,76 @@ VectorXd between(const Arm& from, const VectorXd& to) {
   for (size_t k = 0; k < from.columns.size(); ++k)
     if (const Index c = from.columns[k].coordinate; c >= 0) d(static_cast<Index>(k)) = to(c) - from.x(c);
   return d;
+}
+
+using SimulateAt = std::function<MatrixXd(const MatrixXd& sets)>;
+
+// One damped step towards where an arm is likeliest; misfit() of where it then stands.
+double step(const Study& study, const Evidence& evidence, const SimulateAt& simulate_at, Arm& arm, size_t scale) {
+  const std::vector<double> shares = {1, 0.5, 0.25};
+  VectorXd d = posterior_of(study, evidence, arm, scale).mean;
+  const double longest = d.head(static_cast<Index>(study.base_count)).cwiseAbs().maxCoeff();
+  if (longest > study.protocol.longest_step) d *= study.protocol.longest_step / longest;
+  MatrixXd sets(arm.x.size(), static_cast<Index>(shares.size()));
+  for (size_t s = 0; s < shares.size(); ++s) sets.col(static_cast<Index>(s)) = moved(study, arm, shares[s] * d);
+  const MatrixXd r = simulate_at(sets);
+  double least = misfit(study, evidence, arm, scale);
+  Arm best = arm;
+  for (Index s = 0; s < sets.cols(); ++s) {
+    Arm there = arm;
+    there.x = sets.col(s);
+    there.residual = r.col(s);
+    if (!there.residual.allFinite()) continue;
+    // What the step really did corrects the derivatives along it (Broyden 1965).
+    const VectorXd step = between(arm, there.x);
+    if (step.squaredNorm() > 0)
+      there.changes += (there.residual - arm.residual - arm.changes * step) * step.transpose() / step.squaredNorm();
+    const double misses = misfit(study, evidence, there, scale);
+    if (misses < least) {
+      least = misses;
+      best = std::move(there);
+    }
+  }
+  arm = std::move(best);
+  return least;
+}
+
+// Derivatives where an arm stands: by the base, and by the effects that it has.
+void differentiate(const Study& study, const SimulateAt& simulate_at, Arm& arm) {
+  std::vector<Index> columns;
+  for (size_t k = 0; k < arm.columns.size(); ++k)
+    if (arm.columns[k].coordinate >= 0 && (arm.columns[k].is_base || arm.sizes[k] == Size::free))
+      columns.push_back(static_cast<Index>(k));
+  const auto n = static_cast<Index>(columns.size());
+  MatrixXd sets = arm.x.replicate(1, 2 * n);
+  for (Index i = 0; i < n; ++i) {
+    const Column& c = arm.columns[static_cast<size_t>(columns[static_cast<size_t>(i)])];
+    const double h = c.is_base ? study.protocol.base_difference : 0.5;
+    sets(c.coordinate, i) += h;
+    sets(c.coordinate, n + i) -= h;
+    if (!c.is_base) {
+      sets(c.coordinate, i) = std::min(sets(c.coordinate, i), c.upper);
+      sets(c.coordinate, n + i) = std::max(sets(c.coordinate, n + i), c.lower);
+    }
+  }
+  const MatrixXd r = simulate_at(sets);
+  for (Index i = 0; i < n; ++i) {
+    const Index k = columns[static_cast<size_t>(i)], c = arm.columns[static_cast<size_t>(k)].coordinate;
+    const VectorXd change = (r.col(i) - r.col(n + i)) / (sets(c, i) - sets(c, n + i));
+    if (change.allFinite()) arm.changes.col(k) = change;
+  }
+}
+
+// Simulates an arm where it was moved to, or leaves it where `about` was found, if the whole step leads astray.
+void begin(const Study& study, const Evidence& evidence, const Linearisation& about, const SimulateAt& simulate_at,
+           Arm& arm, size_t scale) {
+  if (arm.x == about.x) return;
+  Arm stays = arm;
+  stays.x = about.x;
+  stays.branches = about.branches;
+  stays.residual = about.residual;
+  arm.residual = simulate_at(arm.x).col(0);
+  if (!(misfit(study, evidence, arm, scale) <= misfit(study, evidence, stays, scale))) arm = std::move(stays);
 }
 
 }  // namespace
@@ -108,49 +179,37 @@ Posterior posterior_of(const Study& study, const Arm& arm, const Gram& gram, dou
   return posterior(gram, priors_of(study, arm, s));
 }
 
+void approach(Study& study, const Windows& windows, const Evidence& evidence, const Linearisation& about, Arm& arm,
+              size_t scale) {
+  if (arm.x != about.x) arm.branches = branches_at(study, about.branches, arm.x);
+  const VectorXd usual = about.residual - grid_share(study, about.x) * about.grid,
+                 adds = usual - simulated(study, windows, about.branches, about.x, On::coarse).col(0);
+  const auto simulate_at = [&](const MatrixXd& sets) {
+    MatrixXd r = simulated(study, windows, arm.branches, sets, On::coarse).colwise() + adds;
+    for (Index k = 0; k < sets.cols(); ++k) r.col(k) += grid_share(study, sets.col(k)) * about.grid;
+    return r;
+  };
+  begin(study, evidence, about, simulate_at, arm, scale);
+  double last = misfit(study, evidence, arm, scale);
+  for (long round = 0; round < study.protocol.most_rounds && arm.residual.allFinite(); ++round) {
+    differentiate(study, simulate_at, arm);
+    const double now = step(study, evidence, simulate_at, arm, scale);
+    if (last - now < 2 * study.protocol.moves_on) return;
+    last = now;
+  }
+}
+
 void fit_arm(Study& study, const Windows& windows, const Evidence& evidence, const Linearisation& about, Arm& arm,
              size_t scale) {
-  const std::vector<double> shares = {1, 0.5, 0.25};
+  if (arm.x != about.x) arm.branches = branches_at(study, about.branches, arm.x);
   const auto simulate_at = [&](const MatrixXd& sets) {
     MatrixXd r = simulated(study, windows, arm.branches, sets);
     for (Index k = 0; k < sets.cols(); ++k) r.col(k) += grid_share(study, sets.col(k)) * about.grid;
     return r;
   };
-  if (arm.x != about.x) {
-    Arm stays = arm;  // where a whole step leads astray
-    stays.x = about.x;
-    stays.residual = about.residual;
-    arm.branches = branches_at(study, about.branches, arm.x);
-    arm.residual = simulate_at(arm.x).col(0);
-    if (!(misfit(study, evidence, arm, scale) <= misfit(study, evidence, stays, scale))) arm = std::move(stays);
-  }
-  for (long round = 0; round < study.protocol.rounds; ++round) {
-    if (!arm.residual.allFinite()) return;
-    VectorXd d = posterior_of(study, evidence, arm, scale).mean;
-    const double longest = d.head(static_cast<Index>(study.base_count)).cwiseAbs().maxCoeff();
-    if (longest > study.protocol.longest_step) d *= study.protocol.longest_step / longest;
-    MatrixXd sets(arm.x.size(), static_cast<Index>(shares.size()));
-    for (size_t s = 0; s < shares.size(); ++s) sets.col(static_cast<Index>(s)) = moved(study, arm, shares[s] * d);
-    const MatrixXd r = simulate_at(sets);
-    double least = misfit(study, evidence, arm, scale);
-    Arm best = arm;
-    for (Index s = 0; s < sets.cols(); ++s) {
-      Arm there = arm;
-      there.x = sets.col(s);
-      there.residual = r.col(s);
-      if (!there.residual.allFinite()) continue;
-      // What the step really did corrects the derivatives along it (Broyden 1965).
-      const VectorXd step = between(arm, there.x);
-      if (step.squaredNorm() > 0)
-        there.changes += (there.residual - arm.residual - arm.changes * step) * step.transpose() / step.squaredNorm();
-      const double misses = misfit(study, evidence, there, scale);
-      if (misses < least) {
-        least = misses;
-        best = std::move(there);
-      }
-    }
-    arm = std::move(best);
-  }
+  begin(study, evidence, about, simulate_at, arm, scale);
+  for (long round = 0; round < study.protocol.rounds && arm.residual.allFinite(); ++round)
+    step(study, evidence, simulate_at, arm, scale);
 }
 
 }  // namespace selvedge::diagnose

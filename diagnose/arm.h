@@ -48,6 +48,12 @@ Eigen::VectorXd estimate_of(const Study& study, const Linearisation& about, cons
 Posterior posterior_of(const Study& study, const Evidence& evidence, const Arm& arm, size_t scale);
 Posterior posterior_of(const Study& study, const Arm& arm, const Gram& gram, double s);
 
+// Moves an arm to where it is likeliest at this s, on the coarse grid, which stands in for the usual one with what that
+// adds where `about` was found. Derivatives by the base and by its own effects are taken again at each step: about a
+// point that is not at the bottom sets of effects are no better than what they still have to go.
+void approach(Study& study, const Windows& windows, const Evidence& evidence, const Linearisation& about, Arm& arm,
+              size_t scale);
+
 // Simulates an arm and moves it to where it is likeliest at this s.
 void fit_arm(Study& study, const Windows& windows, const Evidence& evidence, const Linearisation& about, Arm& arm,
              size_t scale);

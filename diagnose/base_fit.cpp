@@ -76,6 +76,11 @@ long usual_cells(const Protocol& protocol, const std::vector<model::ObservedTria
                     protocol.most_cells);
 }
 
+// On which the way to where a model is likeliest is found.
+long coarser_cells(const Protocol& protocol, long cells) {
+  return std::min(cells, std::max(protocol.coarse_cells, std::lround(static_cast<double>(cells) / protocol.coarser)));
+}
+
 // What is looked at on a grid: the finer it is, the dearer a second.
 std::vector<model::ObservedTrial> looked_at_on(long cells, const Protocol& protocol, const Measured& measured,
                                                const std::vector<model::ObservedTrial>& trials) {
@@ -123,12 +128,13 @@ BaseFit fit_base(const std::vector<model::ObservedTrial>& observed, const Measur
   }
   const long cells = usual_cells(protocol, trials, base, x);
   trials = looked_at_on(cells, protocol, measured, observed);
-  const model::Simulation simulation(trials, on_grid_of(cells));
+  const model::Simulation simulation(trials, on_grid_of(coarser_cells(protocol, cells)));
   model::State state = simulation.state_at(base, x, nudged ? protocol.nudging_per_s : 0);
   estimate::LeastSquaresOptions search = search_options(8, protocol.enough);
   search.progress = fit::part_of(options.progress, 0.4, 0.95, "base fit");
   const estimate::LeastSquaresResult fitted = fit::minimise_on_branches(simulation, state, base, x, search);
   evaluations += fitted.evaluations;
+  if (simulation.options().cells < cells) state.branch.clear();  // of another grid
   return {fitted.coordinates, cells, state.branch};
 }
 
@@ -276,7 +282,8 @@ FittedStudy make_study(const trial::Campaign& campaign, const std::vector<Effect
   fit.branch = study.state.branch;
   study.fine = std::make_shared<const model::Simulation>(
       trials, on_grid_of(std::lround(study.protocol.finer * static_cast<double>(fit.cells))));
-  study.fine_state = study.fine->state_of(*study.simulation, study.state);
+  study.coarse =
+      std::make_shared<const model::Simulation>(trials, on_grid_of(coarser_cells(study.protocol, fit.cells)));
   study.base.head(fit.coordinates.size()) = near_usual(study.protocol, base, fit.coordinates);
   options.progress(1, fmt::format("{} cells along the width", fit.cells));
   return out;

@@ -21,7 +21,7 @@ namespace selvedge::diagnose {
 struct BaseFit {
   Eigen::VectorXd coordinates;
   long cells = 0;                        // of the usual grid, along the width; 0: to be chosen
-  std::vector<Eigen::Matrix3Xd> branch;  // of each trial on the usual grid; empty: to be found
+  std::vector<Eigen::Matrix3Xd> branch;  // of each trial on the usual grid; empty: to be found, or fitted on a coarser
   // What the markers' clock was fitted to beside them, by name: their delay and its growth; empty: it was not.
   std::map<std::string, double> clock = {};
 };

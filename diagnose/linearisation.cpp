@@ -118,6 +118,15 @@ void add_weak_directions(const Study& study, Linearisation& out) {
   for (size_t i = 0; i < weak.size(); ++i) out.changes.col(all + static_cast<Index>(i)) = weak[i];
 }
 
+// What a finer grid adds at x; nothing where a simulation diverged. residual: on the usual grid.
+VectorXd grid_change(Study& study, const Windows& windows, const model::State& branches, const VectorXd& x,
+                     const VectorXd& residual) {
+  const model::State state = study.fine->state_of(*study.simulation, branches);
+  const VectorXd change = windows.residuals(*study.fine, state, study.parameters, x).col(0) - residual;
+  ++study.evaluations;
+  return change.allFinite() ? change : VectorXd::Zero(residual.size());
+}
+
 }  // namespace
 
 BeyondBase::BeyondBase(MatrixXd base) : base_(std::move(base)) {
@@ -138,9 +147,10 @@ Prior prior_of(const Study& study, const Column& column, const VectorXd& x, Size
     prior.lower = column.lower - here;
     prior.upper = column.upper - here;
   } else {
-    // Where the model is off by more than usual, effects stand in for that with more than usual.
-    const double negligible = column.negligible_sd * std::max(1.0, s / study.protocol.right_scale);
-    prior.sd = size == Size::neutral ? kNothing : std::min(negligible, column.sd);
+    // Where something unknown is there, effects stand in for that with more than what is negligible.
+    const Protocol& p = study.protocol;
+    const double grows = std::max(1.0, s / (p.right_scale * p.unknown_over));
+    prior.sd = size == Size::neutral ? kNothing : std::min(grows * column.negligible_sd, column.sd);
   }
   return prior;
 }
@@ -180,14 +190,15 @@ model::State branches_at(const Study& study, model::State these, const VectorXd&
   return these;
 }
 
-MatrixXd simulated(Study& study, const Windows& windows, const model::State& branches, const MatrixXd& sets) {
+MatrixXd simulated(Study& study, const Windows& windows, const model::State& branches, const MatrixXd& sets, On on) {
   constexpr Index kAtOnce = 32;  // between two words of progress
+  const model::Simulation& simulation = on == On::usual ? *study.simulation : *study.coarse;
+  const model::State state = on == On::usual ? branches : study.coarse->state_of(*study.simulation, branches);
   study.evaluations += static_cast<int>(sets.cols());
   MatrixXd out;
   for (Index first = 0; first < sets.cols(); first += kAtOnce) {
     const Index count = std::min(kAtOnce, sets.cols() - first);
-    const MatrixXd some =
-        windows.residuals(*study.simulation, branches, study.parameters, sets.middleCols(first, count));
+    const MatrixXd some = windows.residuals(simulation, state, study.parameters, sets.middleCols(first, count));
     if (first == 0) out.resize(some.rows(), sets.cols());
     out.middleCols(first, count) = some;
     if (sets.cols() > kAtOnce) study.on_share(static_cast<double>(first + count) / static_cast<double>(sets.cols()));
@@ -195,28 +206,22 @@ MatrixXd simulated(Study& study, const Windows& windows, const model::State& bra
   return out;
 }
 
-VectorXd grid_change(Study& study, const Windows& windows, const VectorXd& x, const VectorXd& residual) {
-  const VectorXd change = windows.residuals(*study.fine, study.fine_state, study.parameters, x).col(0) - residual;
-  ++study.evaluations;
-  return change.allFinite() ? change : VectorXd::Zero(residual.size());
-}
-
-MatrixXd responses_to_forces(Study& study, const Windows& windows, const VectorXd& x, const VectorXd& residual) {
+MatrixXd responses_to_forces(Study& study, const Windows& windows) {
   const auto count = static_cast<Index>(study.parameters.size() - study.first_force);
-  MatrixXd sets = x.replicate(1, count);
-  for (Index k = 0; k < count; ++k) sets(static_cast<Index>(study.first_force) + k, k) = 1;
-  MatrixXd out = simulated(study, windows, study.state, sets).colwise() - residual;
+  MatrixXd sets = study.base.replicate(1, 1 + count);
+  for (Index k = 0; k < count; ++k) sets(static_cast<Index>(study.first_force) + k, 1 + k) = 1;
+  const MatrixXd r = simulated(study, windows, study.state, sets, On::coarse);
+  MatrixXd out = r.rightCols(count).colwise() - r.col(0);
   for (Index k = 0; k < count; ++k)
     if (!out.col(k).allFinite()) out.col(k).setZero();
   return out;
 }
 
 Linearisation linearise(Study& study, const Windows& windows, const model::State& branches, const VectorXd& x,
-                        const VectorXd& grid, const MatrixXd& forces) {
+                        const MatrixXd& forces, On on) {
   Linearisation out;
   out.x = x;
   out.branches = branches;
-  out.grid = grid;
   list_columns(study, out);
   const auto n = static_cast<Index>(study.base_count), all = static_cast<Index>(out.columns.size());
   const double h = study.protocol.base_difference;
@@ -239,8 +244,9 @@ Linearisation linearise(Study& study, const Windows& windows, const model::State
         sets(c.coordinate, 1 + k) += step[static_cast<size_t>(k)];
       }
     }
-  const MatrixXd r = simulated(study, windows, branches, sets);
-  out.residual = r.col(0);
+  const MatrixXd r = simulated(study, windows, branches, sets, on);
+  out.residual = on == On::usual ? VectorXd(r.col(0)) : VectorXd(simulated(study, windows, branches, x).col(0));
+  out.grid = grid_change(study, windows, branches, x, out.residual);
   out.changes.resize(r.rows(), all);
   for (Index k = 0; k < all; ++k) {
     if (k < n) out.changes.col(k) = (r.col(1 + k) - r.col(1 + all + k)) / (2 * h);
@@ -248,13 +254,13 @@ Linearisation linearise(Study& study, const Windows& windows, const model::State
     if (!out.changes.col(k).allFinite()) out.changes.col(k).setZero();
     const Column& c = out.columns[static_cast<size_t>(k)];
     if (!c.is_base && study.effects[c.effect].name == kOfGrid)
-      out.changes.col(k) = study.effects[c.effect].parameters[0].scale * grid;
+      out.changes.col(k) = study.effects[c.effect].parameters[0].scale * out.grid;
   }
-  out.second = (r.middleCols(1, n) + r.middleCols(1 + all, n)).colwise() - 2 * out.residual;
+  out.second = (r.middleCols(1, n) + r.middleCols(1 + all, n)).colwise() - 2 * r.col(0);
   out.second /= 2 * h * h;
   for (Index k = 0; k < n; ++k)
     if (!out.second.col(k).allFinite()) out.second.col(k).setZero();
-  out.residual += grid_share(study, x) * grid;
+  out.residual += grid_share(study, x) * out.grid;
   set_negligible(study, out);
   add_weak_directions(study, out);
   out.changes.conservativeResize(Eigen::NoChange, out.changes.cols() + forces.cols());

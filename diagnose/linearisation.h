@@ -32,6 +32,9 @@ struct Column {
   double negligible_sd = 1;                           // where it is not
 };
 
+// On which grid something is simulated (Study::coarse, Study::simulation).
+enum class On : char { coarse, usual };
+
 // How large the effect of a column may be.
 enum class Size : char { negligible, free, neutral };
 
@@ -78,21 +81,18 @@ Prior prior_of(const Study& study, const Column& column, const Eigen::VectorXd& 
 // Those that the recordings show, of fabric at x: the nearest to them, or these (Simulation::rematch).
 model::State branches_at(const Study& study, model::State these, const Eigen::VectorXd& x);
 
-// About x. grid: what a finer grid adds; forces: what smooth ones do (responses_to_forces).
+// About x, with derivatives of one grid; what it leaves is always of the usual one and what a finer one adds. forces:
+// what smooth ones do (responses_to_forces).
 Linearisation linearise(Study& study, const Windows& windows, const model::State& branches, const Eigen::VectorXd& x,
-                        const Eigen::VectorXd& grid, const Eigen::MatrixXd& forces);
+                        const Eigen::MatrixXd& forces, On on = On::usual);
 
-// What smooth forces of usual size do at x.
-Eigen::MatrixXd responses_to_forces(Study& study, const Windows& windows, const Eigen::VectorXd& x,
-                                    const Eigen::VectorXd& residual);
+// What smooth forces of usual size do where the study begins, on the coarse grid: of what they stand for hardly more
+// than the size is known.
+Eigen::MatrixXd responses_to_forces(Study& study, const Windows& windows);
 
-// What a finer grid adds at x; nothing where a simulation diverged. residual: on the usual grid.
-Eigen::VectorXd grid_change(Study& study, const Windows& windows, const Eigen::VectorXd& x,
-                            const Eigen::VectorXd& residual);
-
-// Residuals on the usual grid.
+// Residuals. branches: on the usual grid.
 Eigen::MatrixXd simulated(Study& study, const Windows& windows, const model::State& branches,
-                          const Eigen::MatrixXd& sets);
+                          const Eigen::MatrixXd& sets, On on = On::usual);
 
 // How much of what a finer grid changes a model has: once, and beyond that what mesh_resolution gives it.
 double grid_share(const Study& study, const Eigen::VectorXd& x);

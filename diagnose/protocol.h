@@ -16,14 +16,15 @@ struct Effect;
 struct Protocol {
   // Grids and rates.
   long coarse_cells = 10, cells = 0;        // of a fit's start, along the width; 0: chosen by the bending length
-  double lengths_a_cell = 1.5;              // bending lengths, where it is chosen
-  long most_cells = 24;                     // that are chosen so
-  double finer = 1.5;                       // times as many, to see what the grid does: one a bending length
+  double lengths_a_cell = 1;                // bending lengths, where it is chosen
+  long most_cells = 30;                     // that are chosen so
+  double finer = 1.5;                       // times as many, to see what the grid does
+  double coarser = 1.5;                     // times as few, on which the way to where a set is likeliest is found
   double rate_hz = 30, image_rate_hz = 10;  // observations are averaged, or thinned, to these
 
   // What recordings show by themselves (measured.h), and how much of them is looked at (model/excerpts.h).
   double most_delay_s = 0.5;
-  double most_motion_s = 12, lead_s = 0.4;  // on coarse_cells; on more in inverse proportion
+  double most_motion_s = 9, lead_s = 0.4;  // on coarse_cells; on more in inverse proportion
 
   // The base fit, where no fit was made before: nudging gains towards markers, and what ends it.
   double nudging_per_s = 10, harder = 2;
@@ -63,7 +64,10 @@ struct Protocol {
   double tempering = 1;        // power of the evidence
 
   // Where the leaders stand.
-  long rounds = 2;
+  long rounds = 2;            // of held-out trials
+  long most_rounds = 8;       // on the coarse grid
+  double moves_on = 4;        // nats: a step that gains less is the last
+  double looks_at = 1;        // nats: a set that gains so much on none is looked at where it stands, too
   double longest_step = 0.7;  // ln
   long pairs_tried = 5;       // that a third effect is tried beside
 

@@ -33,8 +33,7 @@ struct Study {
   std::vector<std::vector<size_t>> groups;
   std::shared_ptr<const model::Simulation> simulation;
   model::State state;
-  std::shared_ptr<const model::Simulation> fine;  // the same trials on the fine grid
-  model::State fine_state;
+  std::shared_ptr<const model::Simulation> coarse, fine;  // the same trials on other grids
   // Coordinates of all parameters, effects neutral but for what was measured before
   // any physics and for the clock that the base fit found.
   Eigen::VectorXd base;

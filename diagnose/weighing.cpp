@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <stdexcept>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -26,8 +27,8 @@ std::vector<EffectSet>::const_iterator place_of(const std::vector<EffectSet>& se
 Linearisation linearised_at(Study& study, const Windows& windows, const Evidence& evidence, const Linearisation& about,
                             const EffectSet& set, const MatrixXd& forces) {
   Arm arm = arm_at(study, about, set.chosen, set.d);
-  fit_arm(study, windows, evidence, about, arm, set.scale);
-  Linearisation out = linearise(study, windows, branches_at(study, arm.branches, arm.x), arm.x, about.grid, forces);
+  approach(study, windows, evidence, about, arm, set.scale);
+  Linearisation out = linearise(study, windows, branches_at(study, arm.branches, arm.x), arm.x, forces);
   return out.residual.allFinite() ? out : about;
 }
 
@@ -49,6 +50,45 @@ void weigh_all(const Study& study, Weighing& out) {
   out.verdict = judge(study, out.sets, out.evidence->error().scales, {});
 }
 
+// Of a set's evidence, at its likeliest s.
+double most_of(const Study& study, const Evidence& evidence, const EffectSet& set) {
+  const ScalePriors priors = scale_priors(study.protocol, evidence.error().scales);
+  double most = -1e300;
+  for (size_t s = 0; s < set.log_evidence.size(); ++s)
+    most = std::max(most, set.log_evidence[s] + std::max(priors.right[s], priors.unknown[s]));
+  return most;
+}
+
+// The set that is looked at where it stands: the likeliest, or where that has no effect the one that gains most on
+// none. About the base derivatives may promise less than there is.
+std::vector<size_t> leader(const Study& study, const Weighing& out) {
+  const std::vector<size_t>& likeliest = out.verdict.weights.front().effects;
+  if (!likeliest.empty()) return likeliest;
+  double most = most_of(study, *out.evidence, out.set_of({})) + study.protocol.looks_at;
+  std::vector<size_t> best;
+  for (const EffectSet& set : out.sets)
+    if (const double here = most_of(study, *out.evidence, set); set.effects.size() == 1 && here > most) {
+      most = here;
+      best = set.effects;
+    }
+  return best;
+}
+
+// The base without effects from where the likeliest set stands: the way there may have led out of a valley that only
+// derivatives of the first one see.
+void again_without(Study& study, const Windows& windows, const MatrixXd& forces, Weighing& out) {
+  const Evidence& evidence = *out.evidence;
+  const double now = most_of(study, evidence, out.set_of({}));
+  const EffectSet from_there = weigh_set(study, evidence, *out.there, {});
+  if (most_of(study, evidence, from_there) < now + study.protocol.moves_on) return;
+  Linearisation again = linearised_at(study, windows, evidence, *out.there, from_there, forces);
+  if (most_of(study, evidence, weigh_set(study, evidence, again, {})) <= now) return;
+  out.none = std::move(again);
+  std::optional<Linearisation> there = std::exchange(out.there, {});
+  weigh_all(study, out);
+  out.there = std::move(there);
+}
+
 }  // namespace
 
 const Linearisation& Weighing::about(const std::vector<size_t>& effects) const {
@@ -62,21 +102,19 @@ Weighing weigh(Study& study, const Windows& windows, const WeighingOptions& opti
     options.begins(from, what);
     study.on_share = [=, &options](double share) { options.begins(from + (to - from) * share, what); };
   };
-  begin(0, 0.37, "changing everything once");
-  const VectorXd at_fit = simulated(study, windows, study.state, study.base).col(0);
-  if (!at_fit.allFinite())
+  begin(0, 0.18, "changing everything once");
+  const MatrixXd forces = responses_to_forces(study, windows);
+  const Linearisation at_base = linearise(study, windows, study.state, study.base, forces, On::coarse);
+  if (!at_base.residual.allFinite())
     throw std::runtime_error(fmt::format("{}: the base model diverges at its fitted parameters", study.campaign));
-  const VectorXd grid = grid_change(study, windows, study.base, at_fit);
-  const MatrixXd forces = responses_to_forces(study, windows, study.base, at_fit);
-  const Linearisation at_base = linearise(study, windows, study.state, study.base, grid, forces);
   const FrameNoise frames = frame_noise(study.measured, *study.simulation, windows);
   const auto error_about = [&](const Linearisation& about) {
-    return model_error(study.protocol, windows, forces, grid, about.second, frames);
+    return model_error(study.protocol, windows, forces, about.grid, about.second, frames);
   };
   const Evidence at_first(windows, error_about(at_base));
   options.ends("changing everything once");
 
-  begin(0.37, 0.53, "the base with what is negligible of every effect");
+  begin(0.18, 0.58, "the base with what is negligible of every effect");
   Weighing out;
   out.none = linearised_at(study, windows, at_first, at_base,
                            weigh_set(study, at_first, at_base, ways_of_measured(study, at_base)), forces);
@@ -84,10 +122,11 @@ Weighing weigh(Study& study, const Windows& windows, const WeighingOptions& opti
   weigh_all(study, out);
   options.ends("the base where it is likeliest");
 
-  out.first = out.verdict.weights.front().effects;
+  out.first = leader(study, out);
   if (!out.first.empty()) {
-    begin(0.53, 1, "again about " + name_of(study, out.first));
+    begin(0.58, 1, "again about " + name_of(study, out.first));
     out.there = linearised_at(study, windows, *out.evidence, out.none, out.set_of(out.first), forces);
+    again_without(study, windows, forces, out);
     weigh_all(study, out);
     options.ends("again about the likeliest set");
   }

@@ -66,13 +66,11 @@ DrawnCampaign::DrawnCampaign(const trial::Campaign& campaign, const std::vector<
                              const diagnose::StudyOptions& options)
     : study_(diagnose::make_study(campaign, effects, options).study) {
   windows_ = std::make_unique<diagnose::Windows>(*study_.simulation, study_.protocol);
-  const VectorXd here = simulated(study_, *windows_, study_.state, study_.base).col(0);
-  if (!here.allFinite()) throw std::runtime_error("DrawnCampaign: the base diverges at its parameters");
-  const VectorXd grid = grid_change(study_, *windows_, study_.base, here);
-  const MatrixXd forces = responses_to_forces(study_, *windows_, study_.base, here);
-  about_ = linearise(study_, *windows_, study_.state, study_.base, grid, forces);
+  const MatrixXd forces = responses_to_forces(study_, *windows_);
+  about_ = linearise(study_, *windows_, study_.state, study_.base, forces);
+  if (!about_.residual.allFinite()) throw std::runtime_error("DrawnCampaign: the base diverges at its parameters");
   evidence_ = std::make_unique<diagnose::Evidence>(
-      *windows_, model_error(study_.protocol, *windows_, forces, grid, about_.second,
+      *windows_, model_error(study_.protocol, *windows_, forces, about_.grid, about_.second,
                              frame_noise(study_.measured, *study_.simulation, *windows_)));
   for (size_t e = 0; e < study_.effects.size(); ++e)
     if (about_.can_tell[e]) tellable_.push_back(e);
