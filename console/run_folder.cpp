@@ -11,6 +11,8 @@
 #include "files/json_number.h"
 #include "files/whole_file.h"
 #include "render/stripe_renderer.h"
+#include "station/confirmation.h"
+#include "station/diagnosis_folder.h"
 #include "station/journal.h"
 #include "station/motion_file.h"
 
@@ -196,6 +198,11 @@ json RunFolder::session() const {
                                 {"gap", d.value("gap", json::object())},
                                 {"probabilities", d.value("probabilities", json::object())},
                                 {"next_experiment", d.value("next_experiment", json::object())}});
+    // A second session follows the first diagnosis alone.
+    const fs::path fabric = file.parent_path().parent_path();
+    if (file.parent_path().filename() != station::diagnosis_folder_name(0)) continue;
+    if (const json c = parsed(fabric / station::kConfirmationFolder / "confirmation.json"); !c.empty())
+      out["diagnoses"].back()["confirmation"] = c.value("verdict", json::object()).value("sentence", "");
   }
   for (const fs::path& file : found(folder_, "report.html"))
     out["reports"].push_back(fs::relative(file, folder_).generic_string());

@@ -215,6 +215,8 @@ json to_json(const Diagnosis& d) {
   if (d.is_ahead) out["gap"]["ahead_s"] = d.protocol.free_s;
   if (!d.forecast.motion.empty())
     out["forecast"] = {{"motion", d.forecast.motion},
+                       {"like_trial", d.forecast.like_trial},
+                       {"speed", d.forecast.speed},
                        {"before_mm", d.forecast.before_mm},
                        {"interval_mm", {number(d.forecast.low_mm), number(d.forecast.high_mm)}},
                        {"after_mm", d.forecast.after_mm}};

@@ -240,7 +240,9 @@ Forecast forecast(const Study& study, const PredictedSet& base, const PredictedS
   const auto before_mm = [&](size_t pair) {
     return std::hypot(apart_mm(all[2 * pair], all[2 * pair + 1]), named_left_mm);
   };
-  out.motion = fmt::format("{} at {:.1f} times its speed", study.simulation->trials()[moving].name, kFaster);
+  out.like_trial = study.simulation->trials()[moving].name;
+  out.speed = kFaster;
+  out.motion = fmt::format("{} at {:.1f} times its speed", out.like_trial, out.speed);
   out.before_mm = before_mm(0);
   out.after_mm = named_left_mm;
   VectorXd folds(static_cast<Index>(base.without.size()));

@@ -217,16 +217,6 @@ void hold_out_trials(FitOutcome& out, const std::vector<model::Parameter>& param
   }
 }
 
-// When a held point first lies kMoved_m from where it began.
-double first_move_s(const model::ObservedTrial& trial) {
-  constexpr double kMoved_m = 1e-3;
-  const cloth::Experiment& e = trial.experiment;
-  const Eigen::Matrix<double, 3, 2> begin = e.path.at(e.start_s);
-  for (const double t : e.sample_s)
-    if ((e.path.at(t) - begin).colwise().norm().maxCoeff() > kMoved_m) return t;
-  return kNaN;
-}
-
 void list_errors(FitOutcome& out) {
   for (size_t i = 0; i < out.simulation->trials().size(); ++i) {
     const model::ObservedTrial& t = out.simulation->trials()[i];
@@ -236,7 +226,7 @@ void list_errors(FitOutcome& out) {
     const double until = t.still ? 1e300 : out.cut_s;
     e.start_mm = model::rms_mm(t, out.residuals_start.mm[i], time, -1e300, until);
     e.end_mm = model::rms_mm(t, out.residuals.mm[i], time, -1e300, until);
-    e.moving_mm = t.still ? kNaN : model::rms_mm(t, out.residuals.mm[i], time, first_move_s(t), until);
+    e.moving_mm = t.still ? kNaN : model::rms_mm(t, out.residuals.mm[i], time, model::first_move_s(t), until);
     e.held_out_mm = until < 1e299 ? model::rms_mm(t, out.residuals.mm[i], time, until + 1e-9) : kNaN;
     if (until < 1e299) {
       e.held_out_interval_mm = model::rms_interval_mm(t, out.residuals.mm[i], time, until + 1e-9);

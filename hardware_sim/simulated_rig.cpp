@@ -3,6 +3,7 @@
 #include <optional>
 
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 #include "hardware_sim/bank/named_extra.h"
 #include "hardware_sim/world/world.h"
@@ -25,6 +26,8 @@ void read_devices(rig::Section s, SimulatedRigConfiguration& rig) {
   rig.tracker.rate_hz = s.number("tracker_rate_hz", rig.tracker.rate_hz, 10, 1000, "Hz");
   rig.tracker.noise_m = s.number("tracker_noise_m", rig.tracker.noise_m, 0, 0.1, "m");
   rig.tracker.latency_s = s.number("tracker_latency_s", rig.tracker.latency_s, 0, 1, "s");
+  if (s.has("tracker_stated_latency_s"))
+    rig.tracker.stated_latency_s = s.number("tracker_stated_latency_s", std::nullopt, 0, 1, "s");
   rig.tracker.occlusions_per_s = s.number("tracker_occlusions_per_s", rig.tracker.occlusions_per_s, 0, 100, "1/s");
   rig.projector_socket = s.text("projector_socket", rig.projector_socket.string());
   rig.flash_table = s.text("flash_table", "");
@@ -58,6 +61,15 @@ SimulatedRigConfiguration read_simulated_rig(const std::filesystem::path& path) 
   rig.camera.height_px = rig.world.camera.height_px;
   rig.camera.seed = rig.tracker.seed = rig.arm.seed = rig.world.seed;
   return rig;
+}
+
+// Corners are stamped late by what the tracker keeps to itself: frames then show the fabric before its corners were
+// there, by the model's account.
+nlohmann::json truth_json(const SimulatedRigConfiguration& c) {
+  nlohmann::json truth = truth_json(c.world);
+  const double kept_s = c.tracker.stated_latency_s < 0 ? 0 : c.tracker.latency_s - c.tracker.stated_latency_s;
+  if (kept_s != 0) truth["hidden"].push_back({{"effect", "camera_delay"}, {"size", {{"delay", -kept_s}}}});
+  return truth;
 }
 
 // The devices look at the world from their own threads, so it is made first and goes last.

@@ -4,6 +4,7 @@
 // [devices] of the world's file, every key optional:
 //   camera_address camera_rate_hz camera_clock_offset_s camera_clock_drift_ppm
 //   tracker_port tracker_rate_hz tracker_noise_m tracker_latency_s tracker_occlusions_per_s
+//   tracker_stated_latency_s   what the tracker itself says of its latency, where that is not so
 //   projector_socket flash_table
 //   arm_model ("" for none) arm_port arm_script_port
 #pragma once
@@ -11,6 +12,8 @@
 #include <filesystem>
 #include <memory>
 #include <string>
+
+#include <nlohmann/json_fwd.hpp>
 
 #include "hardware_sim/datastream_server/datastream_server.h"
 #include "hardware_sim/dlpc350/dlpc350_server.h"
@@ -34,6 +37,10 @@ struct SimulatedRigConfiguration {
 
 // Throws BadInput naming file, section and key.
 SimulatedRigConfiguration read_simulated_rig(const std::filesystem::path& path);
+
+// What world and devices are like, for comparing afterwards (truth_json of the world), with what they hide: effects by
+// the names of the exchange format.
+nlohmann::json truth_json(const SimulatedRigConfiguration& configuration);
 
 class SimulatedRig {
  public:

@@ -26,6 +26,15 @@ double rms_mm(const ObservedTrial& trial, const Eigen::VectorXd& residual, const
   return std::sqrt((trial.markers ? 3.0 : 1.0) * sum / static_cast<double>(count));
 }
 
+double first_move_s(const ObservedTrial& trial) {
+  constexpr double kMoved_m = 1e-3;
+  const cloth::Experiment& e = trial.experiment;
+  const Eigen::Matrix<double, 3, 2> begin = e.path.at(e.start_s);
+  for (const double t : e.sample_s)
+    if ((e.path.at(t) - begin).colwise().norm().maxCoeff() > kMoved_m) return t;
+  return std::numeric_limits<double>::quiet_NaN();
+}
+
 std::optional<Interval> rms_interval_mm(const ObservedTrial& trial, const Eigen::VectorXd& residual,
                                         const Eigen::VectorXd& time_s, double from_s, double to_s) {
   constexpr double kBlock_s = 1;

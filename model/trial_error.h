@@ -13,6 +13,9 @@ namespace selvedge::model {
 double rms_mm(const ObservedTrial& trial, const Eigen::VectorXd& residual, const Eigen::VectorXd& time_s,
               double from_s = -1e300, double to_s = 1e300);
 
+// When a held point first lies 1 mm from where it began; NaN where none does.
+double first_move_s(const ObservedTrial& trial);
+
 // 90 % interval of that, with blocks of 1 s as independent draws; nothing where fewer than four blocks were seen.
 using Interval = std::pair<double, double>;
 std::optional<Interval> rms_interval_mm(const ObservedTrial& trial, const Eigen::VectorXd& residual,

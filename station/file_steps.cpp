@@ -10,6 +10,7 @@
 #include "files/json_number.h"
 #include "fit/fit_report.h"
 #include "station/calibration_watch.h"
+#include "station/confirmation.h"
 #include "station/simulated_motion.h"
 
 namespace selvedge::station {
@@ -49,6 +50,12 @@ json diagnose_fabric(const SessionFile& file, const fs::path& fabric, int round,
   return {{"cause", found.cause}, {"probability", found.probability.at(found.cause)}, {"side", found.side}};
 }
 
+json confirm_fabric(const fs::path& fabric, const report::ProgressCallback& progress) {
+  const Confirmation found = confirm(fabric, progress);
+  write_confirmation(found, fabric / kConfirmationFolder);
+  return {{"outcome", to_text(found.outcome)}, {"before_mm", found.before_mm}, {"after_mm", found.after_mm}};
+}
+
 }  // namespace
 
 std::vector<diagnose::Effect> diagnosed_effects(const SessionFile& file) {
@@ -68,6 +75,7 @@ std::vector<diagnose::Effect> diagnosed_effects(const SessionFile& file) {
 json run_on_files(const SessionFile& file, const Step& step, const fs::path& folder,
                   const report::ProgressCallback& progress) {
   const fs::path fabric = file.folder_of(step.fabric, folder);
+  if (step.kind == "confirm") return confirm_fabric(fabric, progress);
   return step.kind == "fit" ? fit_fabric(file, fabric, progress) : diagnose_fabric(file, fabric, step.round, progress);
 }
 

@@ -64,14 +64,15 @@ void read_policies(files::Section keys, SessionFile& file) {
   file.on_failure = {{"calibrate", {1, OnFailure::Then::stop}},
                      {"record", {2, OnFailure::Then::stop}},
                      {"fit", {0, OnFailure::Then::skip}},
-                     {"diagnose", {0, OnFailure::Then::skip}}};
+                     {"diagnose", {0, OnFailure::Then::skip}},
+                     {"confirm", {0, OnFailure::Then::skip}}};
   for (auto& [step, policy] : file.on_failure)
     if (keys.has(step)) policy = read_on_failure(keys.text(step, std::nullopt), keys.where() + " " + step);
   if (file.on_failure["calibrate"].then == OnFailure::Then::skip)
     refuse(keys.where() + " calibrate", "found \"skip\", but nothing can be recorded without a calibration");
   for (const std::string& key : keys.keys())
     if (!file.on_failure.contains(key))
-      refuse(keys.where() + " " + key, "unknown step, expected one of calibrate, record, fit, diagnose");
+      refuse(keys.where() + " " + key, "unknown step, expected one of calibrate, record, fit, diagnose, confirm");
 }
 
 // Of the grid that is fitted on; 0: as the fabric asks.
@@ -108,6 +109,11 @@ void read_steps(const files::TomlFile& toml, SessionFile& file) {
   file.effects = diagnosis.texts("effects", std::vector<std::string>{});
   file.diagnosis_cells = cells_of(diagnosis);
   file.follow_up = static_cast<int>(diagnosis.integer("follow_up", 0, 0, 5));
+  file.confirm = diagnosis.flag("confirm", false);
+  if (file.confirm && !(file.fit && file.diagnosis))
+    refuse(diagnosis.where() + " confirm",
+           "found true, but a second session is predicted by a fit and a diagnosis, and "
+           "[fit] or [diagnosis] has run = false");
   diagnosis.finish();
   read_policies(toml.section("on_failure"), file);
 }
@@ -232,7 +238,7 @@ SessionFile session_of_rig(const fs::path& rig, const fs::path& world) {
   file.in_place = true;
   file.checks = {1, 1, false, false};
   file.fit = file.diagnosis = false;
-  for (const char* kind : {"calibrate", "record"}) file.on_failure[kind] = {};
+  for (const char* kind : {"calibrate", "record", "fit", "diagnose", "confirm"}) file.on_failure[kind] = {};
   return file;
 }
 

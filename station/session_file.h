@@ -25,6 +25,7 @@
 //   run = true
 //   effects = ["hem"]                  # all where left out; cells: as of the fit
 //   follow_up = 0                      # experiments that the diagnosis proposes and that are appended and recorded
+//   confirm = false                    # a second session after the first diagnosis, which its effect has to predict
 //   [on_failure]
 //   record = "repeat 2, skip"          # calibrate, record, fit, diagnose: "repeat N", then "stop", "skip" or "ask"
 #pragma once
@@ -75,7 +76,8 @@ struct SessionFile {
   std::vector<std::string> effects;
   int diagnosis_cells = 0;
   int follow_up = 0;
-  std::map<std::string, OnFailure> on_failure;  // "calibrate", "record", "fit", "diagnose"
+  bool confirm = false;
+  std::map<std::string, OnFailure> on_failure;  // "calibrate", "record", "fit", "diagnose", "confirm"
   bool in_place = false;  // of one fabric, whose trials lie in the session's folder itself, not in one of its name
 
   std::filesystem::path folder_of(size_t fabric, const std::filesystem::path& session) const;

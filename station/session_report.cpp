@@ -11,6 +11,7 @@
 #include "files/whole_file.h"
 #include "report/html.h"
 #include "report/text_table.h"
+#include "station/confirmation.h"
 #include "station/json_text.h"
 #include "station/session_steps.h"
 #include "station/session_verdict.h"
@@ -86,6 +87,8 @@ json fabric_summary(const SwatchPlan& swatch, const fs::path& folder, const json
                             "effect_size", "shrink", "next_experiment"})
       if (d.contains(key)) out["diagnosis"][key] = d[key];
     out["diagnosis"]["folder"] = diagnosis.filename().string();
+    if (const fs::path second = folder / kConfirmationFolder / "confirmation.json"; fs::exists(second))
+      out["confirmation"] = files::read_json(second);
     if (!truth.is_null()) out["truth"] = judge_against(truth, d);
   }
   return out;
@@ -152,6 +155,8 @@ void add_links(report::HtmlReport& html, const json& summary, const fs::path& fo
                          fmt::format("{}/{}/report.html", name, f["diagnosis"]["folder"].get<std::string>()));
     if (fs::exists(folder / name / "calibration" / "report.html"))
       links.emplace_back("its calibration", name + "/calibration/report.html");
+    if (f.contains("confirmation"))
+      links.emplace_back("its second session", fmt::format("{}/{}/report.html", name, kConfirmationFolder));
     if (!links.empty()) html.links(links);
   }
   if (fs::exists(folder / "calibration" / "report.html"))

@@ -13,8 +13,8 @@
 namespace selvedge::station {
 
 // Writes FOLDER/session.json and FOLDER/report.html. Returns the former:
-// {"format": "session/1", "verdict", "fabrics": {NAME: {"trials", "fit", "diagnosis", "truth"}}, "steps": {ID: {…}},
-// "calibration"}.
+// {"format": "session/1", "verdict", "fabrics": {NAME: {"trials", "fit", "diagnosis", "confirmation", "truth"}},
+// "steps": {ID: {…}}, "calibration"}.
 nlohmann::json write_session_report(const SessionFile& file, const std::filesystem::path& folder);
 
 // The verdict, then about a line a fabric, for the terminal.

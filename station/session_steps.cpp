@@ -63,6 +63,7 @@ void run_step(const SessionFile& file, const Step& step, Journal& journal, Sessi
 std::string Step::id(const SessionFile& file) const {
   const std::string& name = file.fabrics[fabric].name;
   if (kind == "calibrate") return file.calibration == CalibrationPolicy::each ? name + "/calibrate" : kind;
+  if (second && kind == "record") return fmt::format("{}/second/{}", name, trial);
   if (kind == "record") return fmt::format("{}/record/{}", name, trial);
   return round == 0 ? fmt::format("{}/{}", name, kind) : fmt::format("{}/{}-{}", name, kind, round + 1);
 }
@@ -99,8 +100,11 @@ void run_steps(const SessionFile& file, Journal& journal, SessionSteps& steps, c
         progress((at_s + done * step.expected_s) / total_s, id + ": " + what);
       });
     at_s += step.expected_s;
-    if (step.kind != "diagnose" || step.round >= file.follow_up || journal.record(id).state != State::done) continue;
-    for (const Step& next : steps.follow_up(step)) queue.push_back(next);
+    if (step.kind != "diagnose" || journal.record(id).state != State::done) continue;
+    if (step.round < file.follow_up)
+      for (const Step& next : steps.follow_up(step)) queue.push_back(next);
+    if (step.round == 0 && file.confirm)
+      for (const Step& next : steps.second_session(step)) queue.push_back(next);
   }
   progress(1, "done");
 }

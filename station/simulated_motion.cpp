@@ -21,12 +21,11 @@ std::vector<double> shown_times(const trial::Trial& trial) {
   return times;
 }
 
-void write_one(const fit::FitOutcome& outcome, const std::vector<model::Parameter>& parameters, size_t index,
-               const trial::Trial& trial, const fs::path& folder) {
-  const model::ObservedTrial& observed = outcome.simulation->trials()[index];
-  const cloth::Trajectory run = outcome.simulation->trajectory(outcome.state, parameters, outcome.coordinates, index);
+void write_one(const SimulatedCampaign& s, size_t index, const trial::Trial& trial, const fs::path& folder) {
+  const model::ObservedTrial& observed = s.simulation.trials()[index];
+  const cloth::Trajectory run = s.simulation.trajectory(s.state, s.parameters, s.coordinates, index);
   if (!run.finite) return;
-  const geometry::TriangleMesh& mesh = outcome.simulation->view().mesh();
+  const geometry::TriangleMesh& mesh = s.simulation.view().mesh();
   json uv = json::array();
   for (const Eigen::Vector2d& p : mesh.rest_uv) uv.push_back({p.x(), p.y()});
   std::vector<double> times;
@@ -34,8 +33,7 @@ void write_one(const fit::FitOutcome& outcome, const std::vector<model::Paramete
   for (const double t : shown_times(trial)) {
     if (t < observed.experiment.start_s) continue;
     if (!observed.still && t > observed.experiment.sample_s.back()) break;
-    const Eigen::Matrix3Xf x =
-        outcome.simulation->view().of(model::position_at(observed.experiment, run, t)).cast<float>();
+    const Eigen::Matrix3Xf x = s.simulation.view().of(model::position_at(observed.experiment, run, t)).cast<float>();
     times.push_back(t);
     bytes.append(reinterpret_cast<const char*>(x.data()), sizeof(float) * static_cast<size_t>(x.size()));
   }
@@ -48,11 +46,16 @@ void write_one(const fit::FitOutcome& outcome, const std::vector<model::Paramete
 
 }  // namespace
 
-void write_simulated_motions(const fit::FitOutcome& outcome, const trial::Campaign& campaign, const fs::path& folder) {
+void write_simulated_motions(const SimulatedCampaign& simulated, const trial::Campaign& campaign,
+                             const fs::path& folder) {
   fs::create_directories(folder / "simulated");
+  for (size_t i = 0; i < campaign.trials.size(); ++i) write_one(simulated, i, campaign.trials[i], folder);
+}
+
+void write_simulated_motions(const fit::FitOutcome& outcome, const trial::Campaign& campaign, const fs::path& folder) {
   std::vector<model::Parameter> parameters;
   for (const fit::FittedParameter& p : outcome.parameters) parameters.push_back(p.parameter);
-  for (size_t i = 0; i < campaign.trials.size(); ++i) write_one(outcome, parameters, i, campaign.trials[i], folder);
+  write_simulated_motions({*outcome.simulation, outcome.state, parameters, outcome.coordinates}, campaign, folder);
 }
 
 }  // namespace selvedge::station

@@ -34,11 +34,17 @@ fs::path socket_path() {
   return fs::temp_directory_path() / ("selvedge-projector-" + std::to_string(::getpid()) + ".sock");
 }
 
+// A rig that is started again in a folder speaks on the bus that it had: a console that listens there goes on.
+int bus_port_in(const fs::path& folder) {
+  if (!fs::exists(folder / "rig.toml")) return free_bus_port();
+  return static_cast<int>(files::read_toml(folder / "rig.toml")["bus"]["port"].value_or(int64_t{free_bus_port()}));
+}
+
 }  // namespace
 
 void write_simulated_rig(const SimulatedRigFiles& files, const fs::path& folder) {
   toml::table rig = files::read_toml(files.rig), world = files::read_toml(files.world);
-  const int bus_port = free_bus_port(), tracker_port = free_tcp_port(), arm_port = free_tcp_port(),
+  const int bus_port = bus_port_in(folder), tracker_port = free_tcp_port(), arm_port = free_tcp_port(),
             script_port = free_tcp_port();
   const std::string camera_address = free_camera_address(), socket = socket_path().string();
 

@@ -19,7 +19,8 @@ struct SimulatedRigFiles {
   std::filesystem::path arms;   // folder of the arms' models
 };
 
-// FOLDER/rig.toml and FOLDER/world.toml: the examples with ports and addresses that are free now and fit each other.
+// FOLDER/rig.toml and FOLDER/world.toml: the examples with ports and addresses that are free now and fit each other;
+// the bus keeps the port that it had in the folder.
 void write_simulated_rig(const SimulatedRigFiles& files, const std::filesystem::path& folder);
 
 class SimulatedRig {

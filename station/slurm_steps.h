@@ -28,6 +28,7 @@ class SlurmSteps : public SessionSteps {
   nlohmann::json run(const Step& step, const report::ProgressCallback& progress) override;
   void set_aside(const Step& step) override { station_.set_aside(step); }
   std::vector<Step> follow_up(const Step& diagnosed) override { return station_.follow_up(diagnosed); }
+  std::vector<Step> second_session(const Step& diagnosed) override { return station_.second_session(diagnosed); }
 
  private:
   std::vector<Step> due_with(const Step& step) const;

@@ -21,6 +21,7 @@
 #include "rig/clock.h"
 #include "station/rig_steps.h"
 #include "station/calibration_watch.h"
+#include "station/confirmation.h"
 #include "station/file_steps.h"
 
 namespace selvedge::station {
@@ -96,11 +97,17 @@ StationSteps::StationSteps(const SessionFile& file, const Journal& journal, cons
 StationSteps::~StationSteps() { let_go_of_rig(); }
 
 const session::SessionPlan& StationSteps::plan_of(const Step& step) const {
+  if (step.second) return second_.at(step.fabric);
   const auto found = appended_.find(step.fabric);
   return step.round > 0 && found != appended_.end() ? found->second : file_.fabrics[step.fabric].plan;
 }
 
 fs::path StationSteps::fabric_folder(const Step& step) const { return file_.folder_of(step.fabric, folder_); }
+
+// Where the trials lie that are recorded, or that the step is about.
+fs::path StationSteps::trials_folder(const Step& step) const {
+  return step.second ? fabric_folder(step) / kConfirmationFolder : fabric_folder(step);
+}
 
 fs::path StationSteps::calibration_folder(const Step& step) const {
   return file_.calibration == CalibrationPolicy::each ? fabric_folder(step) : folder_;
@@ -213,7 +220,7 @@ json StationSteps::record(const Step& step, const report::ProgressCallback& prog
     hung_.reset();
   }
   hang(step);
-  const fs::path folder = fabric_folder(step);
+  const fs::path folder = trials_folder(step);
   fs::create_directories(folder);
   const session::TrialRecord record =
       record_session_trial(client, configuration_, plan, *trial, optics_of(step), folder, progress);
@@ -242,11 +249,11 @@ void StationSteps::write_campaign(const Step& step) {
   std::vector<std::string> names;
   const auto take = [&](const session::SessionPlan& plan) {
     for (const session::TrialPlan& trial : plan.trials) {
-      Step recorded{"record", step.fabric, trial.name, 0, 0};
+      Step recorded{"record", step.fabric, trial.name, 0, 0, step.second};
       if (journal_.record(recorded.id(file_)).state == StepRecord::State::done) names.push_back(trial.name);
     }
   };
-  take(swatch.plan);
+  take(plan_of(Step{step.kind, step.fabric, "", 0, 0, step.second}));
   const auto appended = appended_.find(step.fabric);
   if (step.round > 0 && appended != appended_.end()) take(appended->second);
   if (names.empty()) throw DeviceFailed("no trial was recorded");
@@ -255,7 +262,7 @@ void StationSteps::write_campaign(const Step& step) {
     std::erase_if(same,
                   [&](const std::string& name) { return std::find(names.begin(), names.end(), name) == names.end(); });
   std::erase_if(replicates, [](const auto& same) { return same.size() < 2; });
-  write_session_campaign(swatch.name, names, replicates, fabric_folder(step));
+  write_session_campaign(swatch.name, names, replicates, trials_folder(step));
 }
 
 void StationSteps::prepare(const Step& step) {
@@ -263,29 +270,11 @@ void StationSteps::prepare(const Step& step) {
   write_campaign(step);
 }
 
-std::vector<Step> StationSteps::follow_up(const Step& diagnosed) {
-  const fs::path folder = fabric_folder(diagnosed) / diagnosis_folder_name(diagnosed.round);
-  auto plan = read_follow_up(file_, diagnosed.fabric, folder / "next_session.toml");
-  if (!plan) return {};
-  const int round = diagnosed.round + 1;
-  std::vector<Step> steps;
-  for (session::TrialPlan& trial : plan->trials) {
-    if (round > 1) trial.name += fmt::format("-round-{}", round);
-    steps.push_back({"record", diagnosed.fabric, trial.name, round, expected_trial_s(trial)});
-  }
-  auto& all = appended_[diagnosed.fabric];
-  if (!all.trials.empty()) plan->trials.insert(plan->trials.begin(), all.trials.begin(), all.trials.end());
-  all = std::move(*plan);
-  if (file_.fit) steps.push_back({"fit", diagnosed.fabric, "", round, kFit_s});
-  steps.push_back({"diagnose", diagnosed.fabric, "", round, kDiagnosis_s});
-  return steps;
-}
-
 void StationSteps::set_aside(const Step& step) {
   if (step.kind != "record") return;
-  const fs::path trial = fabric_folder(step) / step.trial;
+  const fs::path trial = trials_folder(step) / step.trial;
   if (fs::exists(trial / "trial.json")) capture::recover(trial);
-  session::set_trial_aside(fabric_folder(step), step.trial);
+  session::set_trial_aside(trials_folder(step), step.trial);
   // A rig whose processes ended is started anew.
   try {
     if (simulated_) simulated_->require_running();

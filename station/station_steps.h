@@ -3,6 +3,7 @@
 // FOLDER/rig.toml, world.toml, truth.json, logs/   of a simulated rig (station/simulated_rig.h)
 // FOLDER/calibration.json, calibration/            or below FOLDER/FABRIC where each fabric has its own
 // FOLDER/FABRIC/TRIAL, campaign.json, calibration-watch.json, fit.json, report.html, simulated/, diagnosis/
+// FOLDER/FABRIC/confirmation/                      a second session (station/confirmation.h)
 // The rig is started, or met, when the first step needs it and let go of when the recording is over.
 #pragma once
 
@@ -27,6 +28,7 @@ class StationSteps : public SessionSteps {
   nlohmann::json run(const Step& step, const report::ProgressCallback& progress) override;
   void set_aside(const Step& step) override;
   std::vector<Step> follow_up(const Step& diagnosed) override;
+  std::vector<Step> second_session(const Step& diagnosed) override;
 
   // Before a fit or diagnosis, here or elsewhere: lets go of the rig and writes FABRIC/campaign.json.
   void prepare(const Step& step);
@@ -41,6 +43,7 @@ class StationSteps : public SessionSteps {
   struct Desk;
   const session::SessionPlan& plan_of(const Step& step) const;
   std::filesystem::path fabric_folder(const Step& step) const;
+  std::filesystem::path trials_folder(const Step& step) const;
   std::filesystem::path calibration_folder(const Step& step) const;
   session::RigClient& rig(const report::ProgressCallback& progress);
   void let_go_of_rig();
@@ -55,6 +58,7 @@ class StationSteps : public SessionSteps {
   const Journal& journal_;
   const std::filesystem::path folder_, source_;
   std::map<size_t, session::SessionPlan> appended_;  // plans of follow-ups, by fabric
+  std::map<size_t, session::SessionPlan> second_;    // of second sessions, by fabric
   rig::Configuration configuration_;
   std::unique_ptr<SimulatedRig> simulated_;
   std::unique_ptr<session::RigClient> rig_;

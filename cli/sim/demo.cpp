@@ -1,5 +1,5 @@
-// ./selvedge demo: one automated capture-then-fit session against the simulated rig, from grid poses to a report,
-// and at its end what was found against what the simulated fabric was.
+// ./selvedge demo: one automated session against the simulated rig, from grid poses over fit and diagnosis to a second
+// session that confirms it, and at its end what was found against what the simulated fabric was and had hidden.
 #include <chrono>
 #include <filesystem>
 #include <memory>
@@ -10,23 +10,17 @@
 #include <spdlog/sinks/basic_file_sink.h>
 #include <spdlog/spdlog.h>
 
-#include "capture/trial/trial.h"
 #include "cli/command.h"
 #include "cli/output_folder.h"
 #include "cli/shared_files.h"
 #include "files/bad_input.h"
+#include "files/lock.h"
 #include "files/whole_file.h"
-#include "fit/fit_report.h"
 #include "report/progress.h"
-#include "report/verdict.h"
 #include "rig/network.h"
-#include "station/calibration_watch.h"
 #include "station/demo_verdict.h"
-#include "station/diagnosis_folder.h"
-#include "station/file_steps.h"
 #include "station/free_addresses.h"
 #include "station/session_steps.h"
-#include "station/simulated_motion.h"
 #include "station/station_steps.h"
 
 namespace selvedge::cli {
@@ -40,69 +34,47 @@ struct DemoArguments {
   fs::path runs = "runs";
   fs::path rig = shared_folder() / "examples" / "demo-rig.toml";
   fs::path world = shared_folder() / "examples" / "demo-world.toml";
-  int cells = fit::FitOptions().cells;
-  bool diagnose = false;
+  int cells = 0;
 };
 
-// Shares of the whole time, for the time left: without a diagnosis, and with one.
-constexpr double kCaptured = 0.55, kFitted = 0.5;
+constexpr const char* kEnd = "demo.json";  // of a run that is over
 
-// A folder that was not there before.
-fs::path make_folder(const DemoArguments& a) {
+// The rig's own trials, fitted, diagnosed, and confirmed by a second session.
+station::SessionFile session_of(const DemoArguments& a) {
+  station::SessionFile file = station::session_of_rig(a.rig, a.world);
+  file.fit = file.diagnosis = file.confirm = true;
+  file.fit_cells = file.diagnosis_cells = a.cells;
+  // What a run that goes on must have in common with how it began.
+  file.text += fmt::format("# ./selvedge demo --cells {}\n", a.cells);
+  return file;
+}
+
+// A run of this very session that was broken off, and that no process goes on with.
+bool can_go_on(const fs::path& folder, const station::SessionFile& file) {
+  for (const char* name : {"journal.jsonl", "session.toml", "swatches.toml"})
+    if (!fs::exists(folder / name)) return false;
+  return !fs::exists(folder / kEnd) && files::read_whole(folder / "session.toml") == file.text &&
+         files::read_whole(folder / "swatches.toml") == file.simulated_world &&
+         files::Lock(folder / "session.lock").held();
+}
+
+// A folder that was not there before, or that of a run that was broken off.
+fs::path choose_folder(const DemoArguments& a, const station::SessionFile& file) {
   expect_folder("--runs", a.runs);
-  if (!a.name.empty()) {
-    const fs::path folder = a.runs / a.name;
-    if (fs::exists(folder)) refuse("--name " + a.name, "{} is there already", folder.string());
-    fs::create_directories(folder);
-    return folder;
+  fs::path folder = a.runs / (a.name.empty() ? "demo" : a.name);
+  for (int i = 2; fs::exists(folder) && !can_go_on(folder, file); ++i) {
+    if (!a.name.empty())
+      refuse("--name " + a.name,
+             "found {}, which is over, or another's; expected a new name, or a run of this rig and "
+             "world that was broken off",
+             folder.string());
+    folder = a.runs / fmt::format("demo-{}", i);
   }
-  fs::path folder = a.runs / "demo";
-  for (int i = 2; fs::exists(folder); ++i) folder = a.runs / fmt::format("demo-{}", i);
-  fs::create_directories(folder);
+  if (fs::exists(folder)) fmt::print("goes on with {}\n", folder.string());
   return folder;
 }
 
-// Its trials lie in `folder` itself.
-trial::Campaign capture(const station::SessionFile& file, station::Journal& journal, const fs::path& folder,
-                        const report::ProgressCallback& progress) {
-  station::StationSteps steps(file, journal, folder, shared_folder());
-  station::run_steps(
-      file, journal, steps, [](const std::string&) { return station::Answer::stop; },
-      [&](double done, const std::string& what) { progress(kCaptured * done, what); });
-  steps.prepare({"fit", 0, "", 0, 0});
-  return trial::read_campaign(folder);
-}
-
-fit::FitOutcome fit_run(const DemoArguments& a, const trial::Campaign& campaign, const fs::path& folder,
-                        const report::ProgressCallback& progress) {
-  fit::FitOptions options;
-  options.cells = a.cells;
-  options.progress = [&](double done, const std::string& what) {
-    progress(kCaptured + (1 - kCaptured) * done, "fitting: " + what);
-  };
-  fit::FitOutcome outcome = fit::fit_campaign(campaign, options);
-  fit::write_fit(outcome, campaign, folder);
-  station::write_simulated_motions(outcome, campaign, folder);
-  return outcome;
-}
-
-// Beginning from its fit, as a session's.
-void diagnose_run(station::SessionFile file, const fs::path& folder, const report::ProgressCallback& progress) {
-  file.fit = true;
-  const nlohmann::json told = station::run_on_files(
-      file, {"diagnose", 0, "", 0, 0}, folder,
-      [&](double done, const std::string& what) { progress(kFitted + (1 - kFitted) * done, "diagnosing: " + what); });
-  const fs::path diagnosis = folder / station::diagnosis_folder_name(0);
-  fmt::print("\ndiagnosis: {} (probability {:.2f})\n", told["cause"].get<std::string>(),
-             told["probability"].get<double>());
-  if (const auto verdict =
-          report::read_verdict(files::read_json(diagnosis / "diagnosis.json").value("verdict", nlohmann::json())))
-    fmt::print("{}\n", report::for_terminal(*verdict));
-  fmt::print("see {}\n", (diagnosis / "report.html").string());
-}
-
-void print_session(const station::SessionFile& file, const station::Journal& journal,
-                   const station::CalibrationWatch& watch) {
+void print_session(const station::SessionFile& file, const station::Journal& journal, const fs::path& folder) {
   for (const station::Step& step : station::planned_steps(file)) {
     const nlohmann::json found = journal.record(step.id(file)).result;
     const auto text = [&](const char* key) {
@@ -112,47 +84,59 @@ void print_session(const station::SessionFile& file, const station::Journal& jou
       fmt::print("calibration {}: expected error at the fabric {} px camera, {} px projector, {} mm triangulated\n",
                  found["verdict"].get<std::string>(), text("camera_sd_px"), text("projector_sd_px"),
                  text("triangulation_sd_mm"));
-    else
+    if (step.kind == "record")
       fmt::print("{:<10} {} frames, {} lost, {} corner samples{}{}\n", step.trial, found["frames"].get<size_t>(),
                  found["frames_lost"].get<size_t>(), found["samples"].get<size_t>(),
                  found["started_at_rest"] ? "" : ", not at rest at its start",
                  found["attempts"] > 1 ? fmt::format(", attempt {}", found["attempts"].get<int>()) : "");
   }
-  fmt::print("{}\n{}\n", watch.camera.sentence, watch.projector.sentence);
+  const nlohmann::json watch = files::read_json(folder / "calibration-watch.json");
+  for (const char* device : {"camera", "projector"})
+    fmt::print("{}\n", watch.at(device).at("sentence").get<std::string>());
+}
+
+// Only now is what the simulated fabric was, and what it had hidden, read, to be compared with.
+int tell(const station::SessionFile& file, const station::Journal& journal, const fs::path& folder) {
+  const station::DemoVerdict verdict = station::judge(station::read_demo_answers(folder));
+  print_session(file, journal, folder);
+  fmt::print("{}", station::to_text(verdict));
+  files::write_json(folder / kEnd, station::to_json(verdict));
+  return verdict.holds() ? 0 : 1;
 }
 
 int run_demo(const DemoArguments& a) {
   rig::ensure_local_multicast(static_cast<uint16_t>(station::free_bus_port()));
   const auto begin = std::chrono::steady_clock::now();
-  const fs::path folder = make_folder(a);
+  const station::SessionFile file = session_of(a);
+  const fs::path folder = choose_folder(a, file);
   fs::create_directories(folder / "logs");
   spdlog::set_default_logger(spdlog::basic_logger_mt("session", (folder / "logs" / "session.log").string()));
   spdlog::flush_on(spdlog::level::info);
-  const report::ProgressCallback whole = report::terminal_progress("demo");
-  const report::ProgressCallback progress = [&](double done, const std::string& what) {
-    whole(a.diagnose ? kFitted * done : done, what);
-  };
-  const station::SessionFile file = station::session_of_rig(a.rig, a.world);
   station::Journal journal(folder, file.text);
-  const trial::Campaign campaign = capture(file, journal, folder, progress);
-  const station::CalibrationWatch watch = station::watch_calibration(campaign, [](double, const std::string&) {});
-  station::write_watch(watch, folder);
-  const fit::FitOutcome outcome = fit_run(a, campaign, folder, progress);
-  // Only now is what the simulated fabric was read, to be compared with.
-  const station::DemoVerdict verdict = station::judge(outcome, files::read_json(folder / "truth.json"));
-  const double wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-  print_session(file, journal, watch);
-  fmt::print("{}", station::to_text(verdict));
-  fmt::print("{:.0f} s; see {}\n", wall_s, (folder / "report.html").string());
-  if (a.diagnose) diagnose_run(file, folder, whole);
-  return verdict.parameters_hold() && verdict.held_out_holds() ? 0 : 1;
+  station::StationSteps steps(file, journal, folder, shared_folder());
+  try {
+    station::run_steps(
+        file, journal, steps, [](const std::string&) { return station::Answer::stop; },
+        report::terminal_progress("demo"));
+  } catch (const station::SessionStopped& stopped) {
+    fmt::print(stderr, "stopped: {}\nrun the same command again to go on from there\n", stopped.what());
+    return 1;
+  }
+  const int status = tell(file, journal, folder);
+  fmt::print("{:.0f} s; see {}, its diagnosis/report.html and confirmation/report.html\n",
+             std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count(),
+             (folder / "report.html").string());
+  return status;
 }
 
 }  // namespace
 
 void add_demo(CLI::App& app, int& exit_status) {
-  auto* command = app.add_subcommand(
-      "demo", "capture and fit a fabric on the simulated rig; exit 1 where the fit falls outside its bounds");
+  auto* command =
+      app.add_subcommand("demo",
+                         "capture, fit and diagnose a fabric on the simulated rig, and confirm it in a second session; "
+                         "exit 1 where the fit "
+                         "falls outside its bounds or what is hidden is not found; goes on where a broken-off run was");
   auto a = std::make_shared<DemoArguments>();
   command->add_option("--name", a->name,
                       "folder below --runs for everything that is recorded and found; default: demo, demo-2 …");
@@ -160,11 +144,10 @@ void add_demo(CLI::App& app, int& exit_status) {
   command->add_option("--rig", a->rig, "the rig and its session (TOML)")->capture_default_str();
   command->add_option("--world", a->world, "what the simulated devices are like (TOML)")->capture_default_str();
   command
-      ->add_option("--cells", a->cells,
-                   "of the fit's sheet along the width (6 to 64); by default as many as the fabric asks for")
-      ->check(CLI::Range(6, 64));
-  command->add_flag("--diagnose", a->diagnose,
-                    "diagnose it as well, some minutes more: what the fitted simulation lacks of the recorded fabric");
+      ->add_option(
+          "--cells", a->cells,
+          "of the sheet of fit and diagnosis along the width (6 to 48); by default as many as the fabric asks for")
+      ->check(CLI::Range(6, 48));
   command->callback([a, &exit_status] { exit_status = run_demo(*a); });
 }
 

@@ -31,7 +31,7 @@ void add_simulate_devices(CLI::App& app, int&) {
   command->add_option("--truth", a->truth, "also write what the world is like, for comparing afterwards (JSON)");
   command->callback([a] {
     const auto configuration = hardware_sim::read_simulated_rig(a->configuration);
-    if (!a->truth.empty()) files::write_json(a->truth, hardware_sim::truth_json(configuration.world));
+    if (!a->truth.empty()) files::write_json(a->truth, hardware_sim::truth_json(configuration));
     const std::atomic<bool>& stopping = stop_on_signals();
     const hardware_sim::SimulatedRig rig(configuration);
     std::printf("%s\n", rig.description().c_str());

@@ -198,6 +198,10 @@ nlohmann::json truth_json(const WorldConfiguration& world) {
   truth["format"] = "truth/1";
   truth["camera"] = to_json(world.camera);
   truth["projector"] = to_json(world.projector);
+  truth["hidden"] = nlohmann::json::array();
+  if (const Eigen::Vector3d& air = world.lattice.air_m_s; !air.isZero())
+    truth["hidden"].push_back(
+        {{"effect", "draught"}, {"size", {{"air_x", air.x()}, {"air_y", air.y()}, {"air_z", air.z()}}}});
   for (const Swatch& swatch : world.swatches) {
     truth["swatches"][swatch.name] = fabric_truth_json(swatch.fabric);
     if (!swatch.effect.empty())

@@ -25,6 +25,18 @@ TEST_F(ConsoleServer, ShowsThePageAndTheRun) {
   EXPECT_EQ(get("/api/trial?path=nothing"), 404);
 }
 
+TEST_F(ConsoleServer, TellsWhatASecondSessionMadeOfADiagnosis) {
+  for (const char* name : {"diagnosis", "confirmation"}) fs::create_directories(folder_ / "run" / "knit" / name);
+  files::write_json(folder_ / "run/knit/diagnosis/diagnosis.json", {{"format", "diagnosis/1"}, {"cause", "draught"}});
+  json run = json::parse(client_->Get("/api/session")->body);
+  ASSERT_EQ(run["diagnoses"].size(), 1u);
+  EXPECT_EQ(run["diagnoses"][0]["cause"], "draught");
+  EXPECT_FALSE(run["diagnoses"][0].contains("confirmation"));
+  files::write_json(folder_ / "run/knit/confirmation/confirmation.json", {{"verdict", {{"sentence", "It holds."}}}});
+  run = json::parse(client_->Get("/api/session")->body);
+  EXPECT_EQ(run["diagnoses"][0]["confirmation"], "It holds.");
+}
+
 TEST_F(ConsoleServer, ChangesNothingWithoutItsToken) {
   for (const char* path :
        {"/api/arm", "/api/reset", "/api/disarm", "/api/record", "/api/record/stop", "/api/answer", "/api/heartbeat"}) {

@@ -3,6 +3,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <sstream>
 
 #include <Eigen/Geometry>
 #include <fmt/format.h>
@@ -14,6 +15,7 @@
 #include "capture/trial/trial.h"
 #include "files/whole_file.h"
 #include "geometry/projection.h"
+#include "station/journal.h"
 
 namespace selvedge {
 namespace {
@@ -48,14 +50,17 @@ double largest_difference_px(const geometry::Projection& a, const geometry::Proj
 
 class Demo : public testing::Test {
  protected:
+  static std::string command() {
+    const fs::path here = fs::path(SELVEDGE_SOURCE_DIR) / "tests" / "end_to_end";
+    return fmt::format("{} demo --runs {} --name short --cells 6 --rig {} --world {} >> {} 2>&1", SELVEDGE_BINARY,
+                       runs_.string(), (here / "short-demo-rig.toml").string(),
+                       (here / "short-demo-world.toml").string(), (runs_ / "output").string());
+  }
   static void SetUpTestSuite() {
     runs_ = fs::temp_directory_path() / fmt::format("selvedge-end-to-end-{}", ::getpid());
     fs::remove_all(runs_);
     fs::create_directories(runs_);
-    const fs::path here = fs::path(SELVEDGE_SOURCE_DIR) / "tests" / "end_to_end";
-    status_ = run(fmt::format("{} demo --runs {} --name short --cells 6 --rig {} --world {} > {} 2>&1", SELVEDGE_BINARY,
-                              runs_.string(), (here / "short-rig.toml").string(), (here / "short-world.toml").string(),
-                              (runs_ / "output").string()));
+    status_ = run(command());
   }
   static void TearDownTestSuite() {
     if (!testing::UnitTest::GetInstance()->Failed()) fs::remove_all(runs_);
@@ -73,11 +78,65 @@ TEST_F(Demo, WalksTheWholeWay) {
   // A session this short determines little: 0 and 1 both mean that it got to the verdict.
   ASSERT_TRUE(status_ == 0 || status_ == 1) << output();
   for (const char* file : {"calibration.json", "calibration/poses.json", "campaign.json", "fit.json", "report.html",
-                           "truth.json", "calibration-watch.json", "waving-1/projector-check.csv"})
+                           "truth.json", "calibration-watch.json", "waving-1/projector-check.csv",
+                           "diagnosis/diagnosis.json", "diagnosis/report.html", "demo.json"})
     EXPECT_TRUE(fs::is_regular_file(folder() / file)) << file << "\n" << output();
   const auto fit = files::read_json(folder() / "fit.json");
   EXPECT_EQ(fit.at("format"), "fit/1");
   EXPECT_EQ(fit.at("trials").size(), 3u);
+}
+
+// On so coarse a lattice the world's own mesh may stand before what is hidden. Whatever the answer is, it is told as it
+// is: right where it names the delay and wrong where it does not, confirmed where a second session bears it out.
+TEST_F(Demo, TellsWhatItFoundBesideWhatIsHidden) {
+  ASSERT_TRUE(fs::exists(folder() / "demo.json")) << output();
+  const auto demo = files::read_json(folder() / "demo.json");
+  const auto diagnosis = files::read_json(folder() / "diagnosis" / "diagnosis.json");
+  EXPECT_EQ(demo.at("hidden"), "camera_delay (delay -0.011)");
+  EXPECT_EQ(demo.at("named"), diagnosis.at("cause"));
+  const bool right = diagnosis.at("cause") == "camera_delay";
+  EXPECT_EQ(demo.at("names_it"), right);
+  EXPECT_NE(output().find(right ? "The diagnosis is right" : "The diagnosis is WRONG"), std::string::npos) << output();
+  EXPECT_EQ(status_ == 0,
+            demo.at("holds").at("parameters") && demo.at("holds").at("held_out") && demo.at("holds").at("diagnosis"))
+      << demo.dump(2);
+}
+
+TEST_F(Demo, PredictsASecondSessionWhereAnEffectIsNamed) {
+  ASSERT_TRUE(fs::exists(folder() / "demo.json")) << output();
+  const auto diagnosis = files::read_json(folder() / "diagnosis" / "diagnosis.json");
+  const bool named = diagnosis.contains("forecast");
+  EXPECT_EQ(named, diagnosis.at("cause") != "none" && diagnosis.at("cause") != "unknown");
+  ASSERT_EQ(fs::exists(folder() / "confirmation" / "confirmation.json"), named) << output();
+  // The first session's campaign stays what fit and diagnosis rest on.
+  EXPECT_EQ(trial::read_campaign(folder()).trials.size(), 3u);
+  if (!named) return;
+  const auto second = files::read_json(folder() / "confirmation" / "confirmation.json");
+  EXPECT_EQ(second.at("cause"), diagnosis.at("cause"));
+  EXPECT_EQ(second.at("outcome") == "refuted", second.at("after_mm") >= second.at("before_mm")) << second.dump(2);
+  EXPECT_EQ(second.at("forecast").at("after_mm"), diagnosis.at("forecast").at("after_mm"));
+  EXPECT_TRUE(fs::exists(folder() / "confirmation" / "simulated" / "second-1.f32"));
+  const trial::Campaign campaign = trial::read_campaign(folder() / "confirmation");
+  ASSERT_EQ(campaign.trials.size(), 1u);
+  EXPECT_EQ(campaign.trials[0].state, trial::State::complete);
+}
+
+// As if it had been killed at the end of its diagnosis: what was recorded and fitted stays, and the answer is the same.
+TEST_F(Demo, GoesOnWhereItWasAndSaysTheSame) {
+  ASSERT_TRUE(fs::exists(folder() / "demo.json")) << output();
+  const auto before = files::read_json(folder() / "demo.json");
+  std::istringstream lines(files::read_whole(folder() / "journal.jsonl"));
+  std::string kept;
+  for (std::string line; std::getline(lines, line);)
+    if (line.find("/diagnose\"") == std::string::npos && line.find("/confirm\"") == std::string::npos)
+      kept += line + "\n";
+  files::write_whole(folder() / "journal.jsonl", kept);
+  fs::remove(folder() / "demo.json");
+  EXPECT_EQ(run(command()), status_) << output();
+  ASSERT_TRUE(fs::exists(folder() / "demo.json")) << output();
+  EXPECT_EQ(files::read_json(folder() / "demo.json"), before);
+  for (const auto& [step, record] : station::read_journal(folder())) EXPECT_EQ(record.attempts, 1) << step;
+  EXPECT_EQ(run(command()), 2) << "a run that is over is not gone on with";
 }
 
 TEST_F(Demo, CalibratesToTheRigThatWasSimulated) {
@@ -90,7 +149,7 @@ TEST_F(Demo, CalibratesToTheRigThatWasSimulated) {
   EXPECT_LT(largest_difference_px(*found.projector, projection_from(truth.at("projector"))), 2.0);
 }
 
-TEST_F(Demo, WatchesThatNothingMovedAndNoFrameIsLate) {
+TEST_F(Demo, WatchesThatNothingMovedAndTellsTheDelay) {
   ASSERT_TRUE(fs::exists(folder() / "calibration-watch.json")) << output();
   const auto watch = files::read_json(folder() / "calibration-watch.json");
   for (const char* device : {"camera", "projector"})
@@ -99,7 +158,9 @@ TEST_F(Demo, WatchesThatNothingMovedAndNoFrameIsLate) {
     EXPECT_LT(watch.at("trials").at(trial).at("projector").at("shift_px"), 2) << watch.dump(2);
     const auto& delay = watch.at("trials").at(trial).at("delay");
     if (!delay.at("known")) continue;
-    EXPECT_LT(std::abs(delay.at("offset_s").get<double>()), 4 * delay.at("sd_s").get<double>()) << watch.dump(2);
+    // Of what the tracker keeps to itself.
+    EXPECT_NEAR(std::abs(delay.at("offset_s").get<double>()), 0.011, 0.001 + 4 * delay.at("sd_s").get<double>())
+        << watch.dump(2);
   }
 }
 

@@ -101,6 +101,16 @@ TEST_F(SessionFileTest, RefusesByName) {
             std::string::npos);
 }
 
+TEST_F(SessionFileTest, ASecondSessionNeedsAFitAndADiagnosis) {
+  EXPECT_FALSE(read(session_ + fabrics_).confirm);
+  EXPECT_TRUE(read(session_ + fabrics_ + "[diagnosis]\nconfirm = true\n").confirm);
+  EXPECT_NE(
+      refusal(session_ + fabrics_ + "[fit]\nrun = false\n[diagnosis]\nconfirm = true\n").find("[diagnosis] confirm"),
+      std::string::npos);
+  EXPECT_NE(refusal(session_ + fabrics_ + "[diagnosis]\nrun = false\nconfirm = true\n").find("[diagnosis] confirm"),
+            std::string::npos);
+}
+
 TEST_F(SessionFileTest, ReadsTheExample) {
   const SessionFile file = read_session_file(fs::path(SELVEDGE_SOURCE_DIR) / "examples" / "four-fabrics.toml");
   EXPECT_EQ(file.fabrics.size(), 4u);

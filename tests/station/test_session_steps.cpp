@@ -41,9 +41,14 @@ class FakeSteps : public SessionSteps {
             {"diagnose", diagnosed.fabric, "", diagnosed.round + 1, 1}};
   }
 
+  std::vector<Step> second_session(const Step& diagnosed) override {
+    if (!names_an_effect) return {};
+    return {{"record", diagnosed.fabric, "second-1", 0, 1, true}, {"confirm", diagnosed.fabric, "", 0, 1, true}};
+  }
+
   std::map<std::string, int> failures;
   std::string dies_in, refuses;
-  bool proposes = false;
+  bool proposes = false, names_an_effect = false;
 
  private:
   void note(const std::string& line) { std::ofstream(folder_ / "notes", std::ios::app) << line << '\n'; }
@@ -65,7 +70,7 @@ class SessionStepsTest : public testing::Test {
       file_.fabrics.push_back(swatch);
     }
     file_.text = "a session";
-    for (const char* kind : {"calibrate", "record", "fit", "diagnose"})
+    for (const char* kind : {"calibrate", "record", "fit", "diagnose", "confirm"})
       file_.on_failure[kind] = {1, OnFailure::Then::stop};
   }
   void TearDown() override { fs::remove_all(folder_); }
@@ -169,6 +174,47 @@ TEST_F(SessionStepsTest, AppendsWhatADiagnosisProposes) {
   EXPECT_EQ(count("end knit/record/next-1"), 1);
   EXPECT_EQ(count("end satin/diagnose-2"), 1);
   EXPECT_EQ(count("run knit/diagnose-3"), 0);
+}
+
+TEST_F(SessionStepsTest, ConfirmsByASecondSessionAndGoesOnInIt) {
+  file_.confirm = true;
+  const pid_t child = ::fork();
+  if (child == 0) {
+    FakeSteps steps(file_, folder_);
+    steps.names_an_effect = true;
+    steps.dies_in = "satin/second/second-1";
+    try {
+      run(steps);
+    } catch (...) {}
+    ::_exit(1);  // not reached: it dies before
+  }
+  int status = 0;
+  ASSERT_EQ(::waitpid(child, &status, 0), child);
+  ASSERT_TRUE(WIFSIGNALED(status));
+  FakeSteps steps(file_, folder_);
+  steps.names_an_effect = true;
+  run(steps);
+  for (const char* fabric : {"knit", "satin"}) {
+    EXPECT_EQ(count(std::string("end ") + fabric + "/diagnose"), 1);
+    EXPECT_EQ(count(std::string("end ") + fabric + "/second/second-1"), 1);
+    EXPECT_EQ(count(std::string("end ") + fabric + "/confirm"), 1);
+  }
+  EXPECT_EQ(count("aside satin/second/second-1"), 1);
+  EXPECT_EQ(count("run knit/second/second-1"), 1);
+}
+
+TEST_F(SessionStepsTest, RecordsNothingMoreWhereNobodyAskedOrNothingIsNamed) {
+  FakeSteps steps(file_, folder_);
+  steps.names_an_effect = true;
+  run(steps);
+  EXPECT_EQ(count("run knit/confirm"), 0);
+  fs::remove_all(folder_);
+  fs::create_directories(folder_);
+  file_.confirm = true;
+  steps.names_an_effect = false;
+  run(steps);
+  EXPECT_EQ(count("end knit/diagnose"), 1);
+  EXPECT_EQ(count("run knit/confirm"), 0);
 }
 
 TEST_F(SessionStepsTest, TwoDoNotShareAFolderAndAnotherFileIsRefused) {

@@ -42,6 +42,7 @@ function diagnosisCard(d) {
         "div", { class: "likely" }, element("span", {}, name),
         element("div", { class: "bar" }, element("i", { style: `width:${100 * p}%` })),
         element("span", { class: "figure" }, `${number(100 * p, 0)} %`))),
+    element("p", { class: "sub" }, d.confirmation ?? ""),
     element("p", { class: "sub" }, d.next_experiment?.do ? `next: ${d.next_experiment.do}` : ""));
 }
 

@@ -1,0 +1,173 @@
+#include "station/confirmation.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <nlohmann/json.hpp>
+
+#include "capture/trial/trial.h"
+#include "diagnose/effects/library.h"
+#include "files/bad_input.h"
+#include "files/whole_file.h"
+#include "fit/fit_campaign.h"
+#include "fit/stages.h"
+#include "model/trial_error.h"
+#include "station/diagnosis_folder.h"
+#include "station/simulated_motion.h"
+
+namespace selvedge::station {
+
+namespace {
+
+namespace fs = std::filesystem;
+using Eigen::VectorXd;
+using nlohmann::json;
+
+const json& at(const json& object, const char* key, const fs::path& file) {
+  const auto found = object.find(key);
+  if (found == object.end()) refuse(file.string() + " " + key, "found nothing, expected what Selvedge writes there");
+  return *found;
+}
+
+FirstAnswers read_answers(const fs::path& fabric) {
+  const fs::path fit = fabric / "fit.json", diagnosis = fabric / diagnosis_folder_name(0) / "diagnosis.json";
+  FirstAnswers out = {files::read_json(fit), files::read_json(diagnosis)};
+  for (const char* key : {"parameters", "grid"}) at(out.fit, key, fit);
+  for (const char* key : {"cause", "likeliest", "fit", "base", "grid_cells", "forecast"})
+    at(out.diagnosis, key, diagnosis);
+  return out;
+}
+
+// Of the base, and of those effects that one of the diagnosis' answers has away from neutral.
+std::vector<model::Parameter> parameters_of(const json& diagnosis) {
+  const std::vector<model::Parameter> base =
+      model::base_parameters(model::drag_named(diagnosis["base"].get<std::string>()));
+  const json &none = diagnosis["fit"].at("none"),
+             &with = diagnosis["fit"].at(diagnosis["likeliest"].get<std::string>());
+  // An effect's parameter may have the name of one of the base, which then is that effect already.
+  const auto is_used = [&](const model::Parameter& p) {
+    return model::place_of(base, p.name) == base.size() && (none.contains(p.name) || with.contains(p.name));
+  };
+  std::vector<model::Parameter> out = base;
+  for (const diagnose::Effect& effect : diagnose::effect_library())
+    if (std::any_of(effect.parameters.begin(), effect.parameters.end(), is_used))
+      out.insert(out.end(), effect.parameters.begin(), effect.parameters.end());
+  return out;
+}
+
+// values: by name, in their units.
+VectorXd coordinates_at(const std::vector<model::Parameter>& parameters, const json& values) {
+  VectorXd x = model::usual_coordinates(parameters);
+  for (const auto& [name, value] : values.items()) {
+    const size_t place = model::place_of(parameters, name);
+    if (place < parameters.size())
+      x(static_cast<Eigen::Index>(place)) = model::to_coordinate(parameters[place], value.get<double>());
+  }
+  return x;
+}
+
+json values_of_fit(const json& fit) {
+  json out = json::object();
+  for (const auto& [name, parameter] : fit["parameters"].items()) out[name] = parameter.at("value");
+  return out;
+}
+
+// Errors of all trials at these coordinates, each hanging on its own branch; the state is left for whoever looks on.
+std::vector<double> errors_at(const model::Simulation& simulation, const std::vector<model::Parameter>& parameters,
+                              const VectorXd& x, model::State& state) {
+  state = simulation.state_at(parameters, x);
+  const model::Residuals residuals = simulation.evaluate(state, parameters, x).front();
+  std::vector<double> out;
+  for (size_t i = 0; i < simulation.trials().size(); ++i) {
+    const model::ObservedTrial& trial = simulation.trials()[i];
+    out.push_back(
+        model::rms_mm(trial, residuals.mm[i], simulation.time_s(i), trial.still ? -1e300 : model::first_move_s(trial)));
+  }
+  return out;
+}
+
+double pooled(const std::vector<ConfirmedTrial>& trials, double ConfirmedTrial::*error) {
+  double sum = 0;
+  for (const ConfirmedTrial& t : trials) sum += t.*error * t.*error;
+  return std::sqrt(sum / static_cast<double>(trials.size()));
+}
+
+// As shares, so that a motion which both predict worse than was thought is not taken for a confirmation.
+Confirmation::Outcome outcome_of(const Confirmation& c) {
+  const auto share = [](double before, double after) { return 1 - after * after / (before * before); };
+  const double fell = share(c.before_mm, c.after_mm);
+  if (!(fell > 0)) return Confirmation::Outcome::refuted;
+  const bool as_far = fell >= 0.5 * share(c.forecast_before_mm, c.forecast_after_mm),
+             as_near = c.after_mm <= 2 * c.forecast_after_mm;
+  return as_far && as_near ? Confirmation::Outcome::confirmed : Confirmation::Outcome::better;
+}
+
+void take_forecast(Confirmation& out, const json& forecast) {
+  out.motion = forecast.at("motion");
+  out.forecast_before_mm = forecast.at("before_mm");
+  out.forecast_after_mm = forecast.at("after_mm");
+  const auto bound = [&](size_t i) {
+    const json& value = forecast.at("interval_mm").at(i);
+    return value.is_number() ? value.get<double>() : std::nan("");
+  };
+  out.forecast_low_mm = bound(0);
+  out.forecast_high_mm = bound(1);
+}
+
+}  // namespace
+
+std::optional<session::SessionPlan> plan_of_second_session(const session::SessionPlan& recorded,
+                                                           const fs::path& diagnosis) {
+  if (!fs::exists(diagnosis / "diagnosis.json")) return std::nullopt;
+  const json said = files::read_json(diagnosis / "diagnosis.json");
+  const auto forecast = said.find("forecast");
+  if (forecast == said.end()) return std::nullopt;
+  const auto like = std::find_if(recorded.trials.begin(), recorded.trials.end(), [&](const session::TrialPlan& t) {
+    return t.name == forecast->value("like_trial", "");
+  });
+  if (like == recorded.trials.end()) return std::nullopt;
+  session::SessionPlan plan = recorded;
+  plan.trials = {*like};
+  plan.trials[0].name = "second-1";
+  plan.trials[0].frequency_hz *= forecast->value("speed", 1.0);
+  return plan;
+}
+
+Confirmation confirm(const fs::path& fabric, const report::ProgressCallback& progress) {
+  return confirm(read_answers(fabric), trial::read_campaign(fabric / kConfirmationFolder), fabric / kConfirmationFolder,
+                 progress);
+}
+
+Confirmation confirm(const FirstAnswers& answers, const trial::Campaign& second, const fs::path& folder,
+                     const report::ProgressCallback& progress) {
+  Confirmation out;
+  out.cause = answers.diagnosis["cause"];
+  out.likeliest = answers.diagnosis["likeliest"];
+  take_forecast(out, answers.diagnosis["forecast"]);
+  out.cells = std::max(answers.fit["grid"].at("cells").get<int>(), answers.diagnosis["grid_cells"].at(1).get<int>());
+  model::SimulationOptions grid;
+  grid.cells = out.cells;
+  const fit::FitOptions how;
+  const model::Simulation simulation(
+      fit::observe_campaign(second, how.rate_hz, how.image_rate_hz, fit::part_of(progress, 0, 0.5, "second session")),
+      grid);
+  const std::vector<model::Parameter> parameters = parameters_of(answers.diagnosis);
+  progress(0.5, "predicting the second session");
+  model::State state;
+  const std::vector<double> fit_mm = errors_at(simulation, parameters,
+                                               coordinates_at(parameters, values_of_fit(answers.fit)), state),
+                            base_mm = errors_at(simulation, parameters,
+                                                coordinates_at(parameters, answers.diagnosis["fit"].at("none")), state);
+  const VectorXd with = coordinates_at(parameters, answers.diagnosis["fit"].at(out.likeliest));
+  const std::vector<double> with_mm = errors_at(simulation, parameters, with, state);
+  write_simulated_motions({simulation, state, parameters, with}, second, folder);
+  for (size_t i = 0; i < with_mm.size(); ++i)
+    out.trials.push_back({simulation.trials()[i].name, fit_mm[i], base_mm[i], with_mm[i]});
+  out.before_mm = pooled(out.trials, &ConfirmedTrial::fit_mm);
+  out.base_mm = pooled(out.trials, &ConfirmedTrial::base_mm);
+  out.after_mm = pooled(out.trials, &ConfirmedTrial::with_mm);
+  out.outcome = outcome_of(out);
+  return out;
+}
+
+}  // namespace selvedge::station
