@@ -182,8 +182,7 @@ std::string line_plot(const std::vector<Series>& series, const PlotOptions& opti
   std::string svg = open_svg(options.width_px, options.height_px + above) + plot_data({series, options}) + names +
                     shaded_spans(frame, x, options) + axes(frame, x, y, options) + level_line(frame, y, options);
   for (size_t i = 0; i < series.size(); ++i) svg += curve(series[i], i, frame, x, y);
-  if (is_empty)
-    svg += text_at(frame.x_px + frame.width_px / 2, frame.y_px + frame.height_px / 2, "middle", "no data");
+  if (is_empty) svg += text_at(frame.x_px + frame.width_px / 2, frame.y_px + frame.height_px / 2, "middle", "no data");
   return svg + "</svg>\n";
 }
 
