@@ -18,6 +18,7 @@
 #include "files/whole_file.h"
 #include "report/progress.h"
 #include "rig/network.h"
+#include "station/confirmation.h"
 #include "station/demo_verdict.h"
 #include "station/free_addresses.h"
 #include "station/session_steps.h"
@@ -123,9 +124,10 @@ int run_demo(const DemoArguments& a) {
     return 1;
   }
   const int status = tell(file, journal, folder);
-  fmt::print("{:.0f} s; see {}, its diagnosis/report.html and confirmation/report.html\n",
+  const bool confirmed = fs::exists(folder / station::kConfirmationFolder / "report.html");
+  fmt::print("{:.0f} s; see {}, its diagnosis/report.html{}\n",
              std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count(),
-             (folder / "report.html").string());
+             (folder / "report.html").string(), confirmed ? " and confirmation/report.html" : "");
   return status;
 }
 

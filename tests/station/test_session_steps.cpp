@@ -80,6 +80,22 @@ class SessionStepsTest : public testing::Test {
     Journal journal(folder_, file_.text);
     run_steps(file_, journal, steps, ask, [](double, const std::string&) {});
   }
+  // A run that is killed in this phase.
+  void kill_in(const std::string& phase, bool names_an_effect = false) {
+    const pid_t child = ::fork();
+    if (child == 0) {
+      FakeSteps steps(file_, folder_);
+      steps.names_an_effect = names_an_effect;
+      steps.dies_in = phase;
+      try {
+        run(steps);
+      } catch (...) {}
+      ::_exit(1);  // not reached: it dies before
+    }
+    int status = 0;
+    ASSERT_EQ(::waitpid(child, &status, 0), child);
+    ASSERT_TRUE(WIFSIGNALED(status) && WTERMSIG(status) == SIGKILL) << phase;
+  }
   std::vector<std::string> notes() const {
     std::ifstream file(folder_ / "notes");
     std::vector<std::string> lines;
@@ -99,18 +115,7 @@ TEST_F(SessionStepsTest, GoesOnAfterAKillInEveryPhase) {
   const std::vector<std::string> phases = {"calibrate", "knit/record/waved", "satin/record/still", "knit/fit",
                                            "satin/diagnose"};
   for (const std::string& phase : phases) {
-    const pid_t child = ::fork();
-    if (child == 0) {
-      FakeSteps steps(file_, folder_);
-      steps.dies_in = phase;
-      try {
-        run(steps);
-      } catch (...) {}
-      ::_exit(1);  // not reached: it dies before
-    }
-    int status = 0;
-    ASSERT_EQ(::waitpid(child, &status, 0), child);
-    ASSERT_TRUE(WIFSIGNALED(status) && WTERMSIG(status) == SIGKILL) << phase;
+    ASSERT_NO_FATAL_FAILURE(kill_in(phase));
     EXPECT_EQ(read_journal(folder_).at(phase).state, StepRecord::State::begun);
   }
   FakeSteps steps(file_, folder_);
@@ -178,19 +183,7 @@ TEST_F(SessionStepsTest, AppendsWhatADiagnosisProposes) {
 
 TEST_F(SessionStepsTest, ConfirmsByASecondSessionAndGoesOnInIt) {
   file_.confirm = true;
-  const pid_t child = ::fork();
-  if (child == 0) {
-    FakeSteps steps(file_, folder_);
-    steps.names_an_effect = true;
-    steps.dies_in = "satin/second/second-1";
-    try {
-      run(steps);
-    } catch (...) {}
-    ::_exit(1);  // not reached: it dies before
-  }
-  int status = 0;
-  ASSERT_EQ(::waitpid(child, &status, 0), child);
-  ASSERT_TRUE(WIFSIGNALED(status));
+  ASSERT_NO_FATAL_FAILURE(kill_in("satin/second/second-1", true));
   FakeSteps steps(file_, folder_);
   steps.names_an_effect = true;
   run(steps);
