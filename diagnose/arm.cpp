@@ -85,27 +85,23 @@ double step(const Study& study, const Evidence& evidence, const SimulateAt& simu
 
 // Derivatives where an arm stands: by the base, and by the effects that it has.
 void differentiate(const Study& study, const SimulateAt& simulate_at, Arm& arm) {
+  constexpr double kOfEffects = 0.5;
   std::vector<Index> columns;
   for (size_t k = 0; k < arm.columns.size(); ++k)
     if (arm.columns[k].coordinate >= 0 && (arm.columns[k].is_base || arm.sizes[k] == Size::free))
       columns.push_back(static_cast<Index>(k));
-  const auto n = static_cast<Index>(columns.size());
-  MatrixXd sets = arm.x.replicate(1, 2 * n);
-  for (Index i = 0; i < n; ++i) {
-    const Column& c = arm.columns[static_cast<size_t>(columns[static_cast<size_t>(i)])];
-    const double h = c.is_base ? study.protocol.base_difference : 0.5;
-    sets(c.coordinate, i) += h;
-    sets(c.coordinate, n + i) -= h;
-    if (!c.is_base) {
-      sets(c.coordinate, i) = std::min(sets(c.coordinate, i), c.upper);
-      sets(c.coordinate, n + i) = std::max(sets(c.coordinate, n + i), c.lower);
-    }
+  MatrixXd sets = arm.x.replicate(1, static_cast<Index>(columns.size()));
+  std::vector<double> steps;
+  for (size_t i = 0; i < columns.size(); ++i) {
+    const Column& c = arm.columns[static_cast<size_t>(columns[i])];
+    const double h = c.is_base ? study.protocol.base_difference : kOfEffects;
+    steps.push_back(c.is_base || arm.x(c.coordinate) + h <= c.upper ? h : -h);
+    sets(c.coordinate, static_cast<Index>(i)) += steps.back();
   }
   const MatrixXd r = simulate_at(sets);
-  for (Index i = 0; i < n; ++i) {
-    const Index k = columns[static_cast<size_t>(i)], c = arm.columns[static_cast<size_t>(k)].coordinate;
-    const VectorXd change = (r.col(i) - r.col(n + i)) / (sets(c, i) - sets(c, n + i));
-    if (change.allFinite()) arm.changes.col(k) = change;
+  for (size_t i = 0; i < columns.size(); ++i) {
+    const VectorXd change = (r.col(static_cast<Index>(i)) - arm.residual) / steps[i];
+    if (change.allFinite()) arm.changes.col(columns[i]) = change;
   }
 }
 

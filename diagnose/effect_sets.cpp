@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <set>
+#include <utility>
 
 #include <tbb/parallel_for.h>
 
@@ -93,6 +94,26 @@ ScalePriors scale_priors(const Protocol& protocol, const std::vector<double>& sc
 EffectSet weigh_set(const Study& study, const Evidence& evidence, const Linearisation& about,
                     const std::vector<const Way*>& chosen) {
   return Scales(study, evidence, about).weigh(chosen);
+}
+
+std::vector<size_t> likeliest_beside(const Study& study, const Evidence& evidence, const Linearisation& about,
+                                     const std::vector<const Way*>& chosen) {
+  const Scales scales(study, evidence, about);
+  std::vector<std::vector<EffectSet>> ways(study.effects.size());
+  for (const Way& way : about.ways) {
+    const auto is_same = [&](const Way* other) { return other->effect == way.effect; };
+    if (!about.can_tell[way.effect] || std::any_of(chosen.begin(), chosen.end(), is_same)) continue;
+    std::vector<const Way*> with = chosen;
+    with.push_back(&way);
+    ways[way.effect].push_back(scales.weigh(with));
+  }
+  std::vector<std::pair<double, size_t>> found;
+  for (size_t e = 0; e < ways.size(); ++e)
+    if (!ways[e].empty()) found.emplace_back(-scales.total(over_ways(scales, ways[e])), e);
+  std::sort(found.begin(), found.end());
+  std::vector<size_t> out;
+  for (const auto& [less, effect] : found) out.push_back(effect);
+  return out;
 }
 
 std::vector<EffectSet> weigh_sets(const Study& study, const Evidence& evidence, const Linearisation& about) {

@@ -23,6 +23,10 @@ struct EffectSet {
 EffectSet weigh_set(const Study& study, const Evidence& evidence, const Linearisation& about,
                     const std::vector<const Way*>& chosen);
 
+// The other effects that can be told, by what they add to a set's evidence, the most first.
+std::vector<size_t> likeliest_beside(const Study& study, const Evidence& evidence, const Linearisation& about,
+                                     const std::vector<const Way*>& chosen);
+
 // None, singles, pairs and some threes.
 std::vector<EffectSet> weigh_sets(const Study& study, const Evidence& evidence, const Linearisation& about);
 

@@ -86,6 +86,12 @@ model::State branches_at(const Study& study, model::State these, const Eigen::Ve
 Linearisation linearise(Study& study, const Windows& windows, const model::State& branches, const Eigen::VectorXd& x,
                         const Eigen::MatrixXd& forces, On on = On::usual);
 
+// About x on the usual grid, with derivatives by the base and by these effects. Those by others, and what smooth forces
+// do, stay what they were in `before`.
+Linearisation linearise_again(Study& study, const Windows& windows, const model::State& branches,
+                              const Eigen::VectorXd& x, const Linearisation& before,
+                              const std::vector<size_t>& effects);
+
 // What smooth forces of usual size do where the study begins, on the coarse grid: of what they stand for hardly more
 // than the size is known.
 Eigen::MatrixXd responses_to_forces(Study& study, const Windows& windows);

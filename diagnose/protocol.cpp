@@ -32,6 +32,7 @@ void to_json(nlohmann::json& json, const Protocol& p) {
           {"hold_per_s", p.hold_per_s},
           {"image_window_s", p.image_window_s},
           {"base_difference", p.base_difference},
+          {"columns_again", p.columns_again},
           {"force_waves", p.force_waves},
           {"force_share", p.force_share},
           {"force_smoothness", p.force_smoothness},

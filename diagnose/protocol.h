@@ -39,6 +39,7 @@ struct Protocol {
 
   // Derivatives.
   double base_difference = 0.06;  // ln
+  long columns_again = 31;        // of effects, whose derivatives are taken again where a set is likeliest
 
   // Model error (evidence.h). A smooth force of usual size is so large a share of the fabric's weight.
   long force_waves = 3;

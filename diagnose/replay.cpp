@@ -1,9 +1,11 @@
 #include "diagnose/replay.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <functional>
 #include <limits>
-#include <map>
+#include <utility>
 
 namespace selvedge::diagnose {
 
@@ -41,9 +43,36 @@ report::Points markers_at(const observe::MarkerTrack& track, size_t time, const 
   return out;
 }
 
-// The swatch at these times, each from the run of the trial that is free then.
-report::SheetView view_of(const Study& study, const Windows& windows, const Shown& model, size_t trial,
-                          const std::vector<double>& times) {
+constexpr int kPhases = 2;
+
+// How a trial moves under one model, in each of the runs of its windows.
+using Runs = std::array<cloth::Trajectory, kPhases>;
+
+// Of each model in each of these trials, side by side in lanes.
+std::vector<std::vector<Runs>> runs_of(const Study& study, const Windows& windows, const std::vector<Shown>& models,
+                                       const std::vector<size_t>& trials) {
+  const model::Simulation& simulation = *study.simulation;
+  std::vector<cloth::Experiment> lanes;
+  for (const Shown& model : models)
+    for (const size_t trial : trials)
+      for (int phase = 0; phase < kPhases; ++phase)
+        lanes.push_back(
+            simulation
+                .predictions(windows.held(simulation, model.branches, phase), study.parameters, model.x, trial, 0, 1)
+                .front()
+                .experiment);
+  std::vector<cloth::Trajectory> found = simulation.simulated(lanes);
+  auto next = found.begin();
+  std::vector<std::vector<Runs>> out(models.size(), std::vector<Runs>(trials.size()));
+  for (std::vector<Runs>& of_model : out)
+    for (Runs& runs : of_model)
+      for (cloth::Trajectory& run : runs) run = std::move(*next++);
+  return out;
+}
+
+// The swatch at these times, each from the run that is free then.
+report::SheetView view_of(const Study& study, const Windows& windows, const std::string& name, const Runs& runs,
+                          size_t trial, const std::vector<double>& times) {
   const model::Simulation& simulation = *study.simulation;
   const model::ObservedTrial& seen = simulation.trials()[trial];
   std::vector<cloth::SurfacePoint> points;
@@ -51,19 +80,11 @@ report::SheetView view_of(const Study& study, const Windows& windows, const Show
     for (int c = 0; c < kSheetAcross; ++c)
       points.push_back(surface_point(simulation.sheet(),
                                      {seen.width_m * c / (kSheetAcross - 1), seen.height_m * r / (kSheetAcross - 1)}));
-  std::vector<int> phases;
-  for (const double t : times) phases.push_back(windows.phase_at(seen, t));
-  std::map<int, cloth::Trajectory> runs;
-  for (const int phase : phases)
-    if (!runs.contains(phase))
-      runs[phase] =
-          simulation.trajectory(windows.held(simulation, model.branches, phase), study.parameters, model.x, trial);
   const std::vector<double>& sample_s = seen.experiment.sample_s;
-  report::SheetView out{model.name, {}, {}};
-  for (size_t i = 0; i < times.size(); ++i) {
-    const cloth::Trajectory& run = runs.at(phases[i]);
-    const auto after =
-        static_cast<size_t>(std::lower_bound(sample_s.begin(), sample_s.end(), times[i]) - sample_s.begin());
+  report::SheetView out{name, {}, {}};
+  for (const double t : times) {
+    const cloth::Trajectory& run = runs[static_cast<size_t>(windows.phase_at(seen, t))];
+    const auto after = static_cast<size_t>(std::lower_bound(sample_s.begin(), sample_s.end(), t) - sample_s.begin());
     const size_t at = std::min(after, run.samples.size() - 1);
     report::Points sheet;
     for (const cloth::SurfacePoint& p : points)
@@ -79,10 +100,10 @@ report::Points flat(const Matrix3Xd& columns) {
   return out;
 }
 
-// left_mm: what each model leaves, by trial.
-report::MovingSheet replay_of(const Study& study, const Windows& windows, const std::vector<Shown>& models,
-                              const std::vector<std::vector<VectorXd>>& left_mm, const MissingForce& force,
-                              size_t trial) {
+// views: of each model; left_mm: what each leaves, by trial.
+report::MovingSheet replay_of(const Study& study, const std::vector<std::vector<VectorXd>>& left_mm,
+                              const MissingForce& force, size_t trial,
+                              const std::function<report::SheetView(size_t, const std::vector<double>&)>& view_of) {
   const model::ObservedTrial& seen = study.simulation->trials()[trial];
   const std::vector<double>& all = seen.markers ? seen.markers->time_s : seen.experiment.sample_s;
   const std::vector<size_t> places = shown_times(all.size());
@@ -95,8 +116,8 @@ report::MovingSheet replay_of(const Study& study, const Windows& windows, const 
     out.time_s.push_back(static_cast<float>(all[at]));
     out.seen.push_back(seen.markers ? markers_at(*seen.markers, at, {}) : report::Points());
   }
-  for (size_t k = 0; k < models.size(); ++k) {
-    report::SheetView view = view_of(study, windows, models[k], trial, times);
+  for (size_t k = 0; k < left_mm.size(); ++k) {
+    report::SheetView view = view_of(k, times);
     if (seen.markers) {
       const VectorXd& off_mm = left_mm[k][trial];
       for (const size_t at : places) view.expected.push_back(markers_at(*seen.markers, at, off_mm));
@@ -129,13 +150,19 @@ std::vector<report::MovingSheet> replay(const Study& study, const Windows& windo
                                         const MissingForce& force) {
   std::vector<std::vector<VectorXd>> left_mm;
   for (const Shown& model : models) left_mm.push_back(by_trial(study, windows, model.residual));
-  std::vector<report::MovingSheet> out;
+  std::vector<size_t> trials;
   for (const std::vector<size_t>& group : study.groups)
     for (const size_t t : group)
-      if (out.size() < kMostTrials && !study.simulation->trials()[t].still) {
-        out.push_back(replay_of(study, windows, models, left_mm, force, t));
+      if (trials.size() < kMostTrials && !study.simulation->trials()[t].still) {
+        trials.push_back(t);
         break;
       }
+  const std::vector<std::vector<Runs>> runs = runs_of(study, windows, models, trials);
+  std::vector<report::MovingSheet> out;
+  for (size_t i = 0; i < trials.size(); ++i)
+    out.push_back(replay_of(study, left_mm, force, trials[i], [&](size_t k, const std::vector<double>& times) {
+      return view_of(study, windows, models[k].name, runs[k][i], trials[i], times);
+    }));
   return out;
 }
 

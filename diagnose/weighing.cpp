@@ -23,12 +23,34 @@ std::vector<EffectSet>::const_iterator place_of(const std::vector<EffectSet>& se
   return std::find_if(sets.begin(), sets.end(), [&](const EffectSet& s) { return s.effects == effects; });
 }
 
+// The effects whose derivatives are taken again where an arm of a set stands: its own, and as many as there is room for
+// of those that are likeliest beside it by the derivatives that there are.
+std::vector<size_t> taken_again(const Study& study, const Evidence& evidence, const Linearisation& about,
+                                const EffectSet& set, const Arm& arm) {
+  Linearisation there = about;
+  there.x = arm.x;
+  there.residual = arm.residual;
+  there.changes = arm.changes;
+  std::vector<Index> columns(study.effects.size(), 0);
+  for (const Way& way : about.ways) columns[way.effect] += static_cast<Index>(way.columns.size());
+  std::vector<size_t> out = set.effects;
+  Index room = study.protocol.columns_again;
+  for (const size_t e : out) room -= columns[e];
+  for (const size_t e : likeliest_beside(study, evidence, there, set.chosen)) {
+    if (columns[e] > room) continue;
+    room -= columns[e];
+    out.push_back(e);
+  }
+  return out;
+}
+
 // Moves a set of effects to where it is likeliest and takes derivatives there.
 Linearisation linearised_at(Study& study, const Windows& windows, const Evidence& evidence, const Linearisation& about,
-                            const EffectSet& set, const MatrixXd& forces) {
+                            const EffectSet& set) {
   Arm arm = arm_at(study, about, set.chosen, set.d);
   approach(study, windows, evidence, about, arm, set.scale);
-  Linearisation out = linearise(study, windows, branches_at(study, arm.branches, arm.x), arm.x, forces);
+  Linearisation out = linearise_again(study, windows, branches_at(study, arm.branches, arm.x), arm.x, about,
+                                      taken_again(study, evidence, about, set, arm));
   return out.residual.allFinite() ? out : about;
 }
 
@@ -76,12 +98,12 @@ std::vector<size_t> leader(const Study& study, const Weighing& out) {
 
 // The base without effects from where the likeliest set stands: the way there may have led out of a valley that only
 // derivatives of the first one see.
-void again_without(Study& study, const Windows& windows, const MatrixXd& forces, Weighing& out) {
+void again_without(Study& study, const Windows& windows, Weighing& out) {
   const Evidence& evidence = *out.evidence;
   const double now = most_of(study, evidence, out.set_of({}));
   const EffectSet from_there = weigh_set(study, evidence, *out.there, {});
   if (most_of(study, evidence, from_there) < now + study.protocol.moves_on) return;
-  Linearisation again = linearised_at(study, windows, evidence, *out.there, from_there, forces);
+  Linearisation again = linearised_at(study, windows, evidence, *out.there, from_there);
   if (most_of(study, evidence, weigh_set(study, evidence, again, {})) <= now) return;
   out.none = std::move(again);
   std::optional<Linearisation> there = std::exchange(out.there, {});
@@ -117,7 +139,7 @@ Weighing weigh(Study& study, const Windows& windows, const WeighingOptions& opti
   begin(0.18, 0.58, "the base with what is negligible of every effect");
   Weighing out;
   out.none = linearised_at(study, windows, at_first, at_base,
-                           weigh_set(study, at_first, at_base, ways_of_measured(study, at_base)), forces);
+                           weigh_set(study, at_first, at_base, ways_of_measured(study, at_base)));
   out.evidence.emplace(windows, error_about(out.none));
   weigh_all(study, out);
   options.ends("the base where it is likeliest");
@@ -125,8 +147,8 @@ Weighing weigh(Study& study, const Windows& windows, const WeighingOptions& opti
   out.first = leader(study, out);
   if (!out.first.empty()) {
     begin(0.58, 1, "again about " + name_of(study, out.first));
-    out.there = linearised_at(study, windows, *out.evidence, out.none, out.set_of(out.first), forces);
-    again_without(study, windows, forces, out);
+    out.there = linearised_at(study, windows, *out.evidence, out.none, out.set_of(out.first));
+    again_without(study, windows, out);
     weigh_all(study, out);
     options.ends("again about the likeliest set");
   }
