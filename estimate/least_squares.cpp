@@ -87,8 +87,8 @@ class Minimiser {
       if (ends && options_.only_coordinates) break;
       linearise();
       if (ends) break;
-      bool moved = take_step();
-      for (int k = 0; k < options_.steps_between && moved && small_ == 0; ++k) moved = take_step();
+      bool moved = take_step(true);
+      for (int k = 0; k < options_.steps_between && moved && small_ == 0; ++k) moved = take_step(false);
       options_.progress((iteration + 1.0) / (options_.max_iterations + 1.0),
                         fmt::format("cost {:.4g}, robust residual {:.2f} sd", at_.cost, result_.scale));
       keep(iteration + 1);
@@ -164,8 +164,9 @@ class Minimiser {
     difference_ = (kOfOpen * open).cwiseMin(kMost).cwiseMax(options_.difference);
   }
 
-  // One round of four dampings. True where it led anywhere.
-  bool take_step() {
+  // One round of four dampings. True where it led anywhere. Where it did not, derivatives of this very point say that
+  // the end is near; those of the point before say nothing.
+  bool take_step(bool derivatives_are_new) {
     const std::vector<double> dampings = {lambda_ * 1e-2, lambda_, lambda_ * 1e2, lambda_ * 1e4};
     std::vector<DescentPoint> point = {std::move(at_)};
     const DescentStep taken = step(
@@ -178,11 +179,13 @@ class Minimiser {
     at_ = std::move(point.front());
     result_.evaluations += static_cast<int>(dampings.size());
     if (taken.taken < 0) {
+      if (!derivatives_are_new) return false;
       lambda_ *= 1e3;
       small_ += lambda_ > 1e6 ? 2 : 1;
       return false;
     }
-    small_ = taken.decrease < options_.least_decrease ? small_ + 1 : 0;
+    if (taken.decrease >= options_.least_decrease) small_ = 0;
+    else if (derivatives_are_new) ++small_;
     lambda_ = std::clamp(dampings[static_cast<size_t>(taken.taken)] * 0.3, 1e-7, 1e6);
     return taken.length > 1e-8;
   }

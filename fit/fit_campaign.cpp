@@ -318,7 +318,7 @@ OnGrids fit_on_grids(FitOutcome& out, const std::vector<model::ObservedTrial>& t
         grid.cells, change.mm, model::motion_s(trials)));
   search.least_decrease = enough;
   search.steps_between = 0;
-  search.max_iterations = 2;
+  search.max_iterations = std::max(3, options.max_iterations / 2);
   out.grid_mm = change.mm;
   const bool is_twice = 2 * grid.cells <= most;
   const int finer = is_twice ? 2 * grid.cells : cloth::spline::next_finer(grid.cells);

@@ -67,6 +67,39 @@ TEST(Weighing, TheBaseStandsAtTheBottom) {
   }
 }
 
+// Derivatives by effects that hardly matter beside a set stay those of where it began; those by the others are of where
+// it stands, as if all had been taken there.
+TEST(Weighing, TakesDerivativesAgainWhereTheyMatter) {
+  const SimulatedSwatch swatch = usual_fabric();
+  std::vector<Effect> some;
+  for (const Effect& e : effect_library())
+    if (e.name == "camera_delay" || e.name == "added_mass" || e.name == "mesh_resolution") some.push_back(e);
+  ASSERT_EQ(some.size(), 3);
+  StudyOptions options;
+  options.protocol.cells = 6;
+  options.protocol.rate_hz = 20;
+  options.base_fit = BaseFit{base_of(swatch, swatch.material.stretch, swatch.material.shear), 0, {}};
+  Study study = make_study(simulated_campaign(swatch), some, options).study;
+  const Windows windows(*study.simulation, study.protocol);
+  const Eigen::MatrixXd forces = responses_to_forces(study, windows);
+  const Linearisation before = linearise(study, windows, study.state, study.base, forces);
+  Eigen::VectorXd x = study.base;
+  x.head(static_cast<Eigen::Index>(study.base_count)).array() += 0.1;
+  const Linearisation all = linearise(study, windows, study.state, x, forces);
+  for (size_t again = 0; again < some.size(); ++again) {
+    const Linearisation there = linearise_again(study, windows, study.state, x, before, {again});
+    EXPECT_EQ(there.residual, all.residual);
+    ASSERT_EQ(there.changes.cols(), all.changes.cols());
+    for (size_t k = 0; k < all.columns.size(); ++k) {
+      const auto at = static_cast<Eigen::Index>(k);
+      const Column& c = all.columns[k];
+      const bool is_there = c.is_base || c.is_force || c.effect == again || some[c.effect].name == "mesh_resolution";
+      const Eigen::VectorXd& expected = (is_there ? all : before).changes.col(at);
+      EXPECT_LT((there.changes.col(at) - expected).norm(), 1e-3 * expected.norm()) << "column " << k;
+    }
+  }
+}
+
 // Two parameters that nearly do the same, as shifts of a projector across its rows and along them. Against each other
 // they hardly show (here 0.05 mm): that is negligible, however far it is, and makes no effect. What shows is found.
 TEST(Weighing, TakesWhatHardlyShowsOfAnEffectAsNegligible) {
