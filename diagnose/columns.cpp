@@ -13,13 +13,21 @@ using Eigen::VectorXd;
 
 namespace {
 
-double neutral_at(const model::Parameter& p) { return model::to_coordinate(p, p.start); }
-
 double negligible_mm(const Protocol& p, const Effect& effect) {
   return effect.applies_to == AppliesTo::images ? p.calibration_mm : p.negligible_mm;
 }
 
 }  // namespace
+
+double neutral_of(const model::Parameter& p) { return model::to_coordinate(p, p.start); }
+
+BeyondBase::BeyondBase(MatrixXd base) : base_(std::move(base)) {
+  MatrixXd normal = base_.transpose() * base_;
+  normal.diagonal().array() += 1e-9 * normal.trace();
+  normal_.compute(normal);
+}
+
+MatrixXd BeyondBase::of(const MatrixXd& y) const { return y - base_ * normal_.solve(base_.transpose() * y); }
 
 void list_columns(const Study& study, Linearisation& out) {
   for (size_t k = 0; k < study.base_count; ++k) {
@@ -36,8 +44,8 @@ void list_columns(const Study& study, Linearisation& out) {
       Column c;
       c.coordinate = coordinate;
       c.effect = e;
-      c.neutral = coordinate < 0 ? 0 : neutral_at(p);
-      const double origin = coordinate < 0 ? neutral_at(p) : 0;
+      c.neutral = coordinate < 0 ? 0 : neutral_of(p);
+      const double origin = coordinate < 0 ? neutral_of(p) : 0;
       c.lower = (model::to_coordinate(p, p.lower) - origin) / unit;
       c.upper = (model::to_coordinate(p, p.upper) - origin) / unit;
       // What was measured before any physics tells how large it may be.
@@ -57,7 +65,7 @@ void list_columns(const Study& study, Linearisation& out) {
       VectorXd unit(static_cast<Index>(start.size()));
       for (size_t k = 0; k < start.size(); ++k)
         unit(static_cast<Index>(k)) = model::to_coordinate(effect.parameters[k], start[k]);
-      const Index column = add(effect.parameters[0], -1, unit(0) - neutral_at(effect.parameters[0]));
+      const Index column = add(effect.parameters[0], -1, unit(0) - neutral_of(effect.parameters[0]));
       if (!effect.starts_add || out.ways.empty() || out.ways.back().effect != e) out.ways.push_back({e, {}, {}});
       out.ways.back().columns.push_back(column);
       out.ways.back().units.push_back(std::move(unit));

@@ -4,10 +4,6 @@
 #include <cmath>
 #include <numeric>
 
-#include <Eigen/Cholesky>
-
-#include "diagnose/columns.h"
-
 namespace selvedge::diagnose {
 
 using Eigen::Index;
@@ -17,8 +13,6 @@ using Eigen::VectorXd;
 namespace {
 
 constexpr const char* kOfGrid = "mesh_resolution";
-
-double neutral_of(const model::Parameter& p) { return model::to_coordinate(p, p.start); }
 
 // What a finer grid adds at x; nothing where a simulation diverged. residual: on the usual grid.
 VectorXd grid_change(Study& study, const Windows& windows, const model::State& branches, const VectorXd& x,
@@ -97,14 +91,6 @@ void differentiate(Study& study, const Windows& windows, const model::State& bra
 }
 
 }  // namespace
-
-BeyondBase::BeyondBase(MatrixXd base) : base_(std::move(base)) {
-  MatrixXd normal = base_.transpose() * base_;
-  normal.diagonal().array() += 1e-9 * normal.trace();
-  normal_.compute(normal);
-}
-
-MatrixXd BeyondBase::of(const MatrixXd& y) const { return y - base_ * normal_.solve(base_.transpose() * y); }
 
 Prior prior_of(const Study& study, const Column& column, const VectorXd& x, Size size, double s) {
   constexpr double kNothing = 1e-6;
