@@ -285,6 +285,26 @@ struct OnGrids {
   int evaluations = 0;
 };
 
+// Fits once more with what a finer grid adds. That changes with the parameters: it is found where they were, and again
+// where it led them, until that is hardly further.
+void fit_with_finer(FitOutcome& out, const std::vector<model::Parameter>& parameters, int finer_cells,
+                    estimate::LeastSquaresOptions search, const FitOptions& options, GridChange& change,
+                    OnGrids& done) {
+  constexpr int kMostRounds = 6;
+  constexpr double kHardly = 0.05;  // of the cost
+  const auto at_round = [](int k) { return 0.75 + 0.05 * k / kMostRounds; };
+  search.steps_between = 0;
+  search.max_iterations = 2;
+  for (int round = 0; round < kMostRounds; ++round) {
+    if (round > 0) change = change_on_finer(out, parameters, done.fit, finer_cells, options);
+    out.state.grid_correction_mm = change.adds_mm;
+    search.progress = part_of(options.progress, at_round(round), at_round(round + 1), "what a finer grid adds");
+    done.fit = minimise(*out.simulation, out.state, parameters, done.fit.coordinates, search);
+    done.evaluations += done.fit.evaluations + std::min(round, 1);
+    if (round > 0 && done.fit.cost > (1 - kHardly) * done.fit.history.front()) break;
+  }
+}
+
 // Fits on a grid, from `at`, and on finer ones while the next finer one moves the fabric further than it may; then once
 // more with what that one adds.
 OnGrids fit_on_grids(FitOutcome& out, const std::vector<model::ObservedTrial>& trials,
@@ -317,19 +337,12 @@ OnGrids fit_on_grids(FitOutcome& out, const std::vector<model::ObservedTrial>& t
         "a grid of {} cells leaves {:.1f} mm open; a finer one would take minutes an iteration for {:.0f} s of motion",
         grid.cells, change.mm, model::motion_s(trials)));
   search.least_decrease = enough;
-  search.steps_between = 0;
-  search.max_iterations = std::max(3, options.max_iterations / 2);
   out.grid_mm = change.mm;
   const bool is_twice = 2 * grid.cells <= most;
   const int finer = is_twice ? 2 * grid.cells : cloth::spline::next_finer(grid.cells);
-  // What a finer grid adds changes with the parameters: it is found where they were, and again where it led them.
-  for (int round = 0; round < 2; ++round) {
-    if (round > 0 || is_twice) change = change_on_finer(out, parameters, done.fit, finer, options);
-    out.state.grid_correction_mm = change.adds_mm;
-    search.progress = part_of(options.progress, 0.75 + 0.025 * round, 0.775 + 0.025 * round, "what a finer grid adds");
-    done.fit = minimise(*out.simulation, out.state, parameters, done.fit.coordinates, search);
-    done.evaluations += done.fit.evaluations + round;
-  }
+  // One on twice the cells was not looked at yet.
+  if (is_twice) change = change_on_finer(out, parameters, done.fit, finer, options);
+  fit_with_finer(out, parameters, finer, search, options, change, done);
   out.remarks.insert(out.remarks.end(), change.remarks.begin(), change.remarks.end());
   // Behind the folds an order of one is left, that of the grips: the limit lies this many times as far beyond.
   done.open = (done.fit.coordinates - at) / (static_cast<double>(finer) / grid.cells - 1);
