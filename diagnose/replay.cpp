@@ -100,7 +100,7 @@ report::Points flat(const Matrix3Xd& columns) {
   return out;
 }
 
-// views: of each model; left_mm: what each leaves, by trial.
+// left_mm: what each model leaves, by trial; view_of: how one of them moves at these times.
 report::MovingSheet replay_of(const Study& study, const std::vector<std::vector<VectorXd>>& left_mm,
                               const MissingForce& force, size_t trial,
                               const std::function<report::SheetView(size_t, const std::vector<double>&)>& view_of) {
