@@ -1,11 +1,11 @@
 #include "diagnose/replay.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <functional>
 #include <limits>
 #include <utility>
+#include <vector>
 
 namespace selvedge::diagnose {
 
@@ -43,10 +43,8 @@ report::Points markers_at(const observe::MarkerTrack& track, size_t time, const 
   return out;
 }
 
-constexpr int kPhases = 2;
-
 // How a trial moves under one model, in each of the runs of its windows.
-using Runs = std::array<cloth::Trajectory, kPhases>;
+using Runs = std::vector<cloth::Trajectory>;
 
 // Of each model in each of these trials, side by side in lanes.
 std::vector<std::vector<Runs>> runs_of(const Study& study, const Windows& windows, const std::vector<Shown>& models,
@@ -55,7 +53,7 @@ std::vector<std::vector<Runs>> runs_of(const Study& study, const Windows& window
   std::vector<cloth::Experiment> lanes;
   for (const Shown& model : models)
     for (const size_t trial : trials)
-      for (int phase = 0; phase < kPhases; ++phase)
+      for (int phase = 0; phase < windows.phases(simulation.trials()[trial]); ++phase)
         lanes.push_back(
             simulation
                 .predictions(windows.held(simulation, model.branches, phase), study.parameters, model.x, trial, 0, 1)
@@ -65,8 +63,9 @@ std::vector<std::vector<Runs>> runs_of(const Study& study, const Windows& window
   auto next = found.begin();
   std::vector<std::vector<Runs>> out(models.size(), std::vector<Runs>(trials.size()));
   for (std::vector<Runs>& of_model : out)
-    for (Runs& runs : of_model)
-      for (cloth::Trajectory& run : runs) run = std::move(*next++);
+    for (size_t i = 0; i < trials.size(); ++i)
+      for (int phase = 0; phase < windows.phases(simulation.trials()[trials[i]]); ++phase)
+        of_model[i].push_back(std::move(*next++));
   return out;
 }
 

@@ -17,8 +17,6 @@ using Eigen::VectorXd;
 
 namespace {
 
-constexpr int kPhases = 2;
-
 cloth::LetGo schedule(const Protocol& protocol, int phase) { return {protocol.free_s, phase * protocol.free_s}; }
 
 double since_lead_s(const model::ObservedTrial& trial, double t_s) {

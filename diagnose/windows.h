@@ -35,8 +35,9 @@ class Windows {
   // Standard deviation of each row by the sensor alone, mm.
   const Eigen::VectorXd& noise_mm() const { return noise_mm_; }
 
-  // The two runs of a trial: `state` held as in the first or the second, and in which of them a trial is free at a
-  // time.
+  // The runs of a trial, two where it is held by turns and else one: `state` held as in the first or the second, and in
+  // which of them a trial is free at a time.
+  int phases(const model::ObservedTrial& trial) const { return is_held(trial) ? kPhases : 1; }
   model::State held(const model::Simulation& simulation, const model::State& state, int phase) const;
   int phase_at(const model::ObservedTrial& trial, double t_s) const;
 
@@ -46,6 +47,7 @@ class Windows {
                             const std::vector<model::Parameter>& parameters, const Eigen::MatrixXd& coordinates) const;
 
  private:
+  static constexpr int kPhases = 2;
   // Where a row is simulated, and in which of the two runs of its trial.
   struct Slice {
     Eigen::Index place = 0;

@@ -1,6 +1,9 @@
 // Where sets of effects are weighed, of a small campaign simulated by the model itself.
 #include <algorithm>
 #include <cmath>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -17,20 +20,29 @@ double apart_mm(const Eigen::Matrix3Xd& a, const Eigen::Matrix3Xd& b) {
   return 1e3 * std::sqrt((a - b).colwise().squaredNorm().mean());
 }
 
+std::vector<Effect> named(const std::vector<std::string>& names) {
+  std::vector<Effect> out;
+  for (const Effect& e : effect_library())
+    if (std::find(names.begin(), names.end(), e.name) != names.end()) out.push_back(e);
+  return out;
+}
+
+// Of a swatch's campaign, on so many cells, from the base that made it.
+Study study_of(const SimulatedSwatch& swatch, const std::vector<Effect>& effects, long cells) {
+  StudyOptions options;
+  options.protocol.cells = cells;
+  options.protocol.rate_hz = 20;
+  options.base_fit = BaseFit{base_of(swatch, swatch.material.stretch, swatch.material.shear), 0, {}};
+  return std::move(make_study(simulated_campaign(swatch), effects, options).study);
+}
+
 // A draught blows a soft sheet to another place than it hangs at without. Derivatives with the draught are taken from
 // there: from where the base hangs some of their simulations would find other folds than the others do.
 TEST(Weighing, BeginsWhereASheetHangsInADraught) {
   SimulatedSwatch windy = usual_fabric();
   windy.material.bend = 2e-5;
   windy.air_m_s = {0.08, 0.3, 0};
-  std::vector<Effect> draught;
-  for (const Effect& e : effect_library())
-    if (e.name == "draught") draught.push_back(e);
-  StudyOptions options;
-  options.protocol.cells = 8;
-  options.protocol.rate_hz = 20;
-  options.base_fit = BaseFit{base_of(windy, windy.material.stretch, windy.material.shear), 0, {}};
-  Study study = make_study(simulated_campaign(windy), draught, options).study;
+  Study study = study_of(windy, named({"draught"}), 8);
   const Windows windows(*study.simulation, study.protocol);
   const Weighing weighing = weigh(study, windows, {});
   ASSERT_TRUE(weighing.there.has_value());
@@ -71,15 +83,9 @@ TEST(Weighing, TheBaseStandsAtTheBottom) {
 // it stands, as if all had been taken there.
 TEST(Weighing, TakesDerivativesAgainWhereTheyMatter) {
   const SimulatedSwatch swatch = usual_fabric();
-  std::vector<Effect> some;
-  for (const Effect& e : effect_library())
-    if (e.name == "camera_delay" || e.name == "added_mass" || e.name == "mesh_resolution") some.push_back(e);
+  const std::vector<Effect> some = named({"camera_delay", "added_mass", "mesh_resolution"});
   ASSERT_EQ(some.size(), 3);
-  StudyOptions options;
-  options.protocol.cells = 6;
-  options.protocol.rate_hz = 20;
-  options.base_fit = BaseFit{base_of(swatch, swatch.material.stretch, swatch.material.shear), 0, {}};
-  Study study = make_study(simulated_campaign(swatch), some, options).study;
+  Study study = study_of(swatch, some, 6);
   const Windows windows(*study.simulation, study.protocol);
   const Eigen::MatrixXd forces = responses_to_forces(study, windows);
   const Linearisation before = linearise(study, windows, study.state, study.base, forces);
@@ -109,12 +115,7 @@ TEST(Weighing, TakesWhatHardlyShowsOfAnEffectAsNegligible) {
   };
   const Effect effect{
       "moved", Side::measurement, "the camera moved", {shift("across", {0, 0, 1e-3}), shift("along", {4e-5, 0, 5e-4})}};
-  const SimulatedSwatch swatch = usual_fabric();
-  StudyOptions options;
-  options.protocol.cells = 8;
-  options.protocol.rate_hz = 20;
-  options.base_fit = BaseFit{base_of(swatch, swatch.material.stretch, swatch.material.shear), 0, {}};
-  Study study = make_study(simulated_campaign(swatch), {effect}, options).study;
+  Study study = study_of(usual_fabric(), {effect}, 8);
   const Windows windows(*study.simulation, study.protocol);
   const Weighing weighing = weigh(study, windows, {});
   const Linearisation& about = weighing.none;
