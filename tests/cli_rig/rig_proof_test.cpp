@@ -8,22 +8,40 @@
 namespace selvedge::cli {
 namespace {
 
-// How long a machine takes decides how well clocks can be known, never whether what is stated holds. Of four runs one
-// in seventy has two that 95 % do not cover; three hardly any.
+constexpr double kStoodStill_ms = 100;  // of runs of ten seconds
+constexpr int kRuns = 3;
+
+// The figures of a run on a machine that did not stand still meanwhile; null: there was none.
+nlohmann::json figures_of_a_steady_run(const std::filesystem::path& work) {
+  std::string errors;
+  for (int i = 0; i < kRuns; ++i) {
+    const Ran ran = run_binary("prove rig --quick --json rig.json", work);
+    errors += ran.err;
+    if (!std::filesystem::exists(work / "rig.json")) continue;
+    const nlohmann::json figures = files::read_json(work / "rig.json").at("figures");
+    for (const nlohmann::json& figure : figures)
+      if (figure["what"] == "longest that this machine stood still" && figure["measured"] < kStoodStill_ms)
+        return figures;
+  }
+  EXPECT_TRUE(std::filesystem::exists(work / "rig.json")) << errors;
+  return nullptr;
+}
+
+// How fast a machine is decides how well clocks can be known, never whether what is stated holds. Of four runs one in
+// seventy has two that 95 % do not cover; three hardly any.
 TEST(RigProof, CoversWhatWasSet) {
   const ScratchFolder scratch;
   const std::filesystem::path work = scratch.path() / "work";
   std::filesystem::create_directory(work);
-  const Ran ran = run_binary("prove rig --quick --json rig.json", work);
-  ASSERT_LE(ran.exit_status, 1) << ran.err;
-  const nlohmann::json json = files::read_json(work / "rig.json");
+  const nlohmann::json figures = figures_of_a_steady_run(work);
+  if (figures.is_null()) GTEST_SKIP() << "this machine stood still in each of " << kRuns << " runs of `prove rig`";
   int covered = 0;
-  for (const nlohmann::json& figure : json["figures"]) {
+  for (const nlohmann::json& figure : figures) {
     const std::string what = figure["what"];
-    if (what.find("largest error") != std::string::npos) { EXPECT_LT(figure["measured"], 10) << ran.out; }
+    if (what.find("largest error") != std::string::npos) { EXPECT_LT(figure["measured"], 10) << figures; }
     const bool read = what.find("GigE") != std::string::npos || what.find("NatNet") != std::string::npos;
     if (!read || what.find("cover") == std::string::npos) continue;
-    EXPECT_GE(figure["measured"], 2) << ran.out;
+    EXPECT_GE(figure["measured"], 2) << figures;
     ++covered;
   }
   EXPECT_EQ(covered, 2);
