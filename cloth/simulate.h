@@ -28,10 +28,11 @@ struct Experiment {
   HeldPath path;
   Eigen::Vector3d gravity_m_s2 = Eigen::Vector3d(0, 0, -9.81);
   Eigen::Vector3d air_velocity_m_s = Eigen::Vector3d::Zero();
-  Eigen::Matrix3Xd start_shape;  // 3×N, m: where relaxation, or the motion itself, starts
-  bool starts_at_rest = true;    // relax first
-  double start_s = 0;            // in the path's time
-  std::vector<double> sample_s;  // ascending; when positions are wanted, in the path's time
+  Eigen::Matrix3Xd start_shape;          // 3×N, m: where relaxation, or the motion itself, starts
+  bool starts_at_rest = true;            // relax first
+  Eigen::Matrix3Xd start_velocity = {};  // m/s, where it does not start at rest; no columns: none. Splines alone
+  double start_s = 0;                    // in the path's time
+  std::vector<double> sample_s;          // ascending; when positions are wanted, in the path's time
   std::function<kernel::StepFilter()>
       make_step_filter;                    // contact (contact/solver.h), afresh for each run, by any thread; null: none
   std::shared_ptr<const Guide> guide;      // keeps it near where it was seen; null: it runs free
@@ -60,6 +61,7 @@ struct Trajectory {
   Eigen::Matrix3Xd start;                 // equilibrium, or start_shape
   bool at_rest = true;                    // relaxation came to rest
   bool finite = true;                     // false: the motion diverged, samples are not to be used
+  Eigen::Matrix3Xd end_velocity = {};     // m/s, at the last sample; of splines alone
 };
 
 // The leapfrog step that simulates a second with the least work (step_plan.h), s.

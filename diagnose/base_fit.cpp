@@ -68,6 +68,18 @@ model::SimulationOptions on_grid_of(long cells) {
   return o;
 }
 
+// The base, and beside it each of its effects' parameters at its scale, a column each.
+MatrixXd effects_at_scale(const Study& study) {
+  const auto first = static_cast<Index>(study.base_count), count = static_cast<Index>(study.first_force) - first;
+  MatrixXd sets = study.base.replicate(1, 1 + count);
+  for (Index k = 0; k < count; ++k) {
+    const model::Parameter& p = study.parameters[static_cast<size_t>(first + k)];
+    double& at = sets(first + k, 1 + k);
+    at = std::min(at + 1, model::to_coordinate(p, p.upper));
+  }
+  return sets;
+}
+
 long usual_cells(const Protocol& protocol, const std::vector<model::ObservedTrial>& trials,
                  const std::vector<model::Parameter>& base, const VectorXd& x) {
   if (protocol.cells > 0) return protocol.cells;
@@ -113,6 +125,7 @@ BaseFit fit_base(const std::vector<model::ObservedTrial>& observed, const Measur
     for (size_t i = 0; i < trials.size();
          ++i)  // harder, so that a fit that starts far off is led by forces, not by folds
       if (!trials[i].still) on_coarse.nudging_per_s[i] = protocol.harder * protocol.nudging_per_s;
+    coarse.lead_in(on_coarse, base, x, protocol.hold_per_s);
     estimate::LeastSquaresOptions start = search_options(8, protocol.near_enough);
     start.progress = fit::part_of(options.progress, 0.05, 0.4, "coarse grid");
     const estimate::LeastSquaresResult found = minimise(coarse, on_coarse, base, x, start);
@@ -130,6 +143,7 @@ BaseFit fit_base(const std::vector<model::ObservedTrial>& observed, const Measur
   trials = looked_at_on(cells, protocol, measured, observed);
   const model::Simulation simulation(trials, on_grid_of(coarser_cells(protocol, cells)));
   model::State state = simulation.state_at(base, x, nudged ? protocol.nudging_per_s : 0);
+  simulation.lead_in(state, base, x, protocol.hold_per_s);
   estimate::LeastSquaresOptions search = search_options(8, protocol.enough);
   search.progress = fit::part_of(options.progress, 0.4, 0.95, "base fit");
   const estimate::LeastSquaresResult fitted = fit::minimise_on_branches(simulation, state, base, x, search);
@@ -276,15 +290,19 @@ FittedStudy make_study(const trial::Campaign& campaign, const std::vector<Effect
   if (fit.cells == 0) fit.cells = usual_cells(study.protocol, trials, base, fit.coordinates);
   study.protocol.cells = fit.cells;
   trials = looked_at_on(fit.cells, study.protocol, study.measured, trials);
-  study.simulation = std::make_shared<const model::Simulation>(trials, on_grid_of(fit.cells));
+  study.base.head(fit.coordinates.size()) = near_usual(study.protocol, base, fit.coordinates);
+  const auto simulation_on = [&](long cells) {
+    auto simulation = std::make_shared<model::Simulation>(trials, on_grid_of(cells));
+    simulation->take_steps(simulation->stable_step_s(study.parameters, effects_at_scale(study)));
+    return simulation;
+  };
+  study.simulation = simulation_on(fit.cells);
   study.state = study.simulation->state_at(base, fit.coordinates);
   if (!fit.branch.empty()) study.simulation->take_branches(study.state, fit.branch);
   fit.branch = study.state.branch;
-  study.fine = std::make_shared<const model::Simulation>(
-      trials, on_grid_of(std::lround(study.protocol.finer * static_cast<double>(fit.cells))));
-  study.coarse =
-      std::make_shared<const model::Simulation>(trials, on_grid_of(coarser_cells(study.protocol, fit.cells)));
-  study.base.head(fit.coordinates.size()) = near_usual(study.protocol, base, fit.coordinates);
+  study.simulation->lead_in(study.state, study.parameters, study.base, study.protocol.hold_per_s);
+  study.fine = simulation_on(std::lround(study.protocol.finer * static_cast<double>(fit.cells)));
+  study.coarse = simulation_on(coarser_cells(study.protocol, fit.cells));
   options.progress(1, fmt::format("{} cells along the width", fit.cells));
   return out;
 }

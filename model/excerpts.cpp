@@ -7,6 +7,7 @@ namespace selvedge::model {
 namespace {
 
 constexpr double kStep_s = 0.05;
+constexpr double kBefore_s = 1.2;  // of what was seen before a piece
 
 bool may_be_cut(const ObservedTrial& trial) { return trial.markers && !trial.still; }
 
@@ -57,6 +58,9 @@ std::vector<ObservedTrial> excerpts(std::vector<ObservedTrial> trials, const Exc
     if (length_s >= duration_s(trial)) continue;
     cloth::Experiment& e = trial.experiment;
     const double from_s = most_excited(trial, length_s, options.delay_s);
+    if (from_s > e.start_s)
+      trial.before = std::make_shared<observe::MarkerTrack>(
+          piece_of(*trial.markers, std::max(e.start_s, from_s - kBefore_s), from_s + kStep_s));
     trial.markers = piece_of(*trial.markers, from_s, from_s + length_s);
     e.start_s = from_s;
     e.sample_s = sample_times(from_s, from_s + length_s);

@@ -11,12 +11,12 @@ namespace selvedge::model {
 
 struct ExcerptOptions {
   double most_motion_s = 12;  // of all pieces together, their leads apart
-  double lead_s = 0.5;        // of each piece, from where it begins as if it had hung there; that does not count
+  double lead_s = 0.5;        // of each piece, from where it begins; that does not count
   double delay_s = 0;         // of the markers' stamps
 };
 
 // Of trials with markers that together move for longer than most_motion_s: one piece of each, as much of each as of the
-// others, with ObservedTrial::lead_s. The others as they are.
+// others, with ObservedTrial::lead_s and ObservedTrial::before. The others as they are.
 std::vector<ObservedTrial> excerpts(std::vector<ObservedTrial> trials, const ExcerptOptions& options);
 
 // Markers within the leads left out: what remains is simulated from where the piece begins, and all of it counts.

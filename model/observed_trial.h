@@ -22,7 +22,8 @@ struct ObservedTrial {
   std::optional<observe::MarkerTrack> markers;
   std::shared_ptr<const observe::StripeTrack> stripes;
   std::optional<Eigen::Vector3d> camera_centre;  // m, where the trial tells of a camera
-  double lead_s = 0;  // of a piece out of a longer trial: for so long it begins otherwise than it was
+  double lead_s = 0;  // of a piece out of a longer trial: how it moves for so long does not count
+  std::shared_ptr<const observe::MarkerTrack> before;  // of such a piece: what was seen until it begins; null: nothing
 };
 
 // Simulated positions are kept at this rate and interpolated.

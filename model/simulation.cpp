@@ -2,13 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numeric>
 
 #include <tbb/parallel_for.h>
 
 #include "cloth/spline/chosen_grid.h"
-#include "geometry/order_statistics.h"
 #include "model/ranks/bytes.h"
 #include "model/ranks/ranks.h"
 #include "observe/stripe_residual.h"
@@ -36,14 +34,6 @@ std::vector<size_t> all_of(size_t count) {
 cloth::spline::SplineSheet sheet_for(const ObservedTrial& trial, int cells) {
   const cloth::spline::Swatch swatch{trial.width_m, trial.height_m};
   return make_spline_sheet(swatch, make_grid(swatch, trial.experiment.path.hold, swatch.width_m / cells));
-}
-
-// Robust size of the residuals: median of their absolute values.
-double median_absolute(const Eigen::VectorXd& r) {
-  std::vector<double> seen;
-  for (const double x : r)
-    if (std::isfinite(x)) seen.push_back(std::abs(x));
-  return seen.empty() ? std::numeric_limits<double>::infinity() : geometry::median(std::move(seen));
 }
 
 }  // namespace
@@ -77,7 +67,9 @@ Simulation::Simulation(std::vector<ObservedTrial> trials, const SimulationOption
 
 State Simulation::state_at(const std::vector<Parameter>& parameters, const Eigen::VectorXd& coordinates,
                            double nudging_per_s) const {
-  State none{std::vector<Eigen::Matrix3Xd>(trials_.size()), std::vector<double>(trials_.size(), nudging_per_s), {}, {}};
+  State none;
+  none.branch.resize(trials_.size());
+  none.nudging_per_s.assign(trials_.size(), nudging_per_s);
   State out = none;
   tbb::parallel_for(size_t{0}, trials_.size(),
                     [&](size_t i) { out.branch[i] = branch_of(none, i, parameters, coordinates); });
@@ -85,8 +77,17 @@ State Simulation::state_at(const std::vector<Parameter>& parameters, const Eigen
 }
 
 State Simulation::state_of(const Simulation& other, const State& there) const {
-  State out{std::vector<Eigen::Matrix3Xd>(trials_.size()), there.nudging_per_s, there.let_go, {}};
+  State out;
+  out.branch.resize(trials_.size());
+  out.nudging_per_s = there.nudging_per_s;
+  out.let_go = there.let_go;
   take_branches(out, other, there);
+  for (const Underway& u : there.underway) {
+    const auto here = [&](const Eigen::Matrix3Xd& control) {
+      return control.cols() > 0 ? carried_over(other.sheet(), control, sheet_) : control;
+    };
+    out.underway.push_back({here(u.position), here(u.velocity), u.grips});
+  }
   return out;
 }
 
@@ -102,91 +103,6 @@ void Simulation::take_branches(State& state, const std::vector<Eigen::Matrix3Xd>
 
 std::vector<size_t> Simulation::all_or(const std::vector<size_t>& wanted) const {
   return wanted.empty() ? all_of(trials_.size()) : wanted;
-}
-
-bool Simulation::rematch(State& state, const std::vector<Parameter>& parameters, const Eigen::VectorXd& coordinates,
-                         const std::vector<size_t>& wanted) const {
-  // A piece that is led in has no branch: it does not begin at rest.
-  std::vector<size_t> trials = all_or(wanted);
-  std::erase_if(trials, [&](size_t i) { return trials_[i].lead_s > 0; });
-  std::vector<Eigen::Matrix3Xd> found(trials.size());
-  tbb::parallel_for(size_t{0}, trials.size(),
-                    [&](size_t i) { found[i] = branch_of(state, trials[i], parameters, coordinates); });
-  bool changed = false;
-  for (size_t i = 0; i < trials.size(); ++i) {
-    constexpr double kAlike_m = 1e-3;
-    Eigen::Matrix3Xd& branch = state.branch[trials[i]];
-    changed = changed || (found[i] - branch).colwise().squaredNorm().mean() > kAlike_m * kAlike_m;
-    branch = std::move(found[i]);
-  }
-  return changed;
-}
-
-// The first observed time alone: all samples at the equilibrium, residuals of that time.
-double Simulation::distance_at_first_sight_mm(size_t trial, Prediction prediction, const Eigen::Matrix3Xd& rest) const {
-  ObservedTrial first = trials_[trial];
-  cloth::Trajectory still;
-  still.start = rest;
-  still.samples = {rest};
-  first.experiment.sample_s = {first.experiment.start_s};
-  if (first.markers) {
-    const auto times = static_cast<Index>(first.markers->time_s.size());
-    Eigen::Matrix3Xd initial(3, static_cast<Index>(first.markers->uv.size()));
-    for (Index k = 0; k < initial.cols(); ++k) initial.col(k) = first.markers->position.col(k * times);
-    first.markers->position = initial;
-    first.markers->time_s.resize(1);
-  }
-  if (first.stripes) {
-    auto one_frame = std::make_shared<observe::StripeTrack>(*first.stripes);
-    one_frame->frames.resize(1);
-    first.stripes = one_frame;
-  }
-  prediction.experiment.sample_s = first.experiment.sample_s;
-  return median_absolute(residual_of(trial, first, prediction, still));
-}
-
-Eigen::Matrix3Xd Simulation::let_go_of(size_t trial, const Prediction& prediction) const {
-  cloth::Experiment experiment = prediction.experiment;
-  const ObservedTrial& seen = trials_[trial];
-  experiment.start_shape = hung_shape(sheet_, experiment, 1);
-  for (const double nudging_per_s : {100.0, 30.0, 10.0}) {
-    const std::shared_ptr<const cloth::GuideTrack> track =
-        seen.markers ? track_of(trial, prediction)
-                     : seen_surface(sheet_, view_, *seen.stripes, experiment.start_shape, prediction.sensor);
-    experiment.guide = std::make_shared<cloth::Guide>(cloth::Guide{track, nudging_per_s, 0, 0, experiment.start_s, {}});
-    cloth::Rest rest = relax(sheet_, {experiment}, options_.sheet).front();
-    if (rest.position.allFinite()) experiment.start_shape = std::move(rest.position);
-  }
-  return experiment.start_shape;
-}
-
-Eigen::Matrix3Xd Simulation::branch_of(const State& state, size_t trial, const std::vector<Parameter>& parameters,
-                                       const Eigen::VectorXd& coordinates) const {
-  const Prediction common = predictions(state, parameters, Eigen::MatrixXd(coordinates), trial, 0, 1).front();
-  if (!begins_at_shapes()) return hung_shape(sheet_, common.experiment, 1);
-  const bool has_one = state.branch[trial].cols() > 0;
-  std::vector<Eigen::Matrix3Xd> shapes;
-  if (has_one) shapes.push_back(state.branch[trial]);
-  shapes.push_back(let_go_of(trial, common));
-  std::vector<cloth::Experiment> lanes;
-  for (const Eigen::Matrix3Xd& shape : shapes) {
-    lanes.push_back(common.experiment);
-    lanes.back().start_shape = shape;
-  }
-  const std::vector<cloth::Rest> rests = relaxed(lanes);
-  // A tenth nearer, or the branch in use stays.
-  constexpr double kClearly = 0.9;
-  double least = std::numeric_limits<double>::infinity();
-  Eigen::Matrix3Xd nearest = shapes.front();
-  for (size_t i = 0; i < rests.size(); ++i) {
-    if (!rests[i].position.allFinite()) continue;
-    const double error = distance_at_first_sight_mm(trial, common, rests[i].position);
-    if (error < least) {
-      least = has_one && i == 0 ? kClearly * error : error;
-      nearest = rests[i].position;
-    }
-  }
-  return nearest;
 }
 
 std::shared_ptr<const cloth::GuideTrack> Simulation::track_of(size_t trial, const Prediction& prediction) const {
@@ -208,6 +124,12 @@ std::vector<Prediction> Simulation::predictions(const State& state, const std::v
       parameters[k].apply(p, to_value(parameters[k], coordinates(static_cast<Index>(k), set)));
     // In the stamps' clock a camera that lags is a path that comes later: then nothing else moves in time.
     for (double& t : p.experiment.path.time_s) t += p.sensor.delay_s;
+    if (trial < state.underway.size() && state.underway[trial].position.cols() > 0) {
+      const Underway& begins = state.underway[trial];
+      p.experiment.start_shape = begins.position_held_at(p.experiment.path.at(p.experiment.start_s));
+      p.experiment.start_velocity = begins.velocity;
+      p.experiment.starts_at_rest = false;
+    }
     if (state.nudging_per_s[trial] > 0 && guide_tracks_[trial]) {
       cloth::LetGo let_go = state.let_go;
       let_go.held_s = trials_[trial].lead_s;
@@ -256,56 +178,16 @@ Eigen::VectorXd Simulation::residual_of(size_t index, const ObservedTrial& trial
   return r;
 }
 
-double Simulation::common_step_s(const State& state, const std::vector<Parameter>& parameters,
-                                 const Eigen::MatrixXd& coordinates, const std::vector<size_t>& trials) const {
+double Simulation::stable_step_s(const std::vector<Parameter>& parameters, const Eigen::MatrixXd& coordinates) const {
   std::vector<cloth::Experiment> lanes;
-  for (const size_t trial : trials)
-    if (!trials_[trial].still)
-      for (Prediction& p : predictions(state, parameters, coordinates, trial, 0, coordinates.cols()))
-        lanes.push_back(std::move(p.experiment));
-  return lanes.empty() ? 0 : cloth::spline::common_step_s(sheet_, lanes);
-}
-
-std::vector<cloth::Rest> Simulation::rests_of(const Call& call, const std::vector<Run>& runs,
-                                              const std::vector<Prediction>& predicted) const {
-  // What acts on motion alone stands at its usual value, so that an equilibrium's bits do not depend on who shares it.
-  Eigen::MatrixXd at_rest = call.coordinates;
-  for (Index set = 0; set < at_rest.cols(); ++set) {
-    // In a draught drag acts on what hangs still, too.
-    if (!predictions(call.state, call.parameters, call.coordinates, 0, set, 1)
-             .front()
-             .experiment.air_velocity_m_s.isZero())
-      continue;
-    for (size_t k = 0; k < call.parameters.size(); ++k)
-      if (!call.parameters[k].at_rest)
-        at_rest(static_cast<Index>(k), set) = to_coordinate(call.parameters[k], call.parameters[k].start);
+  for (Index set = 0; set < coordinates.cols(); ++set) {
+    Prediction p;
+    p.experiment = trials_.front().experiment;
+    for (size_t k = 0; k < parameters.size(); ++k)
+      parameters[k].apply(p, to_value(parameters[k], coordinates(static_cast<Index>(k), set)));
+    lanes.push_back(std::move(p.experiment));
   }
-  // A piece out of a longer trial was moving where it begins, and its lead forgets how: usual fabric serves for all
-  // whose grips begin there. Where these are is not forgotten but jumped to: a lag or an offset moves them.
-  const Eigen::MatrixXd usual = usual_coordinates(call.parameters);
-  const auto held_at = [&](size_t i) { return predicted[i].experiment.path.at(predicted[i].experiment.start_s); };
-  std::vector<cloth::Experiment> different;
-  std::vector<size_t> sought, rest_of_run;  // places in runs, and in these
-  for (size_t i = 0; i < runs.size(); ++i) {
-    const Run& run = runs[i];
-    const bool is_led_in = trials_[run.trial].lead_s > 0;
-    const auto same = std::find_if(sought.begin(), sought.end(), [&](size_t j) {
-      return runs[j].trial == run.trial &&
-             (is_led_in ? held_at(j) == held_at(i) : at_rest.col(runs[j].set) == at_rest.col(run.set));
-    });
-    rest_of_run.push_back(static_cast<size_t>(same - sought.begin()));
-    if (same != sought.end()) continue;
-    sought.push_back(i);
-    const auto at = [&](const Eigen::MatrixXd& coordinates, Index set) {
-      return predictions(call.state, call.parameters, coordinates, run.trial, set, 1).front().experiment;
-    };
-    different.push_back(is_led_in ? at(usual, 0) : at(at_rest, run.set));
-    if (is_led_in) different.back().path = predicted[i].experiment.path;
-  }
-  const std::vector<cloth::Rest> rests = relaxed(different);
-  std::vector<cloth::Rest> out;
-  for (const size_t i : rest_of_run) out.push_back(rests[i]);
-  return out;
+  return cloth::spline::common_step_s(sheet_, lanes);
 }
 
 std::vector<cloth::Rest> Simulation::relaxed(const std::vector<cloth::Experiment>& lanes) const {
@@ -436,7 +318,7 @@ std::vector<Residuals> Simulation::evaluate(const State& state, const std::vecto
     for (Index set = 0; set < coordinates.cols(); ++set) runs.push_back({trial, set});
   Call call{state, parameters, coordinates};
   if (options_.ranks && !options_.ranks->is_busy()) {
-    call.step_s = common_step_s(state, parameters, coordinates, trials);
+    call.step_s = options_.sheet.step_s > 0 ? options_.sheet.step_s : stable_step_s(parameters, coordinates);
     const auto most = static_cast<size_t>(cloth::spline::most_lanes(options_.sheet.precision));
     std::vector<Group> groups;
     for (size_t i = 0; i < runs.size(); i += most)

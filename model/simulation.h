@@ -22,6 +22,7 @@
 #include "model/parameter.h"
 #include "model/seen_markers.h"
 #include "model/simulator.h"
+#include "model/underway.h"
 
 namespace selvedge::model {
 
@@ -35,6 +36,7 @@ struct State {
   // What a finer grid adds to the residuals, mm; empty: nothing. It is added to all residuals, so that a coarse grid
   // serves for derivatives and a fine one for what they are derivatives of.
   std::vector<Eigen::VectorXd> grid_correction_mm;
+  std::vector<Underway> underway;  // of pieces out of longer trials (lead_in()); empty: all begin at rest
 };
 
 struct Residuals {
@@ -68,6 +70,12 @@ class Simulation {
   // The branches of `other` in the state `there`, over the same trials on another grid; held as there, uncorrected.
   State state_of(const Simulation& other, const State& there) const;
 
+  // Lets pieces out of longer trials begin as a fabric with these parameters moves there that is nudged so hard towards
+  // what was seen before. One that began at rest, as it was not, would bring that into what counts of it: few markers
+  // take a second to make it forget.
+  void lead_in(State& state, const std::vector<Parameter>& parameters, const Eigen::VectorXd& coordinates,
+               double nudging_per_s) const;
+
   // Goes on from the branches of another grid for some trials (empty: all).
   void take_branches(State& state, const Simulation& other, const State& there,
                      const std::vector<size_t>& trials = {}) const;
@@ -84,6 +92,12 @@ class Simulation {
   // coordinates: parameters × sets. trials: which to evaluate (empty: all). One Residuals a set.
   std::vector<Residuals> evaluate(const State& state, const std::vector<Parameter>& parameters,
                                   const Eigen::MatrixXd& coordinates, const std::vector<size_t>& trials = {}) const;
+
+  // The longest step that is stable in all these sets, s.
+  double stable_step_s(const std::vector<Parameter>& parameters, const Eigen::MatrixXd& coordinates) const;
+  // From now on all runs take this step: what a set gives then does not depend on those that are simulated beside it.
+  // One that is not stable with it takes a shorter one.
+  void take_steps(double step_s) { options_.sheet.step_s = step_s; }
 
   // Standard deviations beside Residuals::mm of a trial.
   Eigen::VectorXd sd_mm(size_t trial) const;
@@ -119,16 +133,14 @@ class Simulation {
     double step_s = 0;  // of all runs, where some are simulated elsewhere; 0: as these runs ask
   };
   std::vector<size_t> all_or(const std::vector<size_t>& wanted) const;  // all trials where none is named
-  double common_step_s(const State& state, const std::vector<Parameter>& parameters, const Eigen::MatrixXd& coordinates,
-                       const std::vector<size_t>& trials) const;
   // Motions of the runs, each from its equilibrium.
   std::vector<cloth::Trajectory> trajectories_of(const Call& call, const std::vector<Run>& runs,
                                                  const std::vector<Prediction>& predicted) const;
   // Fills in the residuals of these runs; an empty start shape: it diverged.
   void evaluate_runs(const Call& call, const std::vector<Run>& runs, std::vector<Residuals>& out) const;
   void evaluate_on_ranks(const Call& call, const std::vector<Group>& groups, std::vector<Residuals>& out) const;
-  // Equilibria of the runs; those that differ in parameters of motion alone share one, sought once, and all of a piece
-  // that is led in (ObservedTrial::lead_s) and held at the same place begin at one of usual fabric.
+  // Where the runs begin: equilibria, of which those that differ in parameters of motion alone share one, sought once;
+  // pieces that are underway as they are.
   std::vector<cloth::Rest> rests_of(const Call& call, const std::vector<Run>& runs,
                                     const std::vector<Prediction>& predicted) const;
   // The shape that is left where markers, or the surface that stripes show (seen_surface.h), pull the sheet to where

@@ -24,8 +24,8 @@ using Stages = cloth::kernel::DampingStages;
 void check_lanes(const std::vector<Experiment>& lanes) {
   for (const Experiment& e : lanes) {
     if (e.make_step_filter) throw std::invalid_argument("spline::simulate: contact is for triangles");
-    if (e.path.hold != lanes[0].path.hold || e.starts_at_rest != lanes[0].starts_at_rest)
-      throw std::invalid_argument("spline::simulate: lanes must share the way of holding, and start at rest or not");
+    if (e.path.hold != lanes[0].path.hold)
+      throw std::invalid_argument("spline::simulate: lanes must share the way of holding");
   }
 }
 
@@ -83,6 +83,7 @@ void run_group(const SplineSheet& sheet, const std::vector<const Experiment*>& l
   for (size_t i = 0; i < lanes.size(); ++i) {
     const Experiment& e = *lanes[i];
     run.set_position(i, out[i]->start);
+    if (!e.starts_at_rest && e.start_velocity.cols() > 0) run.set_velocity(i, e.start_velocity);
     samplers.emplace_back(e, *out[i]);
     samplers[i].keep(e.start_s, e.start_s, out[i]->start, out[i]->start);
     steps.push_back(steps_of(e, step_s));
@@ -111,6 +112,7 @@ void run_group(const SplineSheet& sheet, const std::vector<const Experiment*>& l
     for (size_t i = 0; i < lanes.size(); ++i) {
       const double from = lanes[i]->start_s + step * step_s, to = lanes[i]->start_s + (step + 1) * step_s;
       if (step < steps[i] && samplers[i].wants(to)) samplers[i].keep(from, to, before[i], run.position(i));
+      if (step + 1 == steps[i]) out[i]->end_velocity = run.velocity(i);
     }
   }
   for (size_t i = 0; i < lanes.size(); ++i) {
@@ -193,11 +195,15 @@ std::vector<Trajectory> simulate(const SplineSheet& sheet, const std::vector<Exp
                                  const Options& options) {
   check_lanes(lanes);
   std::vector<Trajectory> out(lanes.size());
-  std::vector<Rest> rests;
-  if (!lanes.empty() && lanes[0].starts_at_rest) rests = relax(sheet, lanes, options);
+  std::vector<Experiment> at_rest;
+  for (const Experiment& e : lanes)
+    if (e.starts_at_rest) at_rest.push_back(e);
+  std::vector<Rest> rests = relax(sheet, at_rest, options);
+  auto rest = rests.begin();
   for (size_t i = 0; i < lanes.size(); ++i) {
-    out[i].start = rests.empty() ? lanes[i].start_shape : rests[i].position;
-    out[i].at_rest = rests.empty() || rests[i].at_rest;
+    Rest begins = lanes[i].starts_at_rest ? std::move(*rest++) : Rest{lanes[i].start_shape};
+    out[i].start = std::move(begins.position);
+    out[i].at_rest = begins.at_rest;
   }
   const std::vector<Spectrum> spectra = spectra_of(sheet, lanes);
   const double step_s = options.step_s > 0 ? options.step_s : shortest_step_s(spectra);

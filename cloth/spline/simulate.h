@@ -29,8 +29,7 @@ double common_step_s(const SplineSheet& sheet, const std::vector<Experiment>& la
 
 // Any number of lanes. start_shape: control points; where starts_at_rest, a shape near equilibrium to seek it from.
 // A lane that diverged is run again with half the step, up to three times. Throws std::invalid_argument where lanes
-// differ in the way of holding or in starting at rest, and where one asks for contact; Stopped where one is stopped, as
-// relax() does.
+// differ in the way of holding, and where one asks for contact; Stopped where one is stopped, as relax() does.
 std::vector<Trajectory> simulate(const SplineSheet& sheet, const std::vector<Experiment>& lanes,
                                  const Options& options = {});
 

@@ -165,6 +165,33 @@ TEST(SplineLanes, MayBeginAndEndAtTimesOfTheirOwn) {
   EXPECT_NE(alone[0].samples[2], alone[1].samples[2]);
 }
 
+// A motion goes on from where and how fast another ended, beside one that begins at rest.
+TEST(SplineLanes, GoOnFromAMotionBesideOneAtRest) {
+  const SplineSheet sheet = sheet_of(8);
+  Experiment whole = waved();
+  whole.material = Material();
+  whole.start_shape = hung_shape(sheet, whole, 1);
+  Options options;
+  options.precision = Precision::twofold;
+  options.step_s = common_step_s(sheet, {whole}) / 4;
+  const Trajectory through = simulate(sheet, {whole}, options)[0];
+  Experiment first = whole, second = whole;
+  first.sample_s.assign(whole.sample_s.begin(), whole.sample_s.begin() + 6);
+  const Trajectory ended = simulate(sheet, {first}, options)[0];
+  second.start_s = first.sample_s.back();
+  second.sample_s.assign(whole.sample_s.begin() + 5, whole.sample_s.end());
+  second.starts_at_rest = false;
+  second.start_shape = ended.samples.back();
+  second.start_velocity = ended.end_velocity;
+  const std::vector<Trajectory> both = simulate(sheet, {second, first}, options);
+  const Eigen::Matrix3Xd &end = through.samples.back(), &begin = through.samples[5];
+  EXPECT_LT((both[0].samples.back() - end).cwiseAbs().maxCoeff(), 2e-5);
+  EXPECT_GT((begin - end).cwiseAbs().maxCoeff(), 5e-3);
+  EXPECT_EQ(both[1].samples.back(), ended.samples.back());
+  second.start_velocity = {};
+  EXPECT_GT((simulate(sheet, {second}, options)[0].samples.back() - end).cwiseAbs().maxCoeff(), 1e-3);
+}
+
 TEST(SplineLanes, AreAlikeOnEachKindOfProcessorAndInEachPrecision) {
   const SplineSheet sheet = sheet_of(9);
   Experiment e = waved();

@@ -14,6 +14,7 @@
 #include "geometry/projection.h"
 #include "model/seen_markers.h"
 #include "tests/diagnose/grid_campaign.h"
+#include "tests/diagnose/simulated_campaign.h"
 
 namespace selvedge::diagnose {
 namespace {
@@ -95,7 +96,7 @@ TEST(GuideTrack, HoldsBackAFrameThatJumps) {
   options.cells = 6;
   const auto track_of = [&] {
     return model::Simulation({trial}, options)
-        .predictions({{Eigen::Matrix3Xd()}, {20}, {}, {}}, {}, Eigen::MatrixXd(0, 1), 0, 0, 1)
+        .predictions({{Eigen::Matrix3Xd()}, {20}, {}, {}, {}}, {}, Eigen::MatrixXd(0, 1), 0, 0, 1)
         .front()
         .experiment.guide->track->position;
   };
@@ -128,7 +129,7 @@ TEST(Excerpts, TakeTheMostMovedPieceOfALongCampaign) {
   EXPECT_EQ(piece.markers->position.col(0), trial.markers->position.col(at - trial.markers->time_s.begin()));
 }
 
-// What a piece forgets need not be sought for each fabric: all begin alike, and leave there what the lead is for.
+// A piece begins alike for all fabrics, as one moved there, and leaves that in its lead.
 TEST(Excerpts, BeginAlikeForAllFabrics) {
   const std::vector<model::ObservedTrial> pieces =
       model::excerpts({observed(truthful)}, {.most_motion_s = 0.3, .lead_s = 0.1});
@@ -139,11 +140,45 @@ TEST(Excerpts, BeginAlikeForAllFabrics) {
   Eigen::MatrixXd two = model::usual_coordinates(base).replicate(1, 2);
   two.col(1).array() += 0.5;
   model::State state = simulation.state_at(base, two.col(1), 20);
+  simulation.lead_in(state, base, two.col(1), 20);
   const std::vector<model::Residuals> both = simulation.evaluate(state, base, two);
   EXPECT_EQ(both[0].start[0], both[1].start[0]);
   EXPECT_NE(both[0].mm[0], both[1].mm[0]);
   EXPECT_EQ(simulation.evaluate(state, base, two.col(1))[0].start[0], both[0].start[0]);  // whoever is beside it
   EXPECT_FALSE(simulation.rematch(state, base, two.col(0)));
+}
+
+// Of a trial that the model made, a piece begins as the fabric moved there, on another grid too; at rest it would begin
+// millimetres off.
+TEST(Excerpts, BeginAsTheFabricMoved) {
+  const SimulatedSwatch fabric = usual_fabric();
+  std::vector<model::ObservedTrial> trials;
+  for (const trial::Trial& t : simulated_campaign(fabric).trials) trials.push_back(model::observe_trial(t));
+  const std::vector<model::Parameter> base = model::base_parameters();
+  const Eigen::VectorXd x = base_of(fabric, fabric.material.stretch, fabric.material.shear);
+  std::vector<model::ObservedTrial> pieces = model::excerpts(trials, {.most_motion_s = 0.4, .lead_s = 0.1});
+  const auto led = static_cast<size_t>(
+      std::find_if(pieces.begin(), pieces.end(), [](const model::ObservedTrial& p) { return p.before; }) -
+      pieces.begin());
+  ASSERT_LT(led, pieces.size());
+  model::SimulationOptions options;
+  options.cells = 9;
+  const model::Simulation simulation(pieces, options);
+  options.cells = 12;
+  const model::Simulation finer(pieces, options);
+  const model::State at_rest = simulation.state_at(base, x);
+  model::State underway = at_rest;
+  simulation.lead_in(underway, base, x, 20);
+  // Off in the first 0.1 s, mm.
+  const auto off = [&](const model::Simulation& on, const model::State& state) {
+    const Eigen::VectorXd r = on.evaluate(state, base, x)[0].mm[led], time = on.time_s(led);
+    const double until = pieces[led].experiment.start_s + 0.1;
+    return std::sqrt(3 * (time.array() < until).select(r.array().square(), 0).sum() /
+                     static_cast<double>((time.array() < until).count()));
+  };
+  EXPECT_LT(off(simulation, underway), 1);
+  EXPECT_LT(off(finer, finer.state_of(simulation, underway)), 1);
+  EXPECT_GT(off(simulation, at_rest), 2);
 }
 
 // What counts of a piece is free in one of its two runs, and held until then; its lead is held in both.
@@ -183,6 +218,8 @@ TEST(Excerpts, BeginWhereTheirGripsAre) {
                                               })->parameters;
   const Eigen::MatrixXd late = Eigen::MatrixXd::Constant(1, 1, model::to_coordinate(delay[0], 0.15));
   model::State state = simulation.state_at(delay, late.col(0), 20);
+  simulation.lead_in(state, delay, Eigen::VectorXd::Zero(1), 20);
+  ASSERT_GT(state.underway[0].velocity.norm(), 0.1);
   const Eigen::Matrix3Xd start = simulation.evaluate(state, delay, late)[0].start[0];
   const cloth::Experiment& e = pieces[0].experiment;
   const Vector3d left = cloth::position_of(surface_point(simulation.sheet(), Vector2d(0, 0)), start);
