@@ -68,18 +68,6 @@ model::SimulationOptions on_grid_of(long cells) {
   return o;
 }
 
-// The base, and beside it each of its effects' parameters at its scale, a column each.
-MatrixXd effects_at_scale(const Study& study) {
-  const auto first = static_cast<Index>(study.base_count), count = static_cast<Index>(study.first_force) - first;
-  MatrixXd sets = study.base.replicate(1, 1 + count);
-  for (Index k = 0; k < count; ++k) {
-    const model::Parameter& p = study.parameters[static_cast<size_t>(first + k)];
-    double& at = sets(first + k, 1 + k);
-    at = std::min(at + 1, model::to_coordinate(p, p.upper));
-  }
-  return sets;
-}
-
 long usual_cells(const Protocol& protocol, const std::vector<model::ObservedTrial>& trials,
                  const std::vector<model::Parameter>& base, const VectorXd& x) {
   if (protocol.cells > 0) return protocol.cells;
@@ -292,9 +280,7 @@ FittedStudy make_study(const trial::Campaign& campaign, const std::vector<Effect
   trials = looked_at_on(fit.cells, study.protocol, study.measured, trials);
   study.base.head(fit.coordinates.size()) = near_usual(study.protocol, base, fit.coordinates);
   const auto simulation_on = [&](long cells) {
-    auto simulation = std::make_shared<model::Simulation>(trials, on_grid_of(cells));
-    simulation->take_steps(simulation->stable_step_s(study.parameters, effects_at_scale(study)));
-    return simulation;
+    return std::make_shared<const model::Simulation>(trials, on_grid_of(cells));
   };
   study.simulation = simulation_on(fit.cells);
   study.state = study.simulation->state_at(base, fit.coordinates);
