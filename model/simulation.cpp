@@ -178,16 +178,14 @@ Eigen::VectorXd Simulation::residual_of(size_t index, const ObservedTrial& trial
   return r;
 }
 
-double Simulation::stable_step_s(const std::vector<Parameter>& parameters, const Eigen::MatrixXd& coordinates) const {
+double Simulation::common_step_s(const State& state, const std::vector<Parameter>& parameters,
+                                 const Eigen::MatrixXd& coordinates, const std::vector<size_t>& trials) const {
   std::vector<cloth::Experiment> lanes;
-  for (Index set = 0; set < coordinates.cols(); ++set) {
-    Prediction p;
-    p.experiment = trials_.front().experiment;
-    for (size_t k = 0; k < parameters.size(); ++k)
-      parameters[k].apply(p, to_value(parameters[k], coordinates(static_cast<Index>(k), set)));
-    lanes.push_back(std::move(p.experiment));
-  }
-  return cloth::spline::common_step_s(sheet_, lanes);
+  for (const size_t trial : trials)
+    if (!trials_[trial].still)
+      for (Prediction& p : predictions(state, parameters, coordinates, trial, 0, coordinates.cols()))
+        lanes.push_back(std::move(p.experiment));
+  return lanes.empty() ? 0 : cloth::spline::common_step_s(sheet_, lanes);
 }
 
 std::vector<cloth::Rest> Simulation::relaxed(const std::vector<cloth::Experiment>& lanes) const {
@@ -318,7 +316,7 @@ std::vector<Residuals> Simulation::evaluate(const State& state, const std::vecto
     for (Index set = 0; set < coordinates.cols(); ++set) runs.push_back({trial, set});
   Call call{state, parameters, coordinates};
   if (options_.ranks && !options_.ranks->is_busy()) {
-    call.step_s = options_.sheet.step_s > 0 ? options_.sheet.step_s : stable_step_s(parameters, coordinates);
+    call.step_s = common_step_s(state, parameters, coordinates, trials);
     const auto most = static_cast<size_t>(cloth::spline::most_lanes(options_.sheet.precision));
     std::vector<Group> groups;
     for (size_t i = 0; i < runs.size(); i += most)

@@ -93,12 +93,6 @@ class Simulation {
   std::vector<Residuals> evaluate(const State& state, const std::vector<Parameter>& parameters,
                                   const Eigen::MatrixXd& coordinates, const std::vector<size_t>& trials = {}) const;
 
-  // The longest step that is stable in all these sets, s.
-  double stable_step_s(const std::vector<Parameter>& parameters, const Eigen::MatrixXd& coordinates) const;
-  // From now on all runs take this step: what a set gives then does not depend on those that are simulated beside it.
-  // One that is not stable with it takes a shorter one.
-  void take_steps(double step_s) { options_.sheet.step_s = step_s; }
-
   // Standard deviations beside Residuals::mm of a trial.
   Eigen::VectorXd sd_mm(size_t trial) const;
   // Time of each residual, s, in the trial's own clock.
@@ -133,7 +127,9 @@ class Simulation {
     double step_s = 0;  // of all runs, where some are simulated elsewhere; 0: as these runs ask
   };
   std::vector<size_t> all_or(const std::vector<size_t>& wanted) const;  // all trials where none is named
-  // Motions of the runs, each from its equilibrium.
+  double common_step_s(const State& state, const std::vector<Parameter>& parameters, const Eigen::MatrixXd& coordinates,
+                       const std::vector<size_t>& trials) const;
+  // Motions of the runs, each from where it begins.
   std::vector<cloth::Trajectory> trajectories_of(const Call& call, const std::vector<Run>& runs,
                                                  const std::vector<Prediction>& predicted) const;
   // Fills in the residuals of these runs; an empty start shape: it diverged.

@@ -117,22 +117,6 @@ TEST_F(EffectOnTrial, NeutralChangesNothingAndScaleChangesSomething) {
   }
 }
 
-// Where a step is set, what a set gives does not depend on what is simulated beside it; one that is stiffer than the
-// step allows is simulated all the same.
-TEST_F(EffectOnTrial, ASetGivesTheSameBesideAStifferOne) {
-  model::Simulation simulation = *simulation_;
-  Eigen::MatrixXd sets = start_.replicate(1, 2);
-  sets(static_cast<Eigen::Index>(model::place_of(base_, "stretch")), 1) += 1;
-  const auto of_first = [&](Eigen::Index count) {
-    return simulation.evaluate(state_, base_, sets.leftCols(count)).front().mm[0];
-  };
-  EXPECT_GT((of_first(1) - of_first(2)).cwiseAbs().maxCoeff(), 0);
-  simulation.take_steps(simulation.stable_step_s(base_, start_));
-  EXPECT_EQ((of_first(1) - of_first(2)).cwiseAbs().maxCoeff(), 0);
-  sets(static_cast<Eigen::Index>(model::place_of(base_, "stretch")), 1) += 2;
-  EXPECT_TRUE(simulation.evaluate(state_, base_, sets)[1].finite);
-}
-
 TEST(Effects, MassIsAbsorbedByScalingEverything) {
   const trial::Campaign campaign = simulated_campaign(usual_fabric());
   model::SimulationOptions options;
