@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <atomic>
 #include <cerrno>
+#include <chrono>
 #include <climits>
 #include <cstring>
+#include <thread>
 #include <type_traits>
 
 #include <fcntl.h>
@@ -26,6 +28,8 @@ namespace {
 constexpr uint64_t kMagic = 0x53454c5652494e31;  // "SELVRIN1"
 constexpr size_t kHeaderBytes = 4096, kSlotHeadBytes = 256;
 constexpr int32_t kMostSide_px = 1 << 16, kMostSlots = 1 << 16;
+// A daemon whose station was killed is told to end, and may meet the next one's until it has.
+constexpr double kPredecessorEnds_s = 5;
 constexpr int64_t kMostFrames = int64_t{1} << 62;  // no ring counts so far; sums with it do not overflow
 
 struct Slot {
@@ -130,6 +134,15 @@ void futex_wait(const std::atomic<uint32_t>& word, uint32_t seen, double timeout
   ::syscall(SYS_futex, &word, FUTEX_WAIT, seen, &timeout, nullptr, 0);
 }
 
+bool locked_within(int descriptor, double patience_s) {
+  const double until_s = rig::host_now_s() + patience_s;
+  while (::flock(descriptor, LOCK_EX | LOCK_NB) != 0) {
+    if (rig::host_now_s() > until_s) return false;
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  }
+  return true;
+}
+
 }  // namespace
 
 std::string ring_name(int bus_port, const std::string& device) {
@@ -146,7 +159,7 @@ FrameRingWriter::FrameRingWriter(const std::string& name, int width_px, int heig
 
   descriptor_ = ::shm_open(name.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600);
   if (descriptor_ < 0) refuse(where, "cannot be opened: {}", std::strerror(errno));
-  if (::flock(descriptor_, LOCK_EX | LOCK_NB) != 0) {
+  if (!locked_within(descriptor_, kPredecessorEnds_s)) {
     ::close(descriptor_);
     refuse(where, "another process writes to it; is the daemon running already?");
   }

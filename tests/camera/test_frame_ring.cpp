@@ -128,6 +128,23 @@ TEST_F(FrameRingTest, AnotherSizeMakesANewRing) {
   EXPECT_TRUE(reader.replaced());
 }
 
+// A station that was killed leaves a daemon that takes a moment to end: the next one's waits for it.
+TEST_F(FrameRingTest, AWriterWaitsForTheOneBeforeItToEnd) {
+  auto before = std::make_unique<FrameRingWriter>(name_, kWidth, kHeight, 8);
+  write(*before, 1);
+  std::jthread ends([&] {
+    std::this_thread::sleep_for(std::chrono::milliseconds(300));
+    before.reset();
+  });
+  FrameRingWriter next(name_, kWidth, kHeight, 8);
+  EXPECT_EQ(next.newest_frame_number(), 1);
+}
+
+TEST_F(FrameRingTest, AWriterThatDoesNotEndIsNotJoined) {
+  const FrameRingWriter before(name_, kWidth, kHeight, 8);
+  EXPECT_THROW(FrameRingWriter(name_, kWidth, kHeight, 8), BadInput);
+}
+
 // Numbers of another process: none of them may lead out of the memory.
 TEST_F(FrameRingTest, AHeaderThatCannotBeIsRefused) {
   const auto refused_with = [&](off_t at, auto value) {
