@@ -61,6 +61,7 @@ void to_json(nlohmann::json& json, const Protocol& p) {
           {"rounds", p.rounds},
           {"most_rounds", p.most_rounds},
           {"moves_on", p.moves_on},
+          {"valleys", p.valleys},
           {"looks_at", p.looks_at},
           {"longest_step", p.longest_step},
           {"pairs_tried", p.pairs_tried},

@@ -68,6 +68,7 @@ struct Protocol {
   long rounds = 2;            // of held-out trials
   long most_rounds = 8;       // on the coarse grid
   double moves_on = 4;        // nats: a step that gains less is the last
+  long valleys = 3;           // times that the way to where a set is likeliest may lead the base elsewhere
   double looks_at = 1;        // nats: a set that gains so much on none is looked at where it stands, too
   double longest_step = 0.7;  // ln
   long pairs_tried = 5;       // that a third effect is tried beside

@@ -96,19 +96,28 @@ std::vector<size_t> leader(const Study& study, const Weighing& out) {
   return best;
 }
 
+// Whether the likeliest set is likelier where it was moved to than none is. Derivatives may promise what is not there,
+// and the way may end where all sets are worse than none is elsewhere.
+bool has_arrived(const Study& study, const Weighing& out) {
+  const std::vector<EffectSet> sets = weigh_sets(study, *out.evidence, *out.there);
+  const auto moved = place_of(sets, out.first);
+  return moved != sets.end() && most_of(study, *out.evidence, *moved) > most_of(study, *out.evidence, out.set_of({}));
+}
+
 // The base without effects from where the likeliest set stands: the way there may have led out of a valley that only
-// derivatives of the first one see.
-void again_without(Study& study, const Windows& windows, Weighing& out) {
+// derivatives of the first one see. Where it did, all sets are weighed about that base, for a point further down is
+// worth more than an effect. False where it did not.
+bool again_without(Study& study, const Windows& windows, Weighing& out) {
   const Evidence& evidence = *out.evidence;
   const double now = most_of(study, evidence, out.set_of({}));
   const EffectSet from_there = weigh_set(study, evidence, *out.there, {});
-  if (most_of(study, evidence, from_there) < now + study.protocol.moves_on) return;
+  if (most_of(study, evidence, from_there) < now + study.protocol.moves_on) return false;
   Linearisation again = linearised_at(study, windows, evidence, *out.there, from_there);
-  if (most_of(study, evidence, weigh_set(study, evidence, again, {})) <= now) return;
+  if (most_of(study, evidence, weigh_set(study, evidence, again, {})) <= now) return false;
   out.none = std::move(again);
-  std::optional<Linearisation> there = std::exchange(out.there, {});
+  out.there.reset();
   weigh_all(study, out);
-  out.there = std::move(there);
+  return true;
 }
 
 }  // namespace
@@ -144,14 +153,22 @@ Weighing weigh(Study& study, const Windows& windows, const WeighingOptions& opti
   weigh_all(study, out);
   options.ends("the base where it is likeliest");
 
-  out.first = leader(study, out);
-  if (!out.first.empty()) {
-    begin(0.58, 1, "again about " + name_of(study, out.first));
+  for (long valley = 0; valley < study.protocol.valleys; ++valley) {
+    out.first = leader(study, out);
+    if (out.first.empty()) break;
+    const double share = 0.42 / static_cast<double>(study.protocol.valleys),
+                 from = 0.58 + share * static_cast<double>(valley);
+    begin(from, from + share, "again about " + name_of(study, out.first));
     out.there = linearised_at(study, windows, *out.evidence, out.none, out.set_of(out.first));
-    again_without(study, windows, out);
+    if (!has_arrived(study, out)) {
+      out.there.reset();
+      break;
+    }
+    if (again_without(study, windows, out)) continue;
     weigh_all(study, out);
-    options.ends("again about the likeliest set");
+    break;
   }
+  options.ends("again about the likeliest set");
   study.on_share = [](double) {};
   return out;
 }
