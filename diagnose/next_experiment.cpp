@@ -238,8 +238,11 @@ Forecast forecast(const Study& study, const PredictedSet& base, const PredictedS
   }
   const std::vector<Foretold> all = foretold(study, std::move(faster));
   const auto before_mm = [&](size_t pair) {
-    return std::hypot(apart_mm(all[2 * pair], all[2 * pair + 1]), named_left_mm);
+    const Foretold &a = all[2 * pair], &b = all[2 * pair + 1];
+    if (!a.run.finite || !b.run.finite) return std::numeric_limits<double>::quiet_NaN();
+    return std::hypot(apart_mm(a, b), named_left_mm);
   };
+  if (std::isnan(before_mm(0))) return out;
   out.like_trial = study.simulation->trials()[moving].name;
   out.speed = kFaster;
   out.motion = fmt::format("{} at {:.1f} times its speed", out.like_trial, out.speed);
@@ -248,7 +251,7 @@ Forecast forecast(const Study& study, const PredictedSet& base, const PredictedS
   VectorXd folds(static_cast<Index>(base.without.size()));
   for (Index g = 0; g < folds.size(); ++g) folds(g) = before_mm(1 + static_cast<size_t>(g));
   const double sd = jackknife_sd(folds);
-  out.low_mm = std::max(out.after_mm, out.before_mm - 1.645 * sd);
+  out.low_mm = std::max(out.before_mm - 1.645 * sd, out.after_mm);
   out.high_mm = out.before_mm + 1.645 * sd;
   return out;
 }
