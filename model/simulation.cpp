@@ -36,12 +36,6 @@ cloth::spline::SplineSheet sheet_for(const ObservedTrial& trial, int cells) {
   return make_spline_sheet(swatch, make_grid(swatch, trial.experiment.path.hold, swatch.width_m / cells));
 }
 
-// So many points of a cell as make triangles of 3 mm at most: over folds of 18 mm they lie 0.06 mm inside the surface.
-int points_a_cell(const cloth::spline::SplineSheet& sheet, int cells) {
-  constexpr double kLongest_m = 3e-3;
-  return static_cast<int>(std::ceil(sheet.swatch.width_m / cells / kLongest_m));
-}
-
 }  // namespace
 
 int cells_of_bending_length(const ObservedTrial& trial, const std::vector<Parameter>& parameters,
@@ -55,8 +49,8 @@ int cells_of_bending_length(const ObservedTrial& trial, const std::vector<Parame
 }
 
 Simulation::Simulation(std::vector<ObservedTrial> trials, const SimulationOptions& options)
-    : sheet_(sheet_for(trials.front(), options.cells)), view_(sheet_, points_a_cell(sheet_, options.cells)),
-      rim_(observe::rim_of(view_.mesh())), options_(options), trials_(std::move(trials)) {
+    : sheet_(sheet_for(trials.front(), options.cells)), view_(sheet_), rim_(observe::rim_of(view_.mesh())),
+      options_(options), trials_(std::move(trials)) {
   for (const ObservedTrial& trial : trials_) {
     std::vector<cloth::SurfacePoint> points;
     std::shared_ptr<const cloth::GuideTrack> track;
