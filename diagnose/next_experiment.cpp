@@ -251,7 +251,7 @@ Forecast forecast(const Study& study, const PredictedSet& base, const PredictedS
   VectorXd folds(static_cast<Index>(base.without.size()));
   for (Index g = 0; g < folds.size(); ++g) folds(g) = before_mm(1 + static_cast<size_t>(g));
   const double sd = jackknife_sd(folds);
-  out.low_mm = std::max(out.before_mm - 1.645 * sd, out.after_mm);
+  out.low_mm = std::max(out.before_mm - 1.645 * sd, out.after_mm);  // NaN stays: it is the first
   out.high_mm = out.before_mm + 1.645 * sd;
   return out;
 }

@@ -62,13 +62,17 @@ std::vector<const Way*> ways_of_measured(const Study& study, const Linearisation
   return out;
 }
 
-// Weighs all sets about the base, or again those that have an effect of the likeliest about that one.
+// All sets about the base.
 void weigh_all(const Study& study, Weighing& out) {
-  if (!out.there) out.sets = weigh_sets(study, *out.evidence, out.none);
-  else
-    for (const EffectSet& set : weigh_sets(study, *out.evidence, *out.there))
-      if (const auto same = place_of(out.sets, set.effects); same != out.sets.end() && meet(set.effects, out.first))
-        out.sets[static_cast<size_t>(same - out.sets.begin())] = set;
+  out.sets = weigh_sets(study, *out.evidence, out.none);
+  out.verdict = judge(study, out.sets, out.evidence->error().scales, {});
+}
+
+// Those that have an effect of the likeliest as they were weighed about that one, the others about the base.
+void take_those_that_meet(const Study& study, const std::vector<EffectSet>& about_first, Weighing& out) {
+  for (const EffectSet& set : about_first)
+    if (const auto same = place_of(out.sets, set.effects); same != out.sets.end() && meet(set.effects, out.first))
+      out.sets[static_cast<size_t>(same - out.sets.begin())] = set;
   out.verdict = judge(study, out.sets, out.evidence->error().scales, {});
 }
 
@@ -98,19 +102,18 @@ std::vector<size_t> leader(const Study& study, const Weighing& out) {
 
 // Whether the likeliest set is likelier where it was moved to than none is. Derivatives may promise what is not there,
 // and the way may end where all sets are worse than none is elsewhere.
-bool has_arrived(const Study& study, const Weighing& out) {
-  const std::vector<EffectSet> sets = weigh_sets(study, *out.evidence, *out.there);
-  const auto moved = place_of(sets, out.first);
-  return moved != sets.end() && most_of(study, *out.evidence, *moved) > most_of(study, *out.evidence, out.set_of({}));
+bool has_arrived(const Study& study, const Weighing& out, const std::vector<EffectSet>& about_first) {
+  const auto moved = place_of(about_first, out.first);
+  return moved != about_first.end() &&
+         most_of(study, *out.evidence, *moved) > most_of(study, *out.evidence, out.set_of({}));
 }
 
 // The base without effects from where the likeliest set stands: the way there may have led out of a valley that only
 // derivatives of the first one see. Where it did, all sets are weighed about that base, for a point further down is
-// worth more than an effect. False where it did not.
-bool again_without(Study& study, const Windows& windows, Weighing& out) {
+// worth more than an effect. False where it did not. from_there: the base weighed there.
+bool again_without(Study& study, const Windows& windows, const EffectSet& from_there, Weighing& out) {
   const Evidence& evidence = *out.evidence;
   const double now = most_of(study, evidence, out.set_of({}));
-  const EffectSet from_there = weigh_set(study, evidence, *out.there, {});
   if (most_of(study, evidence, from_there) < now + study.protocol.moves_on) return false;
   Linearisation again = linearised_at(study, windows, evidence, *out.there, from_there);
   if (most_of(study, evidence, weigh_set(study, evidence, again, {})) <= now) return false;
@@ -160,15 +163,16 @@ Weighing weigh(Study& study, const Windows& windows, const WeighingOptions& opti
                  from = 0.58 + share * static_cast<double>(valley);
     begin(from, from + share, "again about " + name_of(study, out.first));
     out.there = linearised_at(study, windows, *out.evidence, out.none, out.set_of(out.first));
-    if (!has_arrived(study, out)) {
+    const std::vector<EffectSet> about_first = weigh_sets(study, *out.evidence, *out.there);
+    if (!has_arrived(study, out, about_first)) {
       out.there.reset();
       break;
     }
-    if (again_without(study, windows, out)) continue;
-    weigh_all(study, out);
+    if (again_without(study, windows, *place_of(about_first, {}), out)) continue;
+    take_those_that_meet(study, about_first, out);
     break;
   }
-  options.ends("again about the likeliest set");
+  if (!out.first.empty()) options.ends("again about the likeliest set");
   study.on_share = [](double) {};
   return out;
 }
