@@ -72,8 +72,8 @@ long usual_cells(const Protocol& protocol, const std::vector<model::ObservedTria
                  const std::vector<model::Parameter>& base, const VectorXd& x) {
   if (protocol.cells > 0) return protocol.cells;
   const double one_each = model::cells_of_bending_length(trials.front(), base, x);
-  return std::clamp(static_cast<long>(std::ceil(one_each / protocol.lengths_a_cell)), protocol.coarse_cells,
-                    protocol.most_cells);
+  const double lengths = has_markers(trials) ? protocol.lengths_a_cell : protocol.seen_lengths_a_cell;
+  return std::clamp(static_cast<long>(std::ceil(one_each / lengths)), protocol.coarse_cells, protocol.most_cells);
 }
 
 // On which the way to where a model is likeliest is found.
@@ -86,7 +86,7 @@ std::vector<model::ObservedTrial> looked_at_on(long cells, const Protocol& proto
                                                const std::vector<model::ObservedTrial>& trials) {
   const double share = std::min(1.0, static_cast<double>(protocol.coarse_cells) / static_cast<double>(cells));
   return model::excerpts(
-      trials, {share * protocol.most_motion_s, protocol.lead_s, measured.delay ? measured.delay->delay_s : 0});
+      trials, {share * protocol.most_motion_s, protocol.lead_s, measured.delay ? measured.delay->delay_s : 0, true});
 }
 
 estimate::LeastSquaresOptions search_options(int max_iterations, double least_decrease) {
@@ -113,7 +113,6 @@ BaseFit fit_base(const std::vector<model::ObservedTrial>& observed, const Measur
     for (size_t i = 0; i < trials.size();
          ++i)  // harder, so that a fit that starts far off is led by forces, not by folds
       if (!trials[i].still) on_coarse.nudging_per_s[i] = protocol.harder * protocol.nudging_per_s;
-    coarse.lead_in(on_coarse, base, x, protocol.hold_per_s);
     estimate::LeastSquaresOptions start = search_options(8, protocol.near_enough);
     start.progress = fit::part_of(options.progress, 0.05, 0.4, "coarse grid");
     const estimate::LeastSquaresResult found = minimise(coarse, on_coarse, base, x, start);
@@ -131,7 +130,6 @@ BaseFit fit_base(const std::vector<model::ObservedTrial>& observed, const Measur
   trials = looked_at_on(cells, protocol, measured, observed);
   const model::Simulation simulation(trials, on_grid_of(coarser_cells(protocol, cells)));
   model::State state = simulation.state_at(base, x, nudged ? protocol.nudging_per_s : 0);
-  simulation.lead_in(state, base, x, protocol.hold_per_s);
   estimate::LeastSquaresOptions search = search_options(8, protocol.enough);
   search.progress = fit::part_of(options.progress, 0.4, 0.95, "base fit");
   const estimate::LeastSquaresResult fitted = fit::minimise_on_branches(simulation, state, base, x, search);
@@ -286,7 +284,7 @@ FittedStudy make_study(const trial::Campaign& campaign, const std::vector<Effect
   study.state = study.simulation->state_at(base, fit.coordinates);
   if (!fit.branch.empty()) study.simulation->take_branches(study.state, fit.branch);
   fit.branch = study.state.branch;
-  study.simulation->lead_in(study.state, study.parameters, study.base, study.protocol.hold_per_s);
+  study.simulation->lead_in(study.state, study.parameters, study.base);
   study.fine = simulation_on(std::lround(study.protocol.finer * static_cast<double>(fit.cells)));
   study.coarse = simulation_on(coarser_cells(study.protocol, fit.cells));
   options.progress(1, fmt::format("{} cells along the width", fit.cells));

@@ -13,6 +13,7 @@ void to_json(nlohmann::json& json, const Protocol& p) {
   json = {{"coarse_cells", p.coarse_cells},
           {"cells", p.cells},
           {"lengths_a_cell", p.lengths_a_cell},
+          {"seen_lengths_a_cell", p.seen_lengths_a_cell},
           {"most_cells", p.most_cells},
           {"finer", p.finer},
           {"coarser", p.coarser},

@@ -17,6 +17,7 @@ struct Protocol {
   // Grids and rates.
   long coarse_cells = 10, cells = 0;        // of a fit's start, along the width; 0: chosen by the bending length
   double lengths_a_cell = 1;                // bending lengths, where it is chosen
+  double seen_lengths_a_cell = 0.67;        // of trials of pictures
   long most_cells = 30;                     // that are chosen so
   double finer = 1.5;                       // times as many, to see what the grid does
   double coarser = 1.5;                     // times as few, on which the way to where a set is likeliest is found

@@ -9,9 +9,18 @@ namespace {
 constexpr double kStep_s = 0.05;
 constexpr double kBefore_s = 1.2;  // of what was seen before a piece
 
-bool may_be_cut(const ObservedTrial& trial) { return trial.markers && !trial.still; }
+constexpr double kBeforeMotion_s = 0.5;  // that pictures' stamps may be early by
+constexpr double kMoved_m = 0.004;
 
-double duration_s(const ObservedTrial& trial) { return trial.markers->time_s.back() - trial.experiment.start_s; }
+bool may_be_cut(const ObservedTrial& trial, const ExcerptOptions& options) {
+  return !trial.still && (trial.markers || (options.pictures && trial.stripes && trial.experiment.starts_at_rest));
+}
+
+double end_s(const ObservedTrial& trial) {
+  return trial.markers ? trial.markers->time_s.back() : observe::last_time_s(*trial.stripes);
+}
+
+double duration_s(const ObservedTrial& trial) { return end_s(trial) - trial.experiment.start_s; }
 
 // Squared speed of both ends of the held edge, summed over a piece.
 double excitation(const cloth::HeldPath& path, double from_s, double length_s) {
@@ -45,17 +54,45 @@ observe::MarkerTrack piece_of(const observe::MarkerTrack& track, double from_s, 
   return out;
 }
 
+// Where the held edge begins to move, and a while before: until then the fabric hangs still.
+double before_motion_s(const ObservedTrial& trial, double length_s) {
+  const cloth::Experiment& e = trial.experiment;
+  const double last = end_s(trial) - length_s;
+  const auto moved = [&](double t) {
+    return (e.path.at(t) - e.path.at(e.start_s)).colwise().norm().maxCoeff() > kMoved_m;
+  };
+  double from = e.start_s;
+  while (from + kBeforeMotion_s < last && !moved(from + kBeforeMotion_s)) from += kStep_s;
+  return from;
+}
+
+void cut_pictures(ObservedTrial& trial, double length_s) {
+  cloth::Experiment& e = trial.experiment;
+  const double from_s = before_motion_s(trial, length_s), to_s = from_s + length_s;
+  observe::StripeTrack piece = *trial.stripes;
+  std::erase_if(piece.frames, [&](const observe::StripeFrame& f) { return f.time_s < from_s || f.time_s > to_s; });
+  if (piece.frames.empty()) return;
+  trial.stripes = std::make_shared<const observe::StripeTrack>(std::move(piece));
+  e.start_s = from_s;
+  e.sample_s = sample_times(from_s, to_s);
+}
+
 }  // namespace
 
 std::vector<ObservedTrial> excerpts(std::vector<ObservedTrial> trials, const ExcerptOptions& options) {
   double total_s = 0;
   for (const ObservedTrial& trial : trials)
-    if (may_be_cut(trial)) total_s += duration_s(trial);
+    if (may_be_cut(trial, options)) total_s += duration_s(trial);
   if (total_s <= options.most_motion_s) return trials;
   for (ObservedTrial& trial : trials) {
-    if (!may_be_cut(trial)) continue;
-    const double length_s = duration_s(trial) * options.most_motion_s / total_s + options.lead_s;
+    if (!may_be_cut(trial, options)) continue;
+    const double share_s = duration_s(trial) * options.most_motion_s / total_s,
+                 length_s = trial.markers ? share_s + options.lead_s : share_s;
     if (length_s >= duration_s(trial)) continue;
+    if (!trial.markers) {
+      cut_pictures(trial, length_s);
+      continue;
+    }
     cloth::Experiment& e = trial.experiment;
     const double from_s = most_excited(trial, length_s, options.delay_s);
     if (from_s > e.start_s)

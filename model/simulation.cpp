@@ -73,6 +73,7 @@ State Simulation::state_at(const std::vector<Parameter>& parameters, const Eigen
   State out = none;
   tbb::parallel_for(size_t{0}, trials_.size(),
                     [&](size_t i) { out.branch[i] = branch_of(none, i, parameters, coordinates); });
+  lead_in(out, parameters, coordinates);
   return out;
 }
 

@@ -64,17 +64,16 @@ class Simulation {
   const SimulationOptions& options() const { return options_; }
 
   // The state in which each trial hangs on its recorded branch: of the shapes tried, the equilibrium nearest to the
-  // first observation, at these coordinates. nudging_per_s: of all trials.
+  // first observation, at these coordinates; pieces out of longer trials are led in. nudging_per_s: of all trials.
   State state_at(const std::vector<Parameter>& parameters, const Eigen::VectorXd& coordinates,
                  double nudging_per_s = 0) const;
   // The branches of `other` in the state `there`, over the same trials on another grid; held as there, uncorrected.
   State state_of(const Simulation& other, const State& there) const;
 
-  // Lets pieces out of longer trials begin as a fabric with these parameters moves there that is nudged so hard towards
+  // Lets pieces out of longer trials begin as a fabric with these parameters moves there that is nudged hard towards
   // what was seen before. One that began at rest, as it was not, would bring that into what counts of it: few markers
   // take a second to make it forget.
-  void lead_in(State& state, const std::vector<Parameter>& parameters, const Eigen::VectorXd& coordinates,
-               double nudging_per_s) const;
+  void lead_in(State& state, const std::vector<Parameter>& parameters, const Eigen::VectorXd& coordinates) const;
 
   // Goes on from the branches of another grid for some trials (empty: all).
   void take_branches(State& state, const Simulation& other, const State& there,

@@ -28,7 +28,7 @@ bool Simulation::rematch(State& state, const std::vector<Parameter>& parameters,
                          const std::vector<size_t>& wanted) const {
   // A piece that is led in has no branch: it does not begin at rest.
   std::vector<size_t> trials = all_or(wanted);
-  std::erase_if(trials, [&](size_t i) { return trials_[i].lead_s > 0; });
+  std::erase_if(trials, [&](size_t i) { return trials_[i].before != nullptr; });
   std::vector<Eigen::Matrix3Xd> found(trials.size());
   tbb::parallel_for(size_t{0}, trials.size(),
                     [&](size_t i) { found[i] = branch_of(state, trials[i], parameters, coordinates); });
@@ -148,9 +148,12 @@ std::vector<cloth::Rest> Simulation::rests_of(const Call& call, const std::vecto
   return out;
 }
 
-void Simulation::lead_in(State& state, const std::vector<Parameter>& parameters, const Eigen::VectorXd& coordinates,
-                         double nudging_per_s) const {
-  state.underway.assign(trials_.size(), {});
+void Simulation::lead_in(State& state, const std::vector<Parameter>& parameters,
+                         const Eigen::VectorXd& coordinates) const {
+  constexpr double kNudging_per_s = 20;
+  state.underway.clear();
+  if (options_.simulator) return;  // nobody nudges another
+  state.underway.resize(trials_.size());
   std::vector<size_t> pieces;
   std::vector<cloth::Experiment> lanes;
   for (size_t i = 0; i < trials_.size(); ++i) {
@@ -162,7 +165,7 @@ void Simulation::lead_in(State& state, const std::vector<Parameter>& parameters,
     e.start_s = before.markers->time_s.front();
     e.sample_s = {trials_[i].experiment.start_s};
     e.guide = std::make_shared<cloth::Guide>(cloth::Guide{
-        guide_track(sheet_, before, marker_points_[i], p), nudging_per_s, 0, p.sensor.drift, e.start_s, {}});
+        guide_track(sheet_, before, marker_points_[i], p), kNudging_per_s, 0, p.sensor.drift, e.start_s, {}});
     pieces.push_back(i);
     lanes.push_back(std::move(e));
   }

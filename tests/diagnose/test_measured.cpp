@@ -129,6 +129,32 @@ TEST(Excerpts, TakeTheMostMovedPieceOfALongCampaign) {
   EXPECT_EQ(piece.markers->position.col(0), trial.markers->position.col(at - trial.markers->time_s.begin()));
 }
 
+// Pictures hold nothing, so their piece begins at rest, half a second before the edge moves: as early as stamps may be.
+TEST(Excerpts, OfPicturesBeginAtRest) {
+  model::ObservedTrial trial = observed(truthful);
+  cloth::HeldPath& path = trial.experiment.path;
+  for (double& t : path.time_s) t += 1;
+  auto stripes = std::make_shared<observe::StripeTrack>();
+  for (double t = trial.experiment.start_s; t < trial.experiment.start_s + 2; t += 0.1) {
+    stripes->frames.emplace_back();
+    stripes->frames.back().time_s = t;
+  }
+  trial.markers.reset();
+  trial.stripes = stripes;
+  EXPECT_EQ(model::excerpts({trial}, {.most_motion_s = 1})[0].stripes, trial.stripes);
+  const model::ObservedTrial piece = model::excerpts({trial}, {.most_motion_s = 1, .pictures = true})[0];
+  const double from = piece.experiment.start_s;
+  EXPECT_TRUE(piece.experiment.starts_at_rest);
+  EXPECT_EQ(piece.lead_s, 0);
+  const auto moved = [&](double t) { return (path.at(t) - path.at(trial.experiment.start_s)).norm(); };
+  EXPECT_LT(moved(from + 0.45), 0.006);
+  EXPECT_GT(moved(from + 0.6), 0.004);
+  EXPECT_GE(piece.stripes->frames.front().time_s, from);
+  EXPECT_LE(piece.stripes->frames.back().time_s, from + 1);
+  EXPECT_GE(piece.stripes->frames.size(), 9U);
+  EXPECT_NEAR(piece.experiment.sample_s.front(), from, 1e-12);
+}
+
 // A piece begins alike for all fabrics, as one moved there, and leaves that in its lead.
 TEST(Excerpts, BeginAlikeForAllFabrics) {
   const std::vector<model::ObservedTrial> pieces =
@@ -140,7 +166,7 @@ TEST(Excerpts, BeginAlikeForAllFabrics) {
   Eigen::MatrixXd two = model::usual_coordinates(base).replicate(1, 2);
   two.col(1).array() += 0.5;
   model::State state = simulation.state_at(base, two.col(1), 20);
-  simulation.lead_in(state, base, two.col(1), 20);
+  simulation.lead_in(state, base, two.col(1));
   const std::vector<model::Residuals> both = simulation.evaluate(state, base, two);
   EXPECT_EQ(both[0].start[0], both[1].start[0]);
   EXPECT_NE(both[0].mm[0], both[1].mm[0]);
@@ -166,9 +192,9 @@ TEST(Excerpts, BeginAsTheFabricMoved) {
   const model::Simulation simulation(pieces, options);
   options.cells = 12;
   const model::Simulation finer(pieces, options);
-  const model::State at_rest = simulation.state_at(base, x);
-  model::State underway = at_rest;
-  simulation.lead_in(underway, base, x, 20);
+  const model::State underway = simulation.state_at(base, x);
+  model::State at_rest = underway;
+  at_rest.underway.clear();
   // Off in the first 0.1 s, mm.
   const auto off = [&](const model::Simulation& on, const model::State& state) {
     const Eigen::VectorXd r = on.evaluate(state, base, x)[0].mm[led], time = on.time_s(led);
@@ -218,7 +244,7 @@ TEST(Excerpts, BeginWhereTheirGripsAre) {
                                               })->parameters;
   const Eigen::MatrixXd late = Eigen::MatrixXd::Constant(1, 1, model::to_coordinate(delay[0], 0.15));
   model::State state = simulation.state_at(delay, late.col(0), 20);
-  simulation.lead_in(state, delay, Eigen::VectorXd::Zero(1), 20);
+  simulation.lead_in(state, delay, Eigen::VectorXd::Zero(1));
   ASSERT_GT(state.underway[0].velocity.norm(), 0.1);
   const Eigen::Matrix3Xd start = simulation.evaluate(state, delay, late)[0].start[0];
   const cloth::Experiment& e = pieces[0].experiment;
