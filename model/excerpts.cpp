@@ -62,7 +62,7 @@ double before_motion_s(const ObservedTrial& trial, double length_s) {
     return (e.path.at(t) - e.path.at(e.start_s)).colwise().norm().maxCoeff() > kMoved_m;
   };
   double from = e.start_s;
-  while (from + kBeforeMotion_s < last && !moved(from + kBeforeMotion_s)) from += kStep_s;
+  while (from + kStep_s <= last && !moved(from + kBeforeMotion_s)) from += kStep_s;
   return from;
 }
 
