@@ -43,7 +43,7 @@ std::string ring_name(int bus_port, const std::string& device);
 
 class FrameRingWriter {
  public:
-  // Throws BadInput where another writer holds the ring and does not let go of it for 5 s, or shared memory is short
+  // Throws BadInput where another writer holds the ring and does not let go of it for 20 s, or shared memory is short
   // (with the bytes wanted).
   FrameRingWriter(const std::string& name, int width_px, int height_px, int slots);
   ~FrameRingWriter();
