@@ -28,8 +28,9 @@ namespace {
 constexpr uint64_t kMagic = 0x53454c5652494e31;  // "SELVRIN1"
 constexpr size_t kHeaderBytes = 4096, kSlotHeadBytes = 256;
 constexpr int32_t kMostSide_px = 1 << 16, kMostSlots = 1 << 16;
-// A daemon whose station was killed is told to end, and may meet the next one's until it has.
-constexpr double kPredecessorEnds_s = 20;  // one whose camera is gone ends after 13
+// A daemon whose station was killed is told to end, and may meet the next one's until it has: after 13 s, where its
+// camera is gone.
+constexpr double kPredecessorEnds_s = 20;
 constexpr int64_t kMostFrames = int64_t{1} << 62;  // no ring counts so far; sums with it do not overflow
 
 struct Slot {
