@@ -85,8 +85,10 @@ long coarser_cells(const Protocol& protocol, long cells) {
 std::vector<model::ObservedTrial> looked_at_on(long cells, const Protocol& protocol, const Measured& measured,
                                                const std::vector<model::ObservedTrial>& trials) {
   const double share = std::min(1.0, static_cast<double>(protocol.coarse_cells) / static_cast<double>(cells));
-  return model::excerpts(
-      trials, {share * protocol.most_motion_s, protocol.lead_s, measured.delay ? measured.delay->delay_s : 0, true});
+  return model::excerpts(trials, {.most_motion_s = share * protocol.most_motion_s,
+                                  .lead_s = protocol.lead_s,
+                                  .delay_s = measured.delay ? measured.delay->delay_s : 0,
+                                  .pictures = true});
 }
 
 estimate::LeastSquaresOptions search_options(int max_iterations, double least_decrease) {

@@ -2,15 +2,15 @@
 
 #include <algorithm>
 
+#include "model/trial_error.h"
+
 namespace selvedge::model {
 
 namespace {
 
 constexpr double kStep_s = 0.05;
-constexpr double kBefore_s = 1.2;  // of what was seen before a piece
-
+constexpr double kBefore_s = 1.2;        // of what was seen before a piece
 constexpr double kBeforeMotion_s = 0.5;  // that pictures' stamps may be early by
-constexpr double kMoved_m = 0.004;
 
 bool may_be_cut(const ObservedTrial& trial, const ExcerptOptions& options) {
   return !trial.still && (trial.markers || (options.pictures && trial.stripes && trial.experiment.starts_at_rest));
@@ -54,27 +54,31 @@ observe::MarkerTrack piece_of(const observe::MarkerTrack& track, double from_s, 
   return out;
 }
 
-// Where the held edge begins to move, and a while before: until then the fabric hangs still.
-double before_motion_s(const ObservedTrial& trial, double length_s) {
-  const cloth::Experiment& e = trial.experiment;
-  const double last = end_s(trial) - length_s;
-  const auto moved = [&](double t) {
-    return (e.path.at(t) - e.path.at(e.start_s)).colwise().norm().maxCoeff() > kMoved_m;
-  };
-  double from = e.start_s;
-  while (from + kStep_s <= last && !moved(from + kBeforeMotion_s)) from += kStep_s;
-  return from;
+void begin_at(ObservedTrial& trial, double from_s, double length_s) {
+  trial.experiment.start_s = from_s;
+  trial.experiment.sample_s = sample_times(from_s, from_s + length_s);
 }
 
+void cut_markers(ObservedTrial& trial, double length_s, const ExcerptOptions& options) {
+  const double start_s = trial.experiment.start_s, from_s = most_excited(trial, length_s, options.delay_s);
+  if (from_s > start_s)
+    trial.before = std::make_shared<observe::MarkerTrack>(
+        piece_of(*trial.markers, std::max(start_s, from_s - kBefore_s), from_s + kStep_s));
+  trial.markers = piece_of(*trial.markers, from_s, from_s + length_s);
+  trial.lead_s = options.lead_s;
+  begin_at(trial, from_s, length_s);
+}
+
+// From a while before the held edge begins to move: until then the fabric hangs still.
 void cut_pictures(ObservedTrial& trial, double length_s) {
-  cloth::Experiment& e = trial.experiment;
-  const double from_s = before_motion_s(trial, length_s), to_s = from_s + length_s;
+  const double last = end_s(trial) - length_s,
+               from_s = std::max(trial.experiment.start_s, std::min(last, first_move_s(trial) - kBeforeMotion_s));
   observe::StripeTrack piece = *trial.stripes;
-  std::erase_if(piece.frames, [&](const observe::StripeFrame& f) { return f.time_s < from_s || f.time_s > to_s; });
+  std::erase_if(piece.frames,
+                [&](const observe::StripeFrame& f) { return f.time_s < from_s || f.time_s > from_s + length_s; });
   if (piece.frames.empty()) return;
   trial.stripes = std::make_shared<const observe::StripeTrack>(std::move(piece));
-  e.start_s = from_s;
-  e.sample_s = sample_times(from_s, to_s);
+  begin_at(trial, from_s, length_s);
 }
 
 }  // namespace
@@ -89,19 +93,8 @@ std::vector<ObservedTrial> excerpts(std::vector<ObservedTrial> trials, const Exc
     const double share_s = duration_s(trial) * options.most_motion_s / total_s,
                  length_s = trial.markers ? share_s + options.lead_s : share_s;
     if (length_s >= duration_s(trial)) continue;
-    if (!trial.markers) {
-      cut_pictures(trial, length_s);
-      continue;
-    }
-    cloth::Experiment& e = trial.experiment;
-    const double from_s = most_excited(trial, length_s, options.delay_s);
-    if (from_s > e.start_s)
-      trial.before = std::make_shared<observe::MarkerTrack>(
-          piece_of(*trial.markers, std::max(e.start_s, from_s - kBefore_s), from_s + kStep_s));
-    trial.markers = piece_of(*trial.markers, from_s, from_s + length_s);
-    e.start_s = from_s;
-    e.sample_s = sample_times(from_s, from_s + length_s);
-    trial.lead_s = options.lead_s;
+    if (trial.markers) cut_markers(trial, length_s, options);
+    else cut_pictures(trial, length_s);
   }
   return trials;
 }

@@ -125,7 +125,7 @@ std::vector<Prediction> Simulation::predictions(const State& state, const std::v
       parameters[k].apply(p, to_value(parameters[k], coordinates(static_cast<Index>(k), set)));
     // In the stamps' clock a camera that lags is a path that comes later: then nothing else moves in time.
     for (double& t : p.experiment.path.time_s) t += p.sensor.delay_s;
-    if (trial < state.underway.size() && state.underway[trial].position.cols() > 0) {
+    if (state.is_underway(trial)) {
       const Underway& begins = state.underway[trial];
       p.experiment.start_shape = begins.position_held_at(p.experiment.path.at(p.experiment.start_s));
       p.experiment.start_velocity = begins.velocity;

@@ -37,6 +37,7 @@ struct State {
   // serves for derivatives and a fine one for what they are derivatives of.
   std::vector<Eigen::VectorXd> grid_correction_mm;
   std::vector<Underway> underway;  // of pieces out of longer trials (lead_in()); empty: all begin at rest
+  bool is_underway(size_t trial) const { return trial < underway.size() && underway[trial].position.cols() > 0; }
 };
 
 struct Residuals {

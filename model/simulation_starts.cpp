@@ -28,7 +28,7 @@ bool Simulation::rematch(State& state, const std::vector<Parameter>& parameters,
                          const std::vector<size_t>& wanted) const {
   // A piece that is led in has no branch: it does not begin at rest.
   std::vector<size_t> trials = all_or(wanted);
-  std::erase_if(trials, [&](size_t i) { return trials_[i].before != nullptr; });
+  std::erase_if(trials, [&](size_t i) { return state.is_underway(i); });
   std::vector<Eigen::Matrix3Xd> found(trials.size());
   tbb::parallel_for(size_t{0}, trials.size(),
                     [&](size_t i) { found[i] = branch_of(state, trials[i], parameters, coordinates); });

@@ -134,6 +134,7 @@ TEST(Excerpts, OfPicturesBeginAtRest) {
   model::ObservedTrial trial = observed(truthful);
   cloth::HeldPath& path = trial.experiment.path;
   for (double& t : path.time_s) t += 1;
+  trial.experiment.sample_s = model::sample_times(trial.experiment.start_s, trial.experiment.start_s + 2);
   auto stripes = std::make_shared<observe::StripeTrack>();
   for (double t = trial.experiment.start_s; t < trial.experiment.start_s + 2; t += 0.1) {
     stripes->frames.emplace_back();
