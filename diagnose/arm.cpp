@@ -53,12 +53,22 @@ VectorXd between(const Arm& from, const VectorXd& to) {
 
 using SimulateAt = std::function<MatrixXd(const MatrixXd& sets)>;
 
+// Towards where an arm is likeliest, no coordinate of the base further than derivatives reach: one that data hardly
+// determine would else hold back all others.
+VectorXd step_within(const Study& study, const Evidence& evidence, const Arm& arm, size_t scale) {
+  std::vector<Prior> priors = priors_of(study, arm, evidence.error().scales[scale]);
+  for (size_t k = 0; k < priors.size(); ++k)
+    if (arm.columns[k].is_base) {
+      priors[k].lower = -study.protocol.longest_step;
+      priors[k].upper = study.protocol.longest_step;
+    }
+  return posterior(evidence.gram(arm.changes, arm.residual, scale), priors).mean;
+}
+
 // One damped step towards where an arm is likeliest; misfit() of where it then stands.
 double step(const Study& study, const Evidence& evidence, const SimulateAt& simulate_at, Arm& arm, size_t scale) {
   const std::vector<double> shares = {1, 0.5, 0.25};
-  VectorXd d = posterior_of(study, evidence, arm, scale).mean;
-  const double longest = d.head(static_cast<Index>(study.base_count)).cwiseAbs().maxCoeff();
-  if (longest > study.protocol.longest_step) d *= study.protocol.longest_step / longest;
+  const VectorXd d = step_within(study, evidence, arm, scale);
   MatrixXd sets(arm.x.size(), static_cast<Index>(shares.size()));
   for (size_t s = 0; s < shares.size(); ++s) sets.col(static_cast<Index>(s)) = moved(study, arm, shares[s] * d);
   const MatrixXd r = simulate_at(sets);
@@ -204,8 +214,12 @@ void fit_arm(Study& study, const Windows& windows, const Evidence& evidence, con
     return r;
   };
   begin(study, evidence, about, simulate_at, arm, scale);
-  for (long round = 0; round < study.protocol.rounds && arm.residual.allFinite(); ++round)
-    step(study, evidence, simulate_at, arm, scale);
+  double last = misfit(study, evidence, arm, scale);
+  for (long round = 0; round < study.protocol.most_rounds && arm.residual.allFinite(); ++round) {
+    const double now = step(study, evidence, simulate_at, arm, scale);
+    if (last - now < 2 * study.protocol.moves_on) return;
+    last = now;
+  }
 }
 
 }  // namespace selvedge::diagnose

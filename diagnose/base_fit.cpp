@@ -179,9 +179,8 @@ std::vector<Index> rows_of_base(const Study& study) {
 // stamps a fifth of a second late a base ended with a tenth of the shear and ten times the stretch stiffness.
 std::vector<Index> rows_of_clock(const Study& study) {
   std::vector<Index> out;
-  for (const char* name : {"delay", "delay_per_second"})
-    if (const size_t at = model::place_of(study.parameters, name); at < study.first_force)
-      out.push_back(static_cast<Index>(at));
+  for (size_t k = study.base_count; k < study.first_force; ++k)
+    if (is_of_clock(study.parameters[k])) out.push_back(static_cast<Index>(k));
   return out;
 }
 
@@ -274,7 +273,7 @@ FittedStudy make_study(const trial::Campaign& campaign, const std::vector<Effect
   for (const Index row : rows_of_clock(study))
     if (const auto found = fit.clock.find(study.parameters[static_cast<size_t>(row)].name); found != fit.clock.end())
       study.base(row) = found->second;
-  if (!measured_effects(study).empty()) base = model::only(study.parameters, rows_of_base(study), study.base);
+  if (!found_with_base(study).empty()) base = model::only(study.parameters, rows_of_base(study), study.base);
   if (fit.cells == 0) fit.cells = usual_cells(study.protocol, trials, base, fit.coordinates);
   study.protocol.cells = fit.cells;
   trials = looked_at_on(fit.cells, study.protocol, study.measured, trials);

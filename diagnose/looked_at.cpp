@@ -46,19 +46,18 @@ std::vector<Size> sizes_of_subset(const Arm& arm, size_t bits) {
   return out;
 }
 
-// Where subsets of a set's effects stand: where they were weighed. Those that lack an effect that was measured before
-// any physics stand where the base alone was refitted without it: derivatives that were taken with it do not reach as
-// far.
+// Where subsets of a set's effects stand: where they were weighed. Those that lack an effect that the base was found
+// with stand where the base alone was refitted without it: derivatives that were taken with it do not reach as far.
 class Places {
  public:
-  explicit Places(const Weighed& weighed) : weighed_(weighed), measured_(measured_effects(weighed.study)) {}
+  explicit Places(const Weighed& weighed) : weighed_(weighed), with_base_(found_with_base(weighed.study)) {}
 
   const Arm* of(const LookedAt& set, size_t bits) {
     std::vector<size_t> effects, lacking;
     for (size_t e = 0; e < set.arm.effects.size(); ++e) {
       const size_t effect = set.arm.effects[e];
       if (bits >> e & 1) effects.push_back(effect);
-      else if (holds(measured_, effect)) lacking.push_back(effect);
+      else if (holds(with_base_, effect)) lacking.push_back(effect);
     }
     if (lacking.empty() && &weighed_.weighing.about(effects) == set.about) return &set.arm;
     const auto [place, is_new] = base_without_.try_emplace(lacking);
@@ -82,7 +81,7 @@ class Places {
   }
 
   const Weighed& weighed_;
-  std::vector<size_t> measured_;
+  std::vector<size_t> with_base_;
   std::map<std::vector<size_t>, Arm> base_without_;  // by what they lack
 };
 

@@ -49,8 +49,8 @@ struct Protocol {
   double grid_share = 0.5;        // of what a finer grid changes
   double straight_within = 0.15;  // ln: how far the base is moved along derivatives
   double lasting_share = 1;       // of their usual size: smooth forces that are the same in all windows
-  double least_scale = 0.125, scale_ratio = 1.4142135623730951;
-  long scales = 18;
+  double least_scale = 0.5, scale_ratio = 1.4142135623730951;
+  long scales = 14;
   double right_scale = 1, right_sd = 0.3;  // median and ln deviation of s in a right model
   double unknown_over = 2;                 // times right_scale: where something unknown begins
 
@@ -66,9 +66,9 @@ struct Protocol {
   double tempering = 1;        // power of the evidence
 
   // Where the leaders stand.
-  long rounds = 2;            // of held-out trials
-  long most_rounds = 8;       // on the coarse grid
+  long most_rounds = 8;       // on the coarse grid, and then on the usual one
   double moves_on = 4;        // nats: a step that gains less is the last
+  double point_nats = 30;     // by which the evidence of one model differs from one likeliest point to another
   long valleys = 3;           // times that the way to where a set is likeliest may lead the base elsewhere
   double looks_at = 1;        // nats: a set that gains so much on none is looked at where it stands, too
   double longest_step = 0.7;  // ln

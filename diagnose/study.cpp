@@ -15,13 +15,17 @@ bool has_markers(const std::vector<model::ObservedTrial>& trials) {
   return std::any_of(trials.begin(), trials.end(), [](const model::ObservedTrial& t) { return t.markers.has_value(); });
 }
 
-std::vector<size_t> measured_effects(const Study& study) {
+bool is_of_clock(const model::Parameter& parameter) {
+  return parameter.name == "delay" || parameter.name == "delay_per_second";
+}
+
+std::vector<size_t> found_with_base(const Study& study) {
   std::vector<size_t> out;
   for (size_t e = 0; e < study.effects.size(); ++e)
     for (size_t k = 0; k < study.effects[e].parameters.size(); ++k) {
       const model::Parameter& p = study.effects[e].parameters[k];
       const double neutral = model::to_coordinate(p, p.start);
-      if (study.base(static_cast<Eigen::Index>(study.first_parameter[e] + k)) == neutral) continue;
+      if (!is_of_clock(p) && study.base(static_cast<Eigen::Index>(study.first_parameter[e] + k)) == neutral) continue;
       out.push_back(e);
       break;
     }

@@ -48,8 +48,12 @@ std::vector<model::Parameter> base_of(const Study& study);
 
 bool has_markers(const std::vector<model::ObservedTrial>& trials);
 
-// Effects that do not stand at neutral in study.base.
-std::vector<size_t> measured_effects(const Study& study);
+// What a clock does to all that was seen alike.
+bool is_of_clock(const model::Parameter& parameter);
+
+// Effects that the base is found with: those that do not stand at neutral in study.base, and what is of a clock. A base
+// that cannot move its clock bends the fabric's parameters in its place.
+std::vector<size_t> found_with_base(const Study& study);
 
 // Parameters of smooth forces, all neutral at zero, in shares of the fabric's weight: three directions times cosines of
 // so many half waves along the width and the height. The further a wave is from the smoothest, the smaller its unit.

@@ -49,15 +49,16 @@ Linearisation linearised_at(Study& study, const Windows& windows, const Evidence
                             const EffectSet& set) {
   Arm arm = arm_at(study, about, set.chosen, set.d);
   approach(study, windows, evidence, about, arm, set.scale);
+  fit_arm(study, windows, evidence, about, arm, set.scale);
   Linearisation out = linearise_again(study, windows, branches_at(study, arm.branches, arm.x), arm.x, about,
                                       taken_again(study, evidence, about, set, arm));
   return out.residual.allFinite() ? out : about;
 }
 
-// Of the effects that were measured before any physics, one each.
-std::vector<const Way*> ways_of_measured(const Study& study, const Linearisation& about) {
+// Of the effects that the base is found with, one each.
+std::vector<const Way*> ways_found_with_base(const Study& study, const Linearisation& about) {
   std::vector<const Way*> out;
-  for (const size_t e : measured_effects(study))
+  for (const size_t e : found_with_base(study))
     out.push_back(&*std::find_if(about.ways.begin(), about.ways.end(), [e](const Way& w) { return w.effect == e; }));
   return out;
 }
@@ -68,14 +69,6 @@ void weigh_all(const Study& study, Weighing& out) {
   out.verdict = judge(study, out.sets, out.evidence->error().scales, {});
 }
 
-// Those that have an effect of the likeliest as they were weighed about that one, the others about the base.
-void take_those_that_meet(const Study& study, const std::vector<EffectSet>& about_first, Weighing& out) {
-  for (const EffectSet& set : about_first)
-    if (const auto same = place_of(out.sets, set.effects); same != out.sets.end() && meet(set.effects, out.first))
-      out.sets[static_cast<size_t>(same - out.sets.begin())] = set;
-  out.verdict = judge(study, out.sets, out.evidence->error().scales, {});
-}
-
 // Of a set's evidence, at its likeliest s.
 double most_of(const Study& study, const Evidence& evidence, const EffectSet& set) {
   const ScalePriors priors = scale_priors(study.protocol, evidence.error().scales);
@@ -83,6 +76,25 @@ double most_of(const Study& study, const Evidence& evidence, const EffectSet& se
   for (size_t s = 0; s < set.log_evidence.size(); ++s)
     most = std::max(most, set.log_evidence[s] + std::max(priors.right[s], priors.unknown[s]));
   return most;
+}
+
+// Those that have an effect of the likeliest as they were weighed about that one, the others about the base. The
+// evidence of one model differs by some nats from point to point, so what a set gains on none counts as far as both
+// points bear it out, or as it is more than that.
+void take_those_that_meet(const Study& study, const std::vector<EffectSet>& about_first, Weighing& out) {
+  const Evidence& evidence = *out.evidence;
+  const double none = most_of(study, evidence, out.set_of({})),
+               none_there = most_of(study, evidence, *place_of(about_first, {}));
+  for (EffectSet set : about_first) {
+    const auto same = place_of(out.sets, set.effects);
+    if (same == out.sets.end() || !meet(set.effects, out.first)) continue;
+    const double there = most_of(study, evidence, set), gain = most_of(study, evidence, *same) - none,
+                 borne_out = none + std::min(gain, there - none_there);
+    const double counts = std::max(borne_out, there - study.protocol.point_nats);
+    for (double& l : set.log_evidence) l += counts - there;
+    out.sets[static_cast<size_t>(same - out.sets.begin())] = std::move(set);
+  }
+  out.verdict = judge(study, out.sets, out.evidence->error().scales, {});
 }
 
 // The set that is looked at where it stands: the likeliest, or where that has no effect the one that gains most on
@@ -114,7 +126,7 @@ bool has_arrived(const Study& study, const Weighing& out, const std::vector<Effe
 bool again_without(Study& study, const Windows& windows, const EffectSet& from_there, Weighing& out) {
   const Evidence& evidence = *out.evidence;
   const double now = most_of(study, evidence, out.set_of({}));
-  if (most_of(study, evidence, from_there) < now + study.protocol.moves_on) return false;
+  if (most_of(study, evidence, from_there) < now + study.protocol.point_nats) return false;
   Linearisation again = linearised_at(study, windows, evidence, *out.there, from_there);
   if (most_of(study, evidence, weigh_set(study, evidence, again, {})) <= now) return false;
   out.none = std::move(again);
@@ -151,7 +163,7 @@ Weighing weigh(Study& study, const Windows& windows, const WeighingOptions& opti
   begin(0.18, 0.58, "the base with what is negligible of every effect");
   Weighing out;
   out.none = linearised_at(study, windows, at_first, at_base,
-                           weigh_set(study, at_first, at_base, ways_of_measured(study, at_base)));
+                           weigh_set(study, at_first, at_base, ways_found_with_base(study, at_base)));
   out.evidence.emplace(windows, error_about(out.none));
   weigh_all(study, out);
   options.ends("the base where it is likeliest");
