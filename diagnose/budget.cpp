@@ -96,26 +96,13 @@ double HeldOut::mm() const { return std::sqrt(dimensions * square_mm2.sum() / st
 
 namespace {
 
-// What data say of an arm's columns: all trials, and all but those of each group.
-struct Grams {
-  Gram all;
-  std::vector<Gram> without;
-};
-
-Grams grams_of(const Study& study, const Evidence& evidence, const Arm& arm, size_t scale) {
-  Grams out{evidence.gram(arm.changes, arm.residual, scale), std::vector<Gram>(study.groups.size())};
-  if (study.groups.size() == 1) {
-    out.without[0] = out.all;
-    return out;
-  }
-  tbb::parallel_for(size_t{0}, study.groups.size(), [&](size_t g) {
-    const Gram own = evidence.gram(arm.changes, arm.residual, scale, study.groups[g]);
-    out.without[g] = {out.all.of - own.of, out.all.log_determinant - own.log_determinant};
-  });
-  return out;
+// What data say of an arm's columns: all trials but those of each group; of one group all.
+std::vector<Gram> grams_of(const Study& study, const Evidence& evidence, const Arm& arm, size_t scale) {
+  if (study.groups.size() == 1) return {evidence.gram(arm.changes, arm.residual, scale)};
+  return evidence.grams_without(study.groups, arm.changes, arm.residual, scale);
 }
 
-using GramsOfArms = std::map<std::pair<const Arm*, size_t>, Grams>;  // by arm and scale
+using GramsOfArms = std::map<std::pair<const Arm*, size_t>, std::vector<Gram>>;  // by arm and scale
 
 GramsOfArms grams_of(const Study& study, const Evidence& evidence, const std::vector<Subset>& subsets) {
   GramsOfArms out;
@@ -126,14 +113,14 @@ GramsOfArms grams_of(const Study& study, const Evidence& evidence, const std::ve
 }
 
 HeldOut hold_out(const Study& study, const Windows& windows, const Evidence& evidence, const Subset& subset,
-                 const Grams& grams) {
+                 const std::vector<Gram>& grams_without) {
   Arm arm = *subset.arm;
   arm.sizes = subset.sizes;
   HeldOut out;
   out.residual = arm.residual;
   out.coordinates.assign(study.groups.size(), arm.x);
   tbb::parallel_for(size_t{0}, study.groups.size(), [&](size_t g) {
-    const VectorXd d = posterior_of(study, arm, grams.without[g], evidence.error().scales[subset.scale]).mean;
+    const VectorXd d = posterior_of(study, arm, grams_without[g], evidence.error().scales[subset.scale]).mean;
     out.coordinates[g] = moved(study, arm, d);
     for (const Window& w : windows.windows())
       if (holds(study.groups[g], w.trial))

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
+#include <utility>
 
 #include <tbb/parallel_for.h>
 
@@ -41,8 +43,9 @@ struct Woodbury {
 }  // namespace
 
 ModelError model_error(const Protocol& protocol, const Windows& windows, const MatrixXd& forces, const VectorXd& grid,
-                       const MatrixXd& second, FrameNoise frames) {
+                       MatrixXd lasting, const MatrixXd& second, FrameNoise frames) {
   ModelError error;
+  error.lasting = std::move(lasting);
   error.forces.resize(forces.rows(), forces.cols() + 1);
   error.forces << forces, protocol.grid_share * grid;
   error.white_mm = protocol.white_share * forces.rowwise().norm();
@@ -79,10 +82,13 @@ MatrixXd Evidence::shared(const Window& w, double s) const {
   return out;
 }
 
-Gram Evidence::gram(const MatrixXd& columns, const VectorXd& residual, size_t scale,
-                    const std::vector<size_t>& trials) const {
-  MatrixXd all(columns.rows(), columns.cols() + 1);
-  all << columns, residual;
+Gram Evidence::added(const MatrixXd& columns, const VectorXd& residual, size_t scale,
+                     const std::vector<size_t>& trials) const {
+  const MatrixXd& lasting = error_.lasting;
+  MatrixXd all(columns.rows(), columns.cols() + lasting.cols() + 1);
+  all.leftCols(columns.cols()) = columns;
+  if (lasting.cols() > 0) all.middleCols(columns.cols(), lasting.cols()) = lasting;
+  all.rightCols<1>() = residual;
   Gram out;
   out.of = MatrixXd::Zero(all.cols(), all.cols());
   const double s = error_.scales[scale];
@@ -93,6 +99,34 @@ Gram Evidence::gram(const MatrixXd& columns, const VectorXd& residual, size_t sc
     out.of += rows.transpose() * sigma.solve(rows);
     out.log_determinant += sigma.log_determinant;
   }
+  return out;
+}
+
+Gram Evidence::marginal(const Gram& added) const {
+  const Index lasting = error_.lasting.cols(), columns = added.of.cols() - lasting - 1;
+  if (lasting == 0) return added;
+  std::vector<Index> kept(static_cast<size_t>(columns) + 1);
+  std::iota(kept.begin(), kept.end(), 0);
+  kept.back() = columns + lasting;
+  const MatrixXd across = added.of.middleRows(columns, lasting)(Eigen::all, kept);
+  const Eigen::LLT<MatrixXd> inner(MatrixXd::Identity(lasting, lasting) +
+                                   added.of.block(columns, columns, lasting, lasting));
+  return {added.of(kept, kept) - across.transpose() * inner.solve(across),
+          added.log_determinant + 2 * inner.matrixLLT().diagonal().array().log().sum()};
+}
+
+Gram Evidence::gram(const MatrixXd& columns, const VectorXd& residual, size_t scale) const {
+  return marginal(added(columns, residual, scale, {}));
+}
+
+std::vector<Gram> Evidence::grams_without(const std::vector<std::vector<size_t>>& groups, const MatrixXd& columns,
+                                          const VectorXd& residual, size_t scale) const {
+  const Gram all = added(columns, residual, scale, {});
+  std::vector<Gram> out(groups.size());
+  tbb::parallel_for(size_t{0}, groups.size(), [&](size_t g) {
+    const Gram own = added(columns, residual, scale, groups[g]);
+    out[g] = marginal({all.of - own.of, all.log_determinant - own.log_determinant});
+  });
   return out;
 }
 

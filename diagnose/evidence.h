@@ -5,7 +5,8 @@
 // X: how the residual changes with the coordinates d of a model (Windows' rows: simulated less seen). D: what smooth
 // forces that no law gives do to a window, each of the size that a right model's errors have; windows do not share
 // their w. s: how much larger than that size the model error is. R: the sensor, F what errs together in a frame
-// (measured.h). So
+// (measured.h). What lasts, the same in all windows (mesh_error.h), stands among the columns with a prior of its own
+// and is summed over. So
 //   Σ = s² (D Dᵀ + white) + R,   A = Λ⁻¹ + Xᵀ Σ⁻¹ X,   b = Λ⁻¹ m − Xᵀ Σ⁻¹ r,
 //   ln p(r | s) = −½ (rᵀ Σ⁻¹ r + mᵀ Λ⁻¹ m − bᵀ A⁻¹ b) − ½ ln|Σ| − ½ ln|ΛA| + const,
 // and d given r is N(A⁻¹ b, A⁻¹) (Kaipio and Somersalo 2007 on approximation errors; Kennedy and O'Hagan 2001).
@@ -29,15 +30,17 @@ struct ModelError {
   Eigen::VectorXd white_mm;  // a row, at s = 1: what no smooth force makes
   Eigen::VectorXd noise_mm;  // a row: the sensor's
   Eigen::MatrixXd bent;      // rows × base coordinates, mm: what derivatives miss; no columns: nothing
+  Eigen::MatrixXd lasting;   // rows × patterns, mm, each of unit variance: the same in all windows
   FrameNoise frames;
   std::vector<double> scales;  // s, ascending
 };
 
-// forces: what those of usual size do; grid: what a finer grid changes; second: half the second derivatives by the
-// base's coordinates. Where a fold snaps within a window these are a hundred times those of others, and no derivative
-// serves: such a window says little.
+// forces: what those of usual size do; grid: what a finer grid changes; lasting: what the mesh leaves in all windows;
+// second: half the second derivatives by the base's coordinates. Where a fold snaps within a window these are a hundred
+// times those of others, and no derivative serves: such a window says little.
 ModelError model_error(const Protocol& protocol, const Windows& windows, const Eigen::MatrixXd& forces,
-                       const Eigen::VectorXd& grid, const Eigen::MatrixXd& second, FrameNoise frames);
+                       const Eigen::VectorXd& grid, Eigen::MatrixXd lasting, const Eigen::MatrixXd& second,
+                       FrameNoise frames);
 
 // [X r]ᵀ Σ⁻¹ [X r] of some windows, the residual behind the columns.
 struct Gram {
@@ -71,9 +74,11 @@ class Evidence {
   // One for each s.
   std::vector<Gram> grams(const Eigen::MatrixXd& columns, const Eigen::VectorXd& residual) const;
 
-  // trials: which take part, empty: all.
-  Gram gram(const Eigen::MatrixXd& columns, const Eigen::VectorXd& residual, size_t scale,
-            const std::vector<size_t>& trials = {}) const;
+  Gram gram(const Eigen::MatrixXd& columns, const Eigen::VectorXd& residual, size_t scale) const;
+
+  // Of all trials but those of each group.
+  std::vector<Gram> grams_without(const std::vector<std::vector<size_t>>& groups, const Eigen::MatrixXd& columns,
+                                  const Eigen::VectorXd& residual, size_t scale) const;
 
   // Of what is shared in a window, at s: the forces' w, then the frames', given what they left of its rows.
   // How much of a window derivatives can say: 1 where they serve, 0 where a fold snaps. typical_mm: that a right model
@@ -90,6 +95,11 @@ class Evidence {
   Eigen::VectorXd variance(const Window& w, double s) const;
   // [s D F] of a window.
   Eigen::MatrixXd shared(const Window& w, double s) const;
+  // Of the columns, what lasts and the residual; a sum over windows, of these trials, or of all where there are none.
+  Gram added(const Eigen::MatrixXd& columns, const Eigen::VectorXd& residual, size_t scale,
+             const std::vector<size_t>& trials) const;
+  // Summed over what lasts.
+  Gram marginal(const Gram& added) const;
 
   const Windows& windows_;
   ModelError error_;

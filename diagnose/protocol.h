@@ -22,6 +22,7 @@ struct Protocol {
   double finer = 1.5;                       // times as many, to see what the grid does
   double coarser = 1.5;                     // times as few, on which the way to where a set is likeliest is found
   double rate_hz = 30, image_rate_hz = 10;  // observations are averaged, or thinned, to these
+  double seen_apart = 0.14;                 // of the width: points of a picture
 
   // What recordings show by themselves (measured.h), and how much of them is looked at (model/excerpts.h).
   double most_delay_s = 0.5;
@@ -47,10 +48,11 @@ struct Protocol {
   double force_share = 0.01, force_smoothness = 0.3;
   double white_share = 0.3;       // of what the forces do to a row, that no smooth force makes
   double grid_share = 0.5;        // of what a finer grid changes
+  long mesh_waves = 6;            // of pictures: half waves along each side, with none
   double straight_within = 0.15;  // ln: how far the base is moved along derivatives
   double lasting_share = 1;       // of their usual size: smooth forces that are the same in all windows
-  double least_scale = 0.5, scale_ratio = 1.4142135623730951;
-  long scales = 14;
+  double least_scale = 0.125, scale_ratio = 1.4142135623730951;
+  long scales = 18;
   double right_scale = 1, right_sd = 0.3;  // median and ln deviation of s in a right model
   double unknown_over = 2;                 // times right_scale: where something unknown begins
 

@@ -6,6 +6,8 @@
 
 #include <fmt/format.h>
 
+#include "diagnose/mesh_error.h"
+
 namespace selvedge::diagnose {
 
 using Eigen::Index;
@@ -155,7 +157,8 @@ Weighing weigh(Study& study, const Windows& windows, const WeighingOptions& opti
     throw std::runtime_error(fmt::format("{}: the base model diverges at its fitted parameters", study.campaign));
   const FrameNoise frames = frame_noise(study.measured, *study.simulation, windows);
   const auto error_about = [&](const Linearisation& about) {
-    return model_error(study.protocol, windows, forces, about.grid, about.second, frames);
+    return model_error(study.protocol, windows, forces, about.grid,
+                       mesh_error(study.protocol, *study.simulation, windows, about.grid), about.second, frames);
   };
   const Evidence at_first(windows, error_about(at_base));
   options.ends("changing everything once");

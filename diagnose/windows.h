@@ -32,6 +32,7 @@ class Windows {
   const std::vector<Window>& windows() const { return windows_; }
   // The place of a row in its trial's residuals (model::Residuals::mm).
   Eigen::Index place(Eigen::Index row) const { return slices_[static_cast<size_t>(row)].place; }
+  size_t trial(Eigen::Index row) const { return slices_[static_cast<size_t>(row)].trial; }
   // Standard deviation of each row by the sensor alone, mm.
   const Eigen::VectorXd& noise_mm() const { return noise_mm_; }
 

@@ -5,6 +5,7 @@
 #include <limits>
 #include <stdexcept>
 
+#include "diagnose/mesh_error.h"
 #include "diagnose/missing_force.h"
 #include "evaluation/set_score.h"
 
@@ -70,7 +71,8 @@ DrawnCampaign::DrawnCampaign(const trial::Campaign& campaign, const std::vector<
   about_ = linearise(study_, *windows_, study_.state, study_.base, forces);
   if (!about_.residual.allFinite()) throw std::runtime_error("DrawnCampaign: the base diverges at its parameters");
   evidence_ = std::make_unique<diagnose::Evidence>(
-      *windows_, model_error(study_.protocol, *windows_, forces, about_.grid, about_.second,
+      *windows_, model_error(study_.protocol, *windows_, forces, about_.grid,
+                             mesh_error(study_.protocol, *study_.simulation, *windows_, about_.grid), about_.second,
                              frame_noise(study_.measured, *study_.simulation, *windows_)));
   for (size_t e = 0; e < study_.effects.size(); ++e)
     if (about_.can_tell[e]) tellable_.push_back(e);
@@ -117,6 +119,7 @@ VectorXd DrawnCampaign::residual_of(const Draw& draw, std::mt19937_64& random) c
     for (Index k = 0; k < error.bent.cols(); ++k)
       r.segment(w.first, w.count) += normal(random) * error.bent.col(k).segment(w.first, w.count);
   }
+  for (Index k = 0; k < error.lasting.cols(); ++k) r += normal(random) * error.lasting.col(k);
   for (Index i = 0; i < r.size(); ++i) r(i) += std::hypot(error.noise_mm(i), s * error.white_mm(i)) * normal(random);
   return r;
 }

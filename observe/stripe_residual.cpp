@@ -52,6 +52,21 @@ StripeFrame track_frame(const trial::Trial& trial, size_t index, const StripeTra
   return out;
 }
 
+// Of each square of a picture the point that is nearest to its middle: a fabric's rim throws others off.
+template <class T>
+void mark_one_a_square(const std::vector<T>& points, double side_px, std::vector<bool>& out) {
+  std::map<std::pair<long, long>, std::pair<double, size_t>> nearest;
+  const size_t first = out.size();
+  out.resize(first + points.size(), false);
+  for (size_t i = 0; i < points.size(); ++i) {
+    const Eigen::Vector2d at = points[i].pixel / side_px, square = at.array().floor();
+    const std::pair<double, size_t> here = {(at - square - Eigen::Vector2d(0.5, 0.5)).norm(), first + i};
+    const auto place = nearest.try_emplace({static_cast<long>(square.x()), static_cast<long>(square.y())}, here).first;
+    place->second = std::min(place->second, here);
+  }
+  for (const auto& [square, point] : nearest) out[point.second] = true;
+}
+
 Eigen::Vector2d nearest_on(const std::vector<Eigen::Vector2d>& line, const Eigen::Vector2d& p) {
   Eigen::Vector2d best = line.front();
   double least = std::numeric_limits<double>::infinity();
@@ -166,6 +181,17 @@ std::shared_ptr<const StripeTrack> track_stripes(const trial::Trial& trial, cons
            "no projected stripe could be followed from the held corners in any frame; expected stripes as trial.json "
            "describes them");
   return track;
+}
+
+std::vector<bool> one_a_square(const StripeTrack& track, double side_m) {
+  const double focal_px = geometry::decompose(track.camera).intrinsics(0, 0);
+  std::vector<bool> out;
+  for (const StripeFrame& frame : track.frames) {
+    const double side_px = side_m * focal_px / median_depth(frame.depth);
+    mark_one_a_square(frame.depth, side_px, out);
+    mark_one_a_square(frame.outline, side_px, out);
+  }
+  return out;
 }
 
 double last_time_s(const StripeTrack& track) { return track.frames.empty() ? 0 : track.frames.back().time_s; }

@@ -83,4 +83,8 @@ void stripe_residuals(const StripeTrack& track, const StripeFrame& frame, const 
                       const std::vector<int>& rim, const Eigen::Matrix3Xd& shape, const SensorModel& sensor,
                       double* residual_mm);
 
+// Of the residuals of all frames, those of one depth point and of one outline point in each square of a frame, whose
+// side is so long on the fabric.
+std::vector<bool> one_a_square(const StripeTrack& track, double side_m);
+
 }  // namespace selvedge::observe

@@ -54,44 +54,68 @@ TEST_F(EvidenceOfWindows, TheBaseThatMadeTheTrialsLeavesTheNoise) {
   EXPECT_LT(std::sqrt(r.squaredNorm() / static_cast<double>(r.size())), 1.2);
 }
 
-TEST_F(EvidenceOfWindows, IsThatOfOneLargeNormalDistribution) {
-  std::srand(3);
-  const Index rows = windows_->rows();
+// Every third row of a window is of one frame.
+ModelError drawn_error(Index rows) {
   ModelError error;
   error.forces = MatrixXd::Random(rows, 4);
   error.white_mm = VectorXd::Constant(rows, 0.2);
   error.noise_mm = VectorXd::Constant(rows, 0.3);
+  error.lasting = MatrixXd::Random(rows, 2);
   error.scales = {0.5, 2};
-  // Every third row of a window is of one frame.
   error.frames.shapes = MatrixXd::Random(rows, 2);
   for (Index i = 0; i < rows; ++i) error.frames.frame.push_back(static_cast<int>(i % 3));
+  return error;
+}
+
+MatrixXd covariance_of(const ModelError& error, const Windows& windows, double s) {
+  MatrixXd sigma = error.lasting * error.lasting.transpose();
+  for (const Window& w : windows.windows()) {
+    const MatrixXd d = s * error.forces.middleRows(w.first, w.count);
+    sigma.block(w.first, w.first, w.count, w.count) += d * d.transpose();
+    for (Index i = w.first; i < w.first + w.count; ++i)
+      for (Index j = w.first; j < w.first + w.count; ++j)
+        if (i % 3 == j % 3) sigma(i, j) += error.frames.shapes.row(i).dot(error.frames.shapes.row(j));
+  }
+  sigma.diagonal().array() += 0.3 * 0.3 + s * s * 0.2 * 0.2;
+  return sigma;
+}
+
+// ln p of these rows, where r = −X d + …: its mean is −X m.
+double log_p(MatrixXd sigma, const MatrixXd& columns, const VectorXd& residual, const std::vector<Prior>& priors,
+             const std::vector<Index>& rows) {
+  VectorXd off = residual;
+  for (Index c = 0; c < columns.cols(); ++c) {
+    const Prior& p = priors[static_cast<size_t>(c)];
+    sigma += p.sd * p.sd * columns.col(c) * columns.col(c).transpose();
+    off += p.mean * columns.col(c);
+  }
+  const Eigen::LLT<MatrixXd> factor(MatrixXd(sigma(rows, rows)));
+  const VectorXd these = off(rows);
+  return -0.5 * these.dot(factor.solve(these)) - factor.matrixLLT().diagonal().array().log().sum();
+}
+
+TEST_F(EvidenceOfWindows, IsThatOfOneLargeNormalDistribution) {
+  std::srand(3);
+  const ModelError error = drawn_error(windows_->rows());
   const Evidence evidence(*windows_, error);
-  const MatrixXd columns = MatrixXd::Random(rows, 3);
-  const VectorXd residual = VectorXd::Random(rows);
+  const MatrixXd columns = MatrixXd::Random(windows_->rows(), 3);
+  const VectorXd residual = VectorXd::Random(windows_->rows());
   const std::vector<Prior> priors = {{0.1, 0.5, -1e300, 1e300}, {-0.2, 2, -1e300, 1e300}, {0, 1, -1e300, 1e300}};
+  const size_t left_out = windows_->windows().front().trial;
+  std::vector<Index> all, others;
+  for (Index i = 0; i < windows_->rows(); ++i) {
+    all.push_back(i);
+    if (windows_->trial(i) != left_out) others.push_back(i);
+  }
+  ASSERT_FALSE(others.empty());
   for (size_t k = 0; k < 2; ++k) {
-    const double s = error.scales[k];
-    MatrixXd sigma = MatrixXd::Zero(rows, rows);
-    for (const Window& w : windows_->windows()) {
-      const MatrixXd d = s * error.forces.middleRows(w.first, w.count);
-      sigma.block(w.first, w.first, w.count, w.count) = d * d.transpose();
-      for (Index i = w.first; i < w.first + w.count; ++i)
-        for (Index j = w.first; j < w.first + w.count; ++j)
-          if (i % 3 == j % 3) sigma(i, j) += error.frames.shapes.row(i).dot(error.frames.shapes.row(j));
-    }
-    sigma.diagonal().array() += 0.3 * 0.3 + s * s * 0.2 * 0.2;
-    // r = −X d + …: its mean is −X m.
-    VectorXd mean = VectorXd::Zero(rows);
-    for (Index c = 0; c < 3; ++c) {
-      const Prior& p = priors[static_cast<size_t>(c)];
-      sigma += p.sd * p.sd * columns.col(c) * columns.col(c).transpose();
-      mean -= p.mean * columns.col(c);
-    }
-    const Eigen::LLT<MatrixXd> factor(sigma);
-    const VectorXd off = residual - mean;
-    const double log_p = -0.5 * off.dot(factor.solve(off)) - factor.matrixLLT().diagonal().array().log().sum();
-    const Posterior p = posterior(evidence.gram(columns, residual, k), priors);
-    EXPECT_NEAR(p.log_evidence, log_p, 1e-6 * std::abs(log_p));
+    const MatrixXd sigma = covariance_of(error, *windows_, error.scales[k]);
+    const auto expect = [&](const Gram& gram, const std::vector<Index>& rows) {
+      const double truly = log_p(sigma, columns, residual, priors, rows);
+      EXPECT_NEAR(posterior(gram, priors).log_evidence, truly, 1e-6 * std::abs(truly));
+    };
+    expect(evidence.gram(columns, residual, k), all);
+    expect(evidence.grams_without({{left_out}}, columns, residual, k).front(), others);
   }
 }
 

@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include "diagnose/effects/library.h"
+#include "diagnose/mesh_error.h"
 #include "model/simulation.h"
 #include "tests/waving_felt.h"
 
@@ -86,6 +87,35 @@ TEST_F(ImageEffects, ARollingShutterIsADelayThatGrowsWithTheRow) {
     ASSERT_GT(inner, 0);
     EXPECT_GT(outer, 3 * inner);
   }
+}
+
+TEST_F(ImageEffects, AFrameIsLookedAtInSquares) {
+  Protocol protocol;
+  const Windows windows(*simulation_, protocol);
+  protocol.seen_apart /= 2;
+  const Windows finer(*simulation_, protocol);
+  // Four times as many squares, less at the rim; a dozen and more a frame; fewer than were seen.
+  EXPECT_GT(finer.rows(), 2 * windows.rows());
+  EXPECT_LT(finer.rows(), simulation_->time_s(0).size());
+  const auto frames = static_cast<Eigen::Index>(simulation_->trials()[0].stripes->frames.size());
+  EXPECT_GT(windows.rows(), 12 * frames);
+}
+
+TEST_F(ImageEffects, WhatAMeshLeavesHasTheSizeOfWhatAFinerGridChanges) {
+  const Windows windows(*simulation_, {});
+  const Eigen::VectorXd grid = Eigen::VectorXd::Constant(windows.rows(), -0.2);
+  const Eigen::MatrixXd patterns = mesh_error({}, *simulation_, windows, grid);
+  ASSERT_EQ(patterns.cols(), Protocol().mesh_waves * Protocol().mesh_waves);
+  const Eigen::VectorXd square = patterns.rowwise().squaredNorm();
+  double sum = 0;
+  Eigen::Index depths = 0;
+  for (Eigen::Index i = 0; i < square.size(); ++i) {
+    sum += square(i);
+    depths += square(i) > 0;
+  }
+  ASSERT_GT(depths, square.size() / 2);
+  EXPECT_LT(depths, square.size());  // outline points have none
+  EXPECT_NEAR(std::sqrt(sum / static_cast<double>(depths)), 0.2, 0.05);
 }
 
 }  // namespace

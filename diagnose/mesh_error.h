@@ -1,0 +1,20 @@
+// What a mesh leaves of pictures.
+//
+// A grid hangs a little otherwise than fabric does, the same in all frames. Thousands of points show that, and each
+// would count as if it told something new: an effect that bends the sheet a little stands in for it. So patterns as
+// smooth as what no smooth force makes (Protocol::mesh_waves) lie over the pictures, in depth, of the size of what a
+// finer grid changes there.
+#pragma once
+
+#include <Eigen/Core>
+
+#include "diagnose/windows.h"
+
+namespace selvedge::diagnose {
+
+// grid: what a finer grid changes, a row. Rows × patterns, mm, each of unit variance; no columns where there are no
+// pictures.
+Eigen::MatrixXd mesh_error(const Protocol& protocol, const model::Simulation& simulation, const Windows& windows,
+                           const Eigen::VectorXd& grid);
+
+}  // namespace selvedge::diagnose
