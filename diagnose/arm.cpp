@@ -127,6 +127,21 @@ void begin(const Study& study, const Evidence& evidence, const Linearisation& ab
   if (!(misfit(study, evidence, arm, scale) <= misfit(study, evidence, stays, scale))) arm = std::move(stays);
 }
 
+enum class Derivatives : char { taken, as_they_are };
+
+// Step by step to where an arm is likeliest, with derivatives taken anew for each step or only corrected along it.
+void descend(const Study& study, const Evidence& evidence, const Linearisation& about, const SimulateAt& simulate_at,
+             Arm& arm, size_t scale, Derivatives derivatives) {
+  begin(study, evidence, about, simulate_at, arm, scale);
+  double last = misfit(study, evidence, arm, scale);
+  for (long round = 0; round < study.protocol.most_rounds && arm.residual.allFinite(); ++round) {
+    if (derivatives == Derivatives::taken) differentiate(study, simulate_at, arm);
+    const double now = step(study, evidence, simulate_at, arm, scale);
+    if (last - now < 2 * study.protocol.moves_on) return;
+    last = now;
+  }
+}
+
 }  // namespace
 
 bool holds(const std::vector<size_t>& list, size_t x) { return std::find(list.begin(), list.end(), x) != list.end(); }
@@ -195,14 +210,7 @@ void approach(Study& study, const Windows& windows, const Evidence& evidence, co
     for (Index k = 0; k < sets.cols(); ++k) r.col(k) += grid_share(study, sets.col(k)) * about.grid;
     return r;
   };
-  begin(study, evidence, about, simulate_at, arm, scale);
-  double last = misfit(study, evidence, arm, scale);
-  for (long round = 0; round < study.protocol.most_rounds && arm.residual.allFinite(); ++round) {
-    differentiate(study, simulate_at, arm);
-    const double now = step(study, evidence, simulate_at, arm, scale);
-    if (last - now < 2 * study.protocol.moves_on) return;
-    last = now;
-  }
+  descend(study, evidence, about, simulate_at, arm, scale, Derivatives::taken);
 }
 
 void fit_arm(Study& study, const Windows& windows, const Evidence& evidence, const Linearisation& about, Arm& arm,
@@ -213,13 +221,7 @@ void fit_arm(Study& study, const Windows& windows, const Evidence& evidence, con
     for (Index k = 0; k < sets.cols(); ++k) r.col(k) += grid_share(study, sets.col(k)) * about.grid;
     return r;
   };
-  begin(study, evidence, about, simulate_at, arm, scale);
-  double last = misfit(study, evidence, arm, scale);
-  for (long round = 0; round < study.protocol.most_rounds && arm.residual.allFinite(); ++round) {
-    const double now = step(study, evidence, simulate_at, arm, scale);
-    if (last - now < 2 * study.protocol.moves_on) return;
-    last = now;
-  }
+  descend(study, evidence, about, simulate_at, arm, scale, Derivatives::as_they_are);
 }
 
 }  // namespace selvedge::diagnose

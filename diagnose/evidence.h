@@ -80,11 +80,11 @@ class Evidence {
   std::vector<Gram> grams_without(const std::vector<std::vector<size_t>>& groups, const Eigen::MatrixXd& columns,
                                   const Eigen::VectorXd& residual, size_t scale) const;
 
-  // Of what is shared in a window, at s: the forces' w, then the frames', given what they left of its rows.
   // How much of a window derivatives can say: 1 where they serve, 0 where a fold snaps. typical_mm: that a right model
   // leaves of a row.
   double trust(const Window& window, double typical_mm) const;
 
+  // Of what is shared in a window, at s: the forces' w, then the frames', given what they left of its rows.
   struct Forces {
     Eigen::VectorXd mean;
     Eigen::MatrixXd covariance;
