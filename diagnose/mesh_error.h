@@ -1,9 +1,8 @@
 // What a mesh leaves of pictures.
 //
 // A grid hangs a little otherwise than fabric does, the same in all frames. Thousands of points show that, and each
-// would count as if it told something new: an effect that bends the sheet a little stands in for it. So patterns as
-// smooth as what no smooth force makes (Protocol::mesh_waves) lie over the pictures, in depth, of the size of what a
-// finer grid changes there.
+// would count as if it told something new: an effect that bends the sheet a little stands in for it. So smooth patterns
+// (Protocol::mesh_waves) lie over the depths of all pictures alike, of the size of what a finer grid changes there.
 #pragma once
 
 #include <Eigen/Core>

@@ -48,7 +48,7 @@ struct Protocol {
   double force_share = 0.01, force_smoothness = 0.3;
   double white_share = 0.3;       // of what the forces do to a row, that no smooth force makes
   double grid_share = 0.5;        // of what a finer grid changes
-  long mesh_waves = 6;            // of pictures: half waves along each side, with none
+  long mesh_waves = 6;            // patterns along each side of a picture, of 0, 1, 2 … half waves
   double straight_within = 0.15;  // ln: how far the base is moved along derivatives
   double lasting_share = 1;       // of their usual size: smooth forces that are the same in all windows
   double least_scale = 0.125, scale_ratio = 1.4142135623730951;
