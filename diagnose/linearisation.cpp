@@ -64,15 +64,15 @@ Sets sets_about(const Study& study, const Linearisation& about, const VectorXd& 
 
 // By the base central differences, by these effects those of a finite change; and all else that is of x.
 void differentiate(Study& study, const Windows& windows, const model::State& branches, const VectorXd& x,
-                   const std::vector<size_t>& effects, On on, Linearisation& out) {
+                   const std::vector<size_t>& effects, Linearisation& out) {
   const auto n = static_cast<Index>(study.base_count);
   const double h = study.protocol.base_difference;
   const Sets sets = sets_about(study, out, x, effects);
-  const MatrixXd r = simulated(study, windows, branches, sets.at, on);
+  const MatrixXd r = simulated(study, windows, branches, sets.at, On::coarse);
   const auto finite = [](const VectorXd& v) { return v.allFinite() ? v : VectorXd(VectorXd::Zero(v.size())); };
   out.x = x;
   out.branches = branches;
-  out.residual = on == On::usual ? VectorXd(r.col(0)) : VectorXd(simulated(study, windows, branches, x).col(0));
+  out.residual = simulated(study, windows, branches, x).col(0);
   out.grid = grid_change(study, windows, branches, x, out.residual);
   out.second.resize(r.rows(), n);
   for (Index k = 0; k < n; ++k) {
@@ -173,13 +173,13 @@ MatrixXd responses_to_forces(Study& study, const Windows& windows) {
 }
 
 Linearisation linearise(Study& study, const Windows& windows, const model::State& branches, const VectorXd& x,
-                        const MatrixXd& forces, On on) {
+                        const MatrixXd& forces) {
   Linearisation out;
   list_columns(study, out);
   out.changes.resize(windows.rows(), static_cast<Index>(out.columns.size()));
   std::vector<size_t> effects(study.effects.size());
   std::iota(effects.begin(), effects.end(), 0);
-  differentiate(study, windows, branches, x, effects, on, out);
+  differentiate(study, windows, branches, x, effects, out);
   add_forces(forces, out);
   return out;
 }
@@ -189,7 +189,7 @@ Linearisation linearise_again(Study& study, const Windows& windows, const model:
   Linearisation out;
   list_columns(study, out);
   out.changes = before.changes.leftCols(static_cast<Index>(out.columns.size()));
-  differentiate(study, windows, branches, x, effects, On::usual, out);
+  differentiate(study, windows, branches, x, effects, out);
   const auto forces = static_cast<Index>(study.parameters.size() - study.first_force);
   add_forces(before.changes.rightCols(forces), out);
   return out;

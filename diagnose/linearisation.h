@@ -33,13 +33,13 @@ Prior prior_of(const Study& study, const Column& column, const Eigen::VectorXd& 
 // Those that the recordings show, of fabric at x: the nearest to them, or these (Simulation::rematch).
 model::State branches_at(const Study& study, model::State these, const Eigen::VectorXd& x);
 
-// About x, with derivatives of one grid; what it leaves is always of the usual one and what a finer one adds. forces:
-// what smooth ones do (responses_to_forces).
+// About x: derivatives are those of the coarse grid, what is left that of the usual one and what a finer one adds.
+// forces: what smooth ones do (responses_to_forces).
 Linearisation linearise(Study& study, const Windows& windows, const model::State& branches, const Eigen::VectorXd& x,
-                        const Eigen::MatrixXd& forces, On on = On::usual);
+                        const Eigen::MatrixXd& forces);
 
-// About x on the usual grid, with derivatives by the base and by these effects. Those by others, and what smooth forces
-// do, stay what they were in `before`.
+// The same with derivatives by the base and by these effects. Those by others, and what smooth forces do, stay what
+// they were in `before`.
 Linearisation linearise_again(Study& study, const Windows& windows, const model::State& branches,
                               const Eigen::VectorXd& x, const Linearisation& before,
                               const std::vector<size_t>& effects);

@@ -152,7 +152,7 @@ Weighing weigh(Study& study, const Windows& windows, const WeighingOptions& opti
   };
   begin(0, 0.18, "changing everything once");
   const MatrixXd forces = responses_to_forces(study, windows);
-  const Linearisation at_base = linearise(study, windows, study.state, study.base, forces, On::coarse);
+  const Linearisation at_base = linearise(study, windows, study.state, study.base, forces);
   if (!at_base.residual.allFinite())
     throw std::runtime_error(fmt::format("{}: the base model diverges at its fitted parameters", study.campaign));
   const FrameNoise frames = frame_noise(study.measured, *study.simulation, windows);
