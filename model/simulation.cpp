@@ -6,6 +6,7 @@
 
 #include <tbb/parallel_for.h>
 
+#include "cloth/material_parameters.h"
 #include "cloth/spline/chosen_grid.h"
 #include "model/ranks/bytes.h"
 #include "model/ranks/ranks.h"
@@ -36,6 +37,19 @@ cloth::spline::SplineSheet sheet_for(const ObservedTrial& trial, int cells) {
   return make_spline_sheet(swatch, make_grid(swatch, trial.experiment.path.hold, swatch.width_m / cells));
 }
 
+// Of a fabric as stiff as parameters go, or as these trials' if that is stiffer. A search that leaves what fabrics are
+// would else ask for steps so short that one of its sets takes longer than all others.
+double shortest_step_s(const cloth::spline::SplineSheet& sheet, const std::vector<ObservedTrial>& trials) {
+  constexpr double kShare = 0.25;
+  std::vector<cloth::Experiment> stiffest;
+  for (const ObservedTrial& trial : trials) {
+    stiffest.push_back(trial.experiment);
+    double& stretch = stiffest.back().material.stretch;
+    stretch = std::max(stretch, cloth::material_parameter("stretch").upper);
+  }
+  return kShare * cloth::spline::common_step_s(sheet, stiffest);
+}
+
 }  // namespace
 
 int cells_of_bending_length(const ObservedTrial& trial, const std::vector<Parameter>& parameters,
@@ -51,6 +65,7 @@ int cells_of_bending_length(const ObservedTrial& trial, const std::vector<Parame
 Simulation::Simulation(std::vector<ObservedTrial> trials, const SimulationOptions& options)
     : sheet_(sheet_for(trials.front(), options.cells)), view_(sheet_), rim_(observe::rim_of(view_.mesh())),
       options_(options), trials_(std::move(trials)) {
+  options_.sheet.shortest_step_s = shortest_step_s(sheet_, trials_);
   for (const ObservedTrial& trial : trials_) {
     std::vector<cloth::SurfacePoint> points;
     std::shared_ptr<const cloth::GuideTrack> track;
@@ -186,7 +201,7 @@ double Simulation::common_step_s(const State& state, const std::vector<Parameter
     if (!trials_[trial].still)
       for (Prediction& p : predictions(state, parameters, coordinates, trial, 0, coordinates.cols()))
         lanes.push_back(std::move(p.experiment));
-  return lanes.empty() ? 0 : cloth::spline::common_step_s(sheet_, lanes);
+  return lanes.empty() ? 0 : cloth::spline::common_step_s(sheet_, lanes, options_.sheet);
 }
 
 std::vector<cloth::Rest> Simulation::relaxed(const std::vector<cloth::Experiment>& lanes) const {

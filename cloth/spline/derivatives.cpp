@@ -14,7 +14,7 @@ Derivatives derivatives(const SplineSheet& sheet, const Experiment& experiment, 
     lanes.back().material.*d.member += d.step;
   }
   Options alike = options;
-  if (alike.step_s <= 0) alike.step_s = common_step_s(sheet, lanes);
+  if (alike.step_s <= 0) alike.step_s = common_step_s(sheet, lanes, options);
   std::vector<Trajectory> motions = simulate(sheet, lanes, alike);
   Derivatives out;
   for (const Trajectory& t : motions) out.finite = out.finite && t.finite;

@@ -132,11 +132,11 @@ void run_group(const SplineSheet& sheet, const std::vector<const Experiment*>& l
 }
 
 // Those that take their steps alike, in groups that the kernels hold: what is dear for a lane is dear for its group, so
-// such lanes go side by side; and long runs beside long ones.
-std::vector<std::vector<size_t>> grouped(const std::vector<Experiment>& lanes, const std::vector<Stages>& stages,
+// such lanes go side by side; and long runs beside long ones. stages: of the lanes that are run.
+std::vector<std::vector<size_t>> grouped(const std::vector<Experiment>& lanes, const std::map<size_t, Stages>& stages,
                                          size_t most) {
   std::map<std::pair<int, double>, std::vector<size_t>> alike;
-  for (size_t i = 0; i < stages.size(); ++i) alike[{stages[i].count, stages[i].gain[0]}].push_back(i);
+  for (const auto& [i, plan] : stages) alike[{plan.count, plan.gain[0]}].push_back(i);
   std::vector<std::vector<size_t>> groups;
   for (auto& [key, members] : alike) {
     const auto order = [&](size_t i) { return std::pair(extras_of(lanes[i].material), -duration_s(lanes[i])); };
@@ -151,10 +151,25 @@ std::vector<std::vector<size_t>> grouped(const std::vector<Experiment>& lanes, c
 // Of the planned step: strains beside the grips may exceed what the plan guesses.
 constexpr double kShare = 0.8;
 
-double shortest_step_s(const std::vector<Spectrum>& spectra) {
-  double step = std::numeric_limits<double>::infinity();
-  for (const Spectrum& s : spectra) step = std::min(step, kShare * plan_step(s).step_s);
-  return step;
+// The step of each lane by itself.
+std::vector<double> steps_s(const std::vector<Spectrum>& spectra) {
+  std::vector<double> out;
+  for (const Spectrum& s : spectra) out.push_back(kShare * plan_step(s).step_s);
+  return out;
+}
+
+// Of those that are run.
+double least_step_s(const std::vector<double>& steps, const Options& options) {
+  double least = std::numeric_limits<double>::infinity();
+  for (const double step : steps)
+    if (step >= options.shortest_step_s) least = std::min(least, step);
+  return least;
+}
+
+void leave_out(const Experiment& lane, Trajectory& out) {
+  out.samples.assign(lane.sample_s.size(),
+                     Eigen::Matrix3Xd::Constant(3, out.start.cols(), std::numeric_limits<double>::quiet_NaN()));
+  out.finite = false;
 }
 
 // After each parallel loop: where one of them throws, those that run beside it in the same outer loop return as if they
@@ -177,8 +192,8 @@ int most_lanes(Precision precision) {
   return precision == Precision::single ? kernel::most_lanes<float>() : kernel::most_lanes<double>();
 }
 
-double common_step_s(const SplineSheet& sheet, const std::vector<Experiment>& lanes) {
-  return shortest_step_s(spectra_of(sheet, lanes));
+double common_step_s(const SplineSheet& sheet, const std::vector<Experiment>& lanes, const Options& options) {
+  return least_step_s(steps_s(spectra_of(sheet, lanes)), options);
 }
 
 std::vector<Rest> relax(const SplineSheet& sheet, const std::vector<Experiment>& lanes, const Options& options) {
@@ -191,9 +206,10 @@ std::vector<Rest> relax(const SplineSheet& sheet, const std::vector<Experiment>&
   return rests;
 }
 
-std::vector<Trajectory> simulate(const SplineSheet& sheet, const std::vector<Experiment>& lanes,
-                                 const Options& options) {
-  check_lanes(lanes);
+namespace {
+
+// Each lane where it begins.
+std::vector<Trajectory> begun(const SplineSheet& sheet, const std::vector<Experiment>& lanes, const Options& options) {
   std::vector<Trajectory> out(lanes.size());
   std::vector<Experiment> at_rest;
   for (const Experiment& e : lanes)
@@ -205,10 +221,23 @@ std::vector<Trajectory> simulate(const SplineSheet& sheet, const std::vector<Exp
     out[i].start = std::move(begins.position);
     out[i].at_rest = begins.at_rest;
   }
+  return out;
+}
+
+}  // namespace
+
+std::vector<Trajectory> simulate(const SplineSheet& sheet, const std::vector<Experiment>& lanes,
+                                 const Options& options) {
+  check_lanes(lanes);
+  std::vector<Trajectory> out = begun(sheet, lanes, options);
   const std::vector<Spectrum> spectra = spectra_of(sheet, lanes);
-  const double step_s = options.step_s > 0 ? options.step_s : shortest_step_s(spectra);
-  std::vector<Stages> stages;
-  for (const Spectrum& s : spectra) stages.push_back(stages_for(s, step_s));
+  const std::vector<double> steps = steps_s(spectra);
+  const double step_s = options.step_s > 0 ? options.step_s : least_step_s(steps, options);
+  std::map<size_t, Stages> stages;
+  for (size_t i = 0; i < lanes.size(); ++i) {
+    if (steps[i] < options.shortest_step_s) leave_out(lanes[i], out[i]);
+    else stages[i] = stages_for(spectra[i], step_s);
+  }
   const auto groups = grouped(lanes, stages, static_cast<size_t>(most_lanes(options.precision)));
   const auto run = [&](const std::vector<size_t>& members, double h, const Stages& plan) {
     std::vector<const Experiment*> group;
@@ -219,9 +248,9 @@ std::vector<Trajectory> simulate(const SplineSheet& sheet, const std::vector<Exp
     }
     run_group(sheet, group, options.precision, h, plan, to);
   };
-  tbb::parallel_for(size_t{0}, groups.size(), [&](size_t g) { run(groups[g], step_s, stages[groups[g][0]]); });
+  tbb::parallel_for(size_t{0}, groups.size(), [&](size_t g) { run(groups[g], step_s, stages.at(groups[g][0])); });
   throw_if_stopped(lanes);
-  for (size_t i = 0; i < lanes.size(); ++i)
+  for (const auto& [i, plan] : stages)
     for (double h = step_s / 2; !out[i].finite && h > step_s / 10; h /= 2) run({i}, h, stages_for(spectra[i], h));
   return out;
 }

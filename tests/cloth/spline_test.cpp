@@ -144,6 +144,28 @@ TEST(SplineLanes, HaveTheBitsOfASingleRun) {
   }
 }
 
+// A search may ask for fabric so stiff that one lane would take longer than all others.
+TEST(SplineLanes, ThatAskForShorterStepsThanAllowedAreNotRun) {
+  const SplineSheet sheet = sheet_of(8);
+  Experiment usual = waved();
+  usual.starts_at_rest = false;
+  usual.start_shape = hung_shape(sheet, usual, 1);
+  Experiment absurd = usual;
+  absurd.material.stretch *= 1e4;
+  Options options;
+  options.shortest_step_s = common_step_s(sheet, {usual}) / 10;
+  ASSERT_LT(common_step_s(sheet, {absurd}), options.shortest_step_s);
+  EXPECT_EQ(common_step_s(sheet, {usual, absurd}, options), common_step_s(sheet, {usual}));
+  const auto together = simulate(sheet, {absurd, usual, absurd}, options), alone = simulate(sheet, {usual}, options);
+  for (const size_t i : {size_t{0}, size_t{2}}) {
+    EXPECT_FALSE(together[i].finite);
+    ASSERT_EQ(together[i].samples.size(), absurd.sample_s.size());
+    for (const Eigen::Matrix3Xd& x : together[i].samples) EXPECT_TRUE(x.array().isNaN().all());
+  }
+  EXPECT_TRUE(together[1].finite);
+  EXPECT_EQ(together[1].samples, alone[0].samples);
+}
+
 // Trials of one fabric begin and end when they like.
 TEST(SplineLanes, MayBeginAndEndAtTimesOfTheirOwn) {
   const SplineSheet sheet = sheet_of(8);
