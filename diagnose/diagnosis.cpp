@@ -191,13 +191,15 @@ class Run {
   }
 
   void tell_where() {
-    const Where where =
-        split_residual(study(), by_trial(study(), *windows_, likeliest().before.residual), out_.noise_floor_mm);
+    const std::vector<SpotsSeen> seen = spots_seen(study());
+    const auto split = [&](const HeldOut& left) {
+      return split_residual(study(), seen, by_trial(study(), *windows_, left.residual), out_.noise_floor_mm);
+    };
+    const Where where = split(likeliest().before);
     out_.where = where.cells;
     out_.map = where.map;
     if (!likeliest().arm.effects.empty()) {
-      const Where with =
-          split_residual(study(), by_trial(study(), *windows_, likeliest().after.residual), out_.noise_floor_mm);
+      const Where with = split(likeliest().after);
       if (with.map.uv == where.map.uv) out_.map.after_mm = with.map.at_mm;
     }
     stages_.done("where");

@@ -1,8 +1,10 @@
 #include "diagnose/next_experiment.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <functional>
+#include <iterator>
 #include <limits>
 
 #include <fmt/format.h>
@@ -115,15 +117,23 @@ double apart_mm(const Foretold& a, const Foretold& b) {
   return 1e3 * std::sqrt(sum / std::max(count, 1.0));
 }
 
-// As it was recorded, and then under each of the candidates.
-std::vector<Foretold> foretold_under(const Study& study, const model::Prediction& recorded,
-                                     const std::vector<Candidate>& list) {
-  std::vector<model::Prediction> all = {recorded};
-  for (const Candidate& c : list) {
-    all.push_back(recorded);
-    c.change(all.back());
+// Of two sets that differ: as it was recorded, and then under each of the candidates.
+using Pair = std::array<std::vector<Foretold>, 2>;
+
+Pair foretold_under(const Study& study, const std::array<model::Prediction, 2>& recorded,
+                    const std::vector<Candidate>& list) {
+  std::vector<model::Prediction> all;
+  for (const model::Prediction& r : recorded) {
+    all.push_back(r);
+    for (const Candidate& c : list) {
+      all.push_back(r);
+      c.change(all.back());
+    }
   }
-  return foretold(study, std::move(all));
+  std::vector<Foretold> found = foretold(study, std::move(all));
+  const auto middle = found.begin() + static_cast<std::ptrdiff_t>(1 + list.size());
+  return {std::vector<Foretold>(std::make_move_iterator(found.begin()), std::make_move_iterator(middle)),
+          std::vector<Foretold>(std::make_move_iterator(middle), std::make_move_iterator(found.end()))};
 }
 
 // Excursion and frequency of the moved corner: half the span along its main axis, and crossings of the middle.
@@ -193,11 +203,11 @@ NextExperiment propose_experiment(const Study& study, const std::vector<Predicte
                least_mm = study.simulation->sd_mm(moving).minCoeff();
   out.like_trial = t.name;
   const std::vector<Candidate> list = candidates(t.width_m, t.height_m, mass_kg);
-  const std::vector<Foretold> first = foretold_under(study, likeliest, list);
   // The second likeliest, or the next one where no experiment shows what differs.
   for (size_t k = 1; k < order.size(); ++k) {
     const std::vector<std::string> pair = {order[0]->name, order[k]->name};
-    const std::vector<Foretold> second = foretold_under(study, predicted(study, *order[k], order[k]->x, moving), list);
+    const auto [first, second] =
+        foretold_under(study, {likeliest, predicted(study, *order[k], order[k]->x, moving)}, list);
     const double present_mm = apart_mm(first[0], second[0]);
     for (size_t i = 0; i < list.size(); ++i) {
       const double mm = apart_mm(first[1 + i], second[1 + i]);

@@ -142,47 +142,10 @@ void look_at_markers(Look& look, ResidualMap& map, const VectorXd& residual_mm, 
   if (!t.still) map.over_time.push_back(over);
 }
 
-// Which spot of the fabric a pixel shows, as the base model has it there and then: the vertex nearest to what was seen.
-class SpotsSeen {
- public:
-  SpotsSeen(const Study& study, size_t trial)
-      : view_(study.simulation->view()), camera_(study.simulation->trials()[trial].stripes->camera),
-        experiment_(
-            study.simulation->predictions(study.state, study.parameters, study.base, trial, 0, 1).front().experiment),
-        trajectory_(study.simulation->trajectory(study.state, study.parameters, study.base, trial)) {}
-
-  bool finite() const { return trajectory_.finite; }
-  void at_time(double t_s) { position_ = view_.of(model::position_at(experiment_, trajectory_, t_s)); }
-  Eigen::Vector2d uv(const observe::DepthPoint& p) const {
-    const Vector3d point =
-        geometry::centre(camera_) + p.depth_m * p.ray_m_per_depth_m * geometry::ray(camera_, p.pixel);
-    return nearest((position_.colwise() - point).colwise().squaredNorm());
-  }
-  Eigen::Vector2d uv(const observe::OutlinePoint& p) const {
-    const Vector3d along = geometry::ray(camera_, p.pixel);
-    const Eigen::Matrix3Xd from = position_.colwise() - geometry::centre(camera_);
-    return nearest((from - along * (along.transpose() * from)).colwise().squaredNorm());
-  }
-
- private:
-  Eigen::Vector2d nearest(const Eigen::RowVectorXd& squared) const {
-    Index at = 0;
-    squared.minCoeff(&at);
-    return view_.mesh().rest_uv[static_cast<size_t>(at)];
-  }
-
-  const cloth::spline::View& view_;
-  const geometry::Projection& camera_;
-  cloth::Experiment experiment_;
-  cloth::Trajectory trajectory_;
-  Eigen::Matrix3Xd position_;
-};
-
 void look_at_stripes(Look& look, ResidualMap& map, const VectorXd& residual_mm, size_t group, size_t trial,
-                     std::map<int, Sum>& rows, std::map<std::pair<double, double>, Sum>& spots) {
+                     SpotsSeen seen, std::map<int, Sum>& rows, std::map<std::pair<double, double>, Sum>& spots) {
   constexpr double kSpotsAcross = 6;  // of the map
   const model::ObservedTrial& t = look.study.simulation->trials()[trial];
-  SpotsSeen seen(look.study, trial);
   Index row = 0;
   const double noise2 = look.noise_mm * look.noise_mm;
   ResidualMap::OverTime over{t.name, {}, {}};
@@ -274,7 +237,8 @@ std::vector<Cell> cells_of(const Table& table) {
 
 }  // namespace
 
-Where split_residual(const Study& study, const std::vector<VectorXd>& residual_mm, double noise_mm) {
+Where split_residual(const Study& study, const std::vector<SpotsSeen>& seen, const std::vector<VectorXd>& residual_mm,
+                     double noise_mm) {
   Where out;
   Look look{study, noise_mm, study.groups.size(), {}};
   Bands bands;
@@ -290,7 +254,7 @@ Where split_residual(const Study& study, const std::vector<VectorXd>& residual_m
     for (const size_t trial : study.groups[g]) {
       if (study.simulation->trials()[trial].markers)
         look_at_markers(look, out.map, residual_mm[trial], g, trial, bands, rows, spots);
-      else look_at_stripes(look, out.map, residual_mm[trial], g, trial, rows, spots);
+      else look_at_stripes(look, out.map, residual_mm[trial], g, trial, seen[trial], rows, spots);
     }
   out.cells = cells_of(look.table);
   for (const auto& [uv, sum] : spots) {

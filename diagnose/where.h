@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "diagnose/spots_seen.h"
 #include "diagnose/study.h"
 
 namespace selvedge::diagnose {
@@ -41,8 +42,9 @@ struct Where {
   ResidualMap map;
 };
 
-// residual_mm: a trial, as model::Residuals::mm, as predicted without its group; NaN: not looked at. noise_mm: what the
-// sensor alone leaves of a marker or a point of pictures.
-Where split_residual(const Study& study, const std::vector<Eigen::VectorXd>& residual_mm, double noise_mm);
+// seen: of each trial (spots_seen). residual_mm: a trial, as model::Residuals::mm, as predicted without its group; NaN:
+// not looked at. noise_mm: what the sensor alone leaves of a marker or a point of pictures.
+Where split_residual(const Study& study, const std::vector<SpotsSeen>& seen,
+                     const std::vector<Eigen::VectorXd>& residual_mm, double noise_mm);
 
 }  // namespace selvedge::diagnose

@@ -22,7 +22,7 @@ TEST(Where, ImagesAreCarriedBackOntoTheFabric) {
   options.base_fit = BaseFit{model::usual_coordinates(base), 0, {}};
   const Study study = std::move(make_study(campaign, {}, options).study);
   const model::Residuals r = study.simulation->evaluate(study.state, base, study.base.head(study.base_count)).front();
-  const Where where = split_residual(study, r.mm, 0.3);
+  const Where where = split_residual(study, spots_seen(study), r.mm, 0.3);
   double share = 0;
   int regions = 0;
   for (const Cell& c : where.cells)
