@@ -28,9 +28,6 @@ namespace {
 constexpr uint64_t kMagic = 0x53454c5652494e31;  // "SELVRIN1"
 constexpr size_t kHeaderBytes = 4096, kSlotHeadBytes = 256;
 constexpr int32_t kMostSide_px = 1 << 16, kMostSlots = 1 << 16;
-// A daemon whose station was killed is told to end, and may meet the next one's until it has: after 13 s, where its
-// camera is gone.
-constexpr double kPredecessorEnds_s = 20;
 constexpr int64_t kMostFrames = int64_t{1} << 62;  // no ring counts so far; sums with it do not overflow
 
 struct Slot {
@@ -150,7 +147,8 @@ std::string ring_name(int bus_port, const std::string& device) {
   return fmt::format("/selvedge-{}-{}", bus_port, device);
 }
 
-FrameRingWriter::FrameRingWriter(const std::string& name, int width_px, int height_px, int slots) {
+FrameRingWriter::FrameRingWriter(const std::string& name, int width_px, int height_px, int slots,
+                                 double predecessor_ends_s) {
   const RingShape shape{width_px, height_px, slots};
   const std::string where = "frame ring " + name;
   if (!can_be(shape))
@@ -160,7 +158,7 @@ FrameRingWriter::FrameRingWriter(const std::string& name, int width_px, int heig
 
   descriptor_ = ::shm_open(name.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600);
   if (descriptor_ < 0) refuse(where, "cannot be opened: {}", std::strerror(errno));
-  if (!locked_within(descriptor_, kPredecessorEnds_s)) {
+  if (!locked_within(descriptor_, predecessor_ends_s)) {
     ::close(descriptor_);
     refuse(where, "another process writes to it; is the daemon running already?");
   }

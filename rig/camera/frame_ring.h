@@ -43,9 +43,10 @@ std::string ring_name(int bus_port, const std::string& device);
 
 class FrameRingWriter {
  public:
-  // Throws BadInput where another writer holds the ring and does not let go of it for 20 s, or shared memory is short
-  // (with the bytes wanted).
-  FrameRingWriter(const std::string& name, int width_px, int height_px, int slots);
+  // Waits for another writer of the ring to end: a station that was killed leaves one for a moment, for 13 s where its
+  // camera is gone. Throws BadInput where it does not within predecessor_ends_s, or shared memory is short (with the
+  // bytes wanted).
+  FrameRingWriter(const std::string& name, int width_px, int height_px, int slots, double predecessor_ends_s = 20);
   ~FrameRingWriter();
   FrameRingWriter(const FrameRingWriter&) = delete;
   FrameRingWriter& operator=(const FrameRingWriter&) = delete;

@@ -113,7 +113,7 @@ TEST_F(FrameRingTest, OutlivesAKilledWriter) {
 TEST_F(FrameRingTest, RefusesASecondWriterAndAMissingRing) {
   EXPECT_THROW(FrameRingReader reader(name_), BadInput);
   FrameRingWriter writer(name_, kWidth, kHeight, 8);
-  EXPECT_THROW(FrameRingWriter second(name_, kWidth, kHeight, 8), BadInput);
+  EXPECT_THROW(FrameRingWriter second(name_, kWidth, kHeight, 8, 0), BadInput);
 }
 
 TEST_F(FrameRingTest, AnotherSizeMakesANewRing) {
@@ -142,7 +142,7 @@ TEST_F(FrameRingTest, AWriterWaitsForTheOneBeforeItToEnd) {
 
 TEST_F(FrameRingTest, AWriterThatDoesNotEndIsNotJoined) {
   const FrameRingWriter before(name_, kWidth, kHeight, 8);
-  EXPECT_THROW(FrameRingWriter(name_, kWidth, kHeight, 8), BadInput);
+  EXPECT_THROW(FrameRingWriter(name_, kWidth, kHeight, 8, 0.3), BadInput);
 }
 
 // Numbers of another process: none of them may lead out of the memory.
