@@ -65,14 +65,15 @@ VectorXd step_within(const Study& study, const Evidence& evidence, const Arm& ar
   return posterior(evidence.gram(arm.changes, arm.residual, scale), priors).mean;
 }
 
-// One damped step towards where an arm is likeliest; misfit() of where it then stands.
-double step(const Study& study, const Evidence& evidence, const SimulateAt& simulate_at, Arm& arm, size_t scale) {
+// One damped step towards where an arm is likeliest. least: misfit() of where it stands; returns that of where it then
+// does.
+double step(const Study& study, const Evidence& evidence, const SimulateAt& simulate_at, double least, Arm& arm,
+            size_t scale) {
   const std::vector<double> shares = {1, 0.5, 0.25};
   const VectorXd d = step_within(study, evidence, arm, scale);
   MatrixXd sets(arm.x.size(), static_cast<Index>(shares.size()));
   for (size_t s = 0; s < shares.size(); ++s) sets.col(static_cast<Index>(s)) = moved(study, arm, shares[s] * d);
   const MatrixXd r = simulate_at(sets);
-  double least = misfit(study, evidence, arm, scale);
   Arm best = arm;
   for (Index s = 0; s < sets.cols(); ++s) {
     Arm there = arm;
@@ -127,6 +128,12 @@ void begin(const Study& study, const Evidence& evidence, const Linearisation& ab
   if (!(misfit(study, evidence, arm, scale) <= misfit(study, evidence, stays, scale))) arm = std::move(stays);
 }
 
+// Residuals with what a finer grid adds about this point.
+MatrixXd with_finer(const Study& study, const Linearisation& about, const MatrixXd& sets, MatrixXd residuals) {
+  for (Index k = 0; k < sets.cols(); ++k) residuals.col(k) += grid_share(study, sets.col(k)) * about.grid;
+  return residuals;
+}
+
 enum class Derivatives : char { taken, as_they_are };
 
 // Step by step to where an arm is likeliest, with derivatives taken anew for each step or only corrected along it.
@@ -136,7 +143,7 @@ void descend(const Study& study, const Evidence& evidence, const Linearisation& 
   double last = misfit(study, evidence, arm, scale);
   for (long round = 0; round < study.protocol.most_rounds && arm.residual.allFinite(); ++round) {
     if (derivatives == Derivatives::taken) differentiate(study, simulate_at, arm);
-    const double now = step(study, evidence, simulate_at, arm, scale);
+    const double now = step(study, evidence, simulate_at, last, arm, scale);
     if (last - now < 2 * study.protocol.moves_on) return;
     last = now;
   }
@@ -206,9 +213,7 @@ void approach(Study& study, const Windows& windows, const Evidence& evidence, co
   const VectorXd usual = about.residual - grid_share(study, about.x) * about.grid,
                  adds = usual - simulated(study, windows, about.branches, about.x, On::coarse).col(0);
   const auto simulate_at = [&](const MatrixXd& sets) {
-    MatrixXd r = simulated(study, windows, arm.branches, sets, On::coarse).colwise() + adds;
-    for (Index k = 0; k < sets.cols(); ++k) r.col(k) += grid_share(study, sets.col(k)) * about.grid;
-    return r;
+    return with_finer(study, about, sets, simulated(study, windows, arm.branches, sets, On::coarse).colwise() + adds);
   };
   descend(study, evidence, about, simulate_at, arm, scale, Derivatives::taken);
 }
@@ -217,9 +222,7 @@ void fit_arm(Study& study, const Windows& windows, const Evidence& evidence, con
              size_t scale) {
   if (arm.x != about.x) arm.branches = branches_at(study, about.branches, arm.x);
   const auto simulate_at = [&](const MatrixXd& sets) {
-    MatrixXd r = simulated(study, windows, arm.branches, sets);
-    for (Index k = 0; k < sets.cols(); ++k) r.col(k) += grid_share(study, sets.col(k)) * about.grid;
-    return r;
+    return with_finer(study, about, sets, simulated(study, windows, arm.branches, sets));
   };
   descend(study, evidence, about, simulate_at, arm, scale, Derivatives::as_they_are);
 }

@@ -27,9 +27,9 @@ int turn_at(const Protocol& protocol, double since_s) {
   return static_cast<int>(std::floor(since_s / protocol.free_s + 1e-9));
 }
 
-// Which residuals of a trial are looked at: of markers those that were seen; of pictures points so far apart that what
+// Which residuals of a trial are rows: of markers those that were seen; of pictures points so far apart that what
 // a right model leaves of one tells nothing of the next.
-std::vector<bool> looked_at(const model::ObservedTrial& trial, const Protocol& protocol) {
+std::vector<bool> rows_of(const model::ObservedTrial& trial, const Protocol& protocol) {
   std::vector<bool> out;
   if (trial.markers)
     for (Index k = 0; k < 3 * trial.markers->position.cols(); ++k)
@@ -58,9 +58,9 @@ Windows::Windows(const model::Simulation& simulation, const Protocol& protocol) 
   for (size_t t = 0; t < simulation.trials().size(); ++t) {
     const model::ObservedTrial& trial = simulation.trials()[t];
     const VectorXd time_s = simulation.time_s(t), noise_mm = noise_of(simulation, t);
-    const std::vector<bool> is_looked_at = looked_at(trial, protocol);
+    const std::vector<bool> is_row = rows_of(trial, protocol);
     for (Index i = 0; i < time_s.size(); ++i) {
-      if (!is_looked_at[static_cast<size_t>(i)]) continue;
+      if (!is_row[static_cast<size_t>(i)]) continue;
       const double since = since_lead_s(trial, time_s(i));
       if (since < -1e-9) continue;
       int turn = 0, phase = 0;

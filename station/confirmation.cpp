@@ -58,7 +58,7 @@ std::vector<model::Parameter> parameters_of(const json& diagnosis) {
 // values: by name, in their units.
 VectorXd coordinates_at(const std::vector<model::Parameter>& parameters, const json& values) {
   VectorXd x = model::usual_coordinates(parameters);
-  for (const auto& [name, value] : values.items()) {
+  for (const auto& [name, value] : values.get_ref<const json::object_t&>()) {
     const size_t place = model::place_of(parameters, name);
     if (place < parameters.size())
       x(static_cast<Eigen::Index>(place)) = model::to_coordinate(parameters[place], value.get<double>());
@@ -122,14 +122,22 @@ std::optional<session::SessionPlan> plan_of_second_session(const session::Sessio
   const json said = files::read_json(diagnosis / "diagnosis.json");
   const auto forecast = said.find("forecast");
   if (forecast == said.end()) return std::nullopt;
-  const auto like = std::find_if(recorded.trials.begin(), recorded.trials.end(), [&](const session::TrialPlan& t) {
-    return t.name == forecast->value("like_trial", "");
-  });
+  std::string like_trial;
+  double speed = 1;
+  try {
+    like_trial = forecast->value("like_trial", "");
+    speed = forecast->value("speed", 1.0);
+  } catch (const json::exception& error) {
+    refuse((diagnosis / "diagnosis.json").string() + " forecast", "found {}; expected what Selvedge writes there",
+           error.what());
+  }
+  const auto like = std::find_if(recorded.trials.begin(), recorded.trials.end(),
+                                 [&](const session::TrialPlan& t) { return t.name == like_trial; });
   if (like == recorded.trials.end()) return std::nullopt;
   session::SessionPlan plan = recorded;
   plan.trials = {*like};
   plan.trials[0].name = "second-1";
-  plan.trials[0].frequency_hz *= forecast->value("speed", 1.0);
+  plan.trials[0].frequency_hz *= speed;
   return plan;
 }
 
@@ -138,8 +146,10 @@ Confirmation confirm(const fs::path& fabric, const report::ProgressCallback& pro
                  progress);
 }
 
-Confirmation confirm(const FirstAnswers& answers, const trial::Campaign& second, const fs::path& folder,
-                     const report::ProgressCallback& progress) {
+namespace {
+
+Confirmation found_by(const FirstAnswers& answers, const trial::Campaign& second, const fs::path& folder,
+                      const report::ProgressCallback& progress) {
   Confirmation out;
   out.cause = answers.diagnosis["cause"];
   out.likeliest = answers.diagnosis["likeliest"];
@@ -168,6 +178,19 @@ Confirmation confirm(const FirstAnswers& answers, const trial::Campaign& second,
   out.after_mm = pooled(out.trials, &ConfirmedTrial::with_mm);
   out.outcome = outcome_of(out);
   return out;
+}
+
+}  // namespace
+
+Confirmation confirm(const FirstAnswers& answers, const trial::Campaign& second, const fs::path& folder,
+                     const report::ProgressCallback& progress) {
+  try {
+    return found_by(answers, second, folder, progress);
+  } catch (const json::exception& error) {
+    const fs::path first = folder.parent_path();
+    refuse((first / "fit.json").string() + " or " + (first / diagnosis_folder_name(0) / "diagnosis.json").string(),
+           "found {}; expected what Selvedge writes there", error.what());
+  }
 }
 
 }  // namespace selvedge::station

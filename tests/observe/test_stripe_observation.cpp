@@ -2,6 +2,7 @@
 #include "observe/stripe_residual.h"
 
 #include <filesystem>
+#include <map>
 #include <random>
 
 #include <Eigen/Dense>
@@ -197,6 +198,38 @@ TEST(StripeObservation, RecordedStripesPassThroughTheHeldCorners) {
       b(Eigen::Index(i)) = near[i].y();
     }
     EXPECT_NEAR(1e3 * a.colPivHouseholderQr().solve(b)(0), 0, 0.5);  // mm
+  }
+}
+
+// A frame of 100 × 80 pixels with a point every 3, and one of outline every 7: squares of 20 pixels.
+TEST(OneASquare, IsThePointNearestToItsMiddle) {
+  StripeTrack track;
+  track.camera = geometry::looking_at({0, -1, 0}, {0, 0, 0}, 500, 100, 80);
+  track.frames.resize(2);
+  for (StripeFrame& frame : track.frames)
+    for (int y = 1; y < 80; ++y)
+      for (int x = 1; x < 100; ++x) {
+        if (x % 3 == 0 && y % 3 == 0) frame.depth.push_back({{x, y}, 0, 1, 1, 0.1});
+        if (x % 7 == 0 && y % 7 == 0) frame.outline.push_back({{x, y}, {1, 0}, 2, 0.6});
+      }
+  const std::vector<bool> marked = one_a_square(track, 0.04);
+  ASSERT_EQ(marked.size(), 2 * (track.frames[0].depth.size() + track.frames[0].outline.size()));
+  size_t at = 0;
+  const auto look = [&](const auto& points) {
+    std::map<std::pair<long, long>, double> chosen, nearest;
+    for (const auto& p : points) {
+      const Eigen::Vector2d square = (p.pixel / 20).array().floor();
+      const std::pair key{std::lround(square.x()), std::lround(square.y())};
+      const double off = (p.pixel / 20 - square - Eigen::Vector2d(0.5, 0.5)).norm();
+      nearest[key] = std::min(nearest.try_emplace(key, off).first->second, off);
+      if (!marked[at++]) continue;
+      EXPECT_TRUE(chosen.try_emplace(key, off).second) << "two in square " << key.first << ", " << key.second;
+    }
+    EXPECT_EQ(chosen, nearest);
+  };
+  for (const StripeFrame& frame : track.frames) {
+    look(frame.depth);
+    look(frame.outline);
   }
 }
 

@@ -9,6 +9,7 @@
 
 #include "files/whole_file.h"
 #include "tests/diagnose/simulated_campaign.h"
+#include "tests/refusal.h"
 
 namespace selvedge::station {
 namespace {
@@ -85,6 +86,26 @@ TEST_F(ConfirmationTest, ASmallPartOfWhatWasForecastIsNoConfirmation) {
   const Confirmation c = confirmed(answers("camera_delay", "delay", 0.001));
   EXPECT_EQ(c.outcome, Confirmation::Outcome::better) << c.before_mm << " → " << c.after_mm;
   EXPECT_EQ(verdict_of(c).trust, report::Trust::limited);
+}
+
+TEST_F(ConfirmationTest, AnswersThatAreDamagedAreRefusedByTheirFiles) {
+  const FirstAnswers whole = answers("camera_delay", "delay", 0.012);
+  std::vector<FirstAnswers> damaged(6, whole);
+  damaged[0].diagnosis["likeliest"] = 5;
+  damaged[1].diagnosis["likeliest"] = "draught";  // of which it says nothing
+  damaged[2].diagnosis["fit"]["none"] = "nothing";
+  damaged[3].diagnosis["grid_cells"] = json::array();
+  damaged[4].diagnosis["forecast"].erase("before_mm");
+  damaged[5].fit["parameters"]["bend"] = 4e-5;
+  for (const FirstAnswers& first : damaged) {
+    const std::string said = refusal_of([&] { confirmed(first); });
+    EXPECT_NE(said.find("diagnosis.json: found"), std::string::npos) << said;
+    EXPECT_FALSE(fs::exists(folder_ / "simulated"));
+  }
+  fs::create_directories(folder_ / "diagnosis");
+  files::write_whole(folder_ / "diagnosis" / "diagnosis.json", R"({"forecast": {"like_trial": 3}})");
+  const std::string said = refusal_of([&] { plan_of_second_session({}, folder_ / "diagnosis"); });
+  EXPECT_NE(said.find("diagnosis.json forecast: found"), std::string::npos) << said;
 }
 
 }  // namespace
