@@ -29,6 +29,10 @@ const json& at(const json& object, const char* key, const fs::path& file) {
   return *found;
 }
 
+[[noreturn]] void refuse_damaged(const std::string& where, const json::exception& error) {
+  refuse(where, "found {}; expected what Selvedge writes there", error.what());
+}
+
 FirstAnswers read_answers(const fs::path& fabric) {
   const fs::path fit = fabric / "fit.json", diagnosis = fabric / diagnosis_folder_name(0) / "diagnosis.json";
   FirstAnswers out = {files::read_json(fit), files::read_json(diagnosis)};
@@ -128,8 +132,7 @@ std::optional<session::SessionPlan> plan_of_second_session(const session::Sessio
     like_trial = forecast->value("like_trial", "");
     speed = forecast->value("speed", 1.0);
   } catch (const json::exception& error) {
-    refuse((diagnosis / "diagnosis.json").string() + " forecast", "found {}; expected what Selvedge writes there",
-           error.what());
+    refuse_damaged((diagnosis / "diagnosis.json").string() + " forecast", error);
   }
   const auto like = std::find_if(recorded.trials.begin(), recorded.trials.end(),
                                  [&](const session::TrialPlan& t) { return t.name == like_trial; });
@@ -188,8 +191,8 @@ Confirmation confirm(const FirstAnswers& answers, const trial::Campaign& second,
     return found_by(answers, second, folder, progress);
   } catch (const json::exception& error) {
     const fs::path first = folder.parent_path();
-    refuse((first / "fit.json").string() + " or " + (first / diagnosis_folder_name(0) / "diagnosis.json").string(),
-           "found {}; expected what Selvedge writes there", error.what());
+    refuse_damaged(
+        (first / "fit.json").string() + " or " + (first / diagnosis_folder_name(0) / "diagnosis.json").string(), error);
   }
 }
 

@@ -186,6 +186,22 @@ std::vector<Spectrum> spectra_of(const SplineSheet& sheet, const std::vector<Exp
   return spectra;
 }
 
+// Each lane where it begins.
+std::vector<Trajectory> begun(const SplineSheet& sheet, const std::vector<Experiment>& lanes, const Options& options) {
+  std::vector<Trajectory> out(lanes.size());
+  std::vector<Experiment> at_rest;
+  for (const Experiment& e : lanes)
+    if (e.starts_at_rest) at_rest.push_back(e);
+  std::vector<Rest> rests = relax(sheet, at_rest, options);
+  auto rest = rests.begin();
+  for (size_t i = 0; i < lanes.size(); ++i) {
+    Rest begins = lanes[i].starts_at_rest ? std::move(*rest++) : Rest{lanes[i].start_shape};
+    out[i].start = std::move(begins.position);
+    out[i].at_rest = begins.at_rest;
+  }
+  return out;
+}
+
 }  // namespace
 
 int most_lanes(Precision precision) {
@@ -205,26 +221,6 @@ std::vector<Rest> relax(const SplineSheet& sheet, const std::vector<Experiment>&
   throw_if_stopped(lanes);
   return rests;
 }
-
-namespace {
-
-// Each lane where it begins.
-std::vector<Trajectory> begun(const SplineSheet& sheet, const std::vector<Experiment>& lanes, const Options& options) {
-  std::vector<Trajectory> out(lanes.size());
-  std::vector<Experiment> at_rest;
-  for (const Experiment& e : lanes)
-    if (e.starts_at_rest) at_rest.push_back(e);
-  std::vector<Rest> rests = relax(sheet, at_rest, options);
-  auto rest = rests.begin();
-  for (size_t i = 0; i < lanes.size(); ++i) {
-    Rest begins = lanes[i].starts_at_rest ? std::move(*rest++) : Rest{lanes[i].start_shape};
-    out[i].start = std::move(begins.position);
-    out[i].at_rest = begins.at_rest;
-  }
-  return out;
-}
-
-}  // namespace
 
 std::vector<Trajectory> simulate(const SplineSheet& sheet, const std::vector<Experiment>& lanes,
                                  const Options& options) {

@@ -123,12 +123,18 @@ TEST(SplineForces, AreWhatTheTangentSays) {
   EXPECT_LT((change - told).norm(), 1e-5 * told.norm());
 }
 
-TEST(SplineLanes, HaveTheBitsOfASingleRun) {
-  const SplineSheet sheet = sheet_of(9);
+// Waved from a hung shape that is no equilibrium.
+Experiment waved_from_hung(const SplineSheet& sheet) {
   Experiment e = waved();
-  e.material.bend = 2e-5;
   e.starts_at_rest = false;
   e.start_shape = hung_shape(sheet, e, 1);
+  return e;
+}
+
+TEST(SplineLanes, HaveTheBitsOfASingleRun) {
+  const SplineSheet sheet = sheet_of(9);
+  Experiment e = waved_from_hung(sheet);
+  e.material.bend = 2e-5;
   std::vector<Experiment> lanes(11, e);
   for (size_t i = 0; i < lanes.size(); ++i) lanes[i].material.bend *= 1 + 0.01 * static_cast<double>(i);
   for (const Precision precision : {Precision::single, Precision::twofold}) {
@@ -147,9 +153,7 @@ TEST(SplineLanes, HaveTheBitsOfASingleRun) {
 // A search may ask for fabric so stiff that one lane would take longer than all others.
 TEST(SplineLanes, ThatAskForShorterStepsThanAllowedAreNotRun) {
   const SplineSheet sheet = sheet_of(8);
-  Experiment usual = waved();
-  usual.starts_at_rest = false;
-  usual.start_shape = hung_shape(sheet, usual, 1);
+  const Experiment usual = waved_from_hung(sheet);
   Experiment absurd = usual;
   absurd.material.stretch *= 1e4;
   Options options;
@@ -169,9 +173,7 @@ TEST(SplineLanes, ThatAskForShorterStepsThanAllowedAreNotRun) {
 // Trials of one fabric begin and end when they like.
 TEST(SplineLanes, MayBeginAndEndAtTimesOfTheirOwn) {
   const SplineSheet sheet = sheet_of(8);
-  Experiment long_one = waved();
-  long_one.starts_at_rest = false;
-  long_one.start_shape = hung_shape(sheet, long_one, 1);
+  const Experiment long_one = waved_from_hung(sheet);
   Experiment short_one = long_one;
   short_one.start_s = 0.05;
   short_one.sample_s = {0.05, 0.0815, 0.11};
