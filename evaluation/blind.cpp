@@ -66,7 +66,8 @@ std::set<std::string> effects_of(const std::string& cause) {
 }
 
 struct Answered : AnsweredSet {
-  std::string id, truth, side;
+  SealedKey key;
+  std::string truth, side;
   double ratio = 0;  // gap / floor
   json diagnosis;
   std::optional<double> reduction_found;  // of the cause, in fresh trials
@@ -294,7 +295,7 @@ std::map<std::string, ToldShare> told_shares(const json& budget) {
 }
 
 // Answers beside their keys, both checked.
-std::vector<Answered> opened(const fs::path& folder, const std::string& seal, bool partial, const Truth& truth) {
+std::vector<Answered> opened(const fs::path& folder, const std::string& seal, bool partial) {
   const BlindRecord record = read_record(folder);
   expect_seal(folder, record, seal);
   if (!partial && record.answers.empty())
@@ -313,7 +314,7 @@ std::vector<Answered> opened(const fs::path& folder, const std::string& seal, bo
     const fs::path file = folder / "answers" / key.id / "diagnosis.json";
     if (!fs::exists(file)) continue;
     Answered a;
-    a.id = key.id;
+    a.key = key;
     a.truth = key.key.at("cause").get<std::string>();
     a.diagnosis = files::read_json(file);
     a.named = a.diagnosis.at("cause").get<std::string>();
@@ -325,22 +326,37 @@ std::vector<Answered> opened(const fs::path& folder, const std::string& seal, bo
     if (a.diagnosis.contains("budget")) a.told = told_shares(a.diagnosis.at("budget"));
     const double floor = a.diagnosis.at("gap").at("right_model_mm").get<double>();
     a.ratio = (a.diagnosis.at("gap").at("held_out_mm").get<double>() - floor) / floor;
-    if (truth.reduction && a.named == a.truth && a.diagnosis.at("shrink").contains(a.truth))
-      a.reduction_found = truth.reduction(key, a.diagnosis, a.truth);
-    if (truth.size && a.named == a.truth && a.diagnosis.at("effect_size").contains(a.truth))
-      a.true_size = truth.size(key);
-    if (truth.shares && !a.effects.empty()) a.true_share = truth.shares(key, a.diagnosis);
     all.push_back(std::move(a));
   }
   return all;
+}
+
+// What is known of their campaigns beside the causes.
+void add_truths(const Truth& truth, std::vector<Answered>& all) {
+  if (truth.begins) {
+    std::vector<Opened> answers;
+    for (const Answered& a : all)
+      answers.push_back({a.key.id, a.truth, a.named, a.probability, a.ratio, a.is_named_right()});
+    truth.begins(answers);
+  }
+  for (size_t i = 0; i < all.size(); ++i) {
+    Answered& a = all[i];
+    if (truth.on_progress) truth.on_progress(static_cast<double>(i) / static_cast<double>(all.size()), a.key.id);
+    if (truth.reduction && a.named == a.truth && a.diagnosis.at("shrink").contains(a.truth))
+      a.reduction_found = truth.reduction(a.key, a.diagnosis, a.truth);
+    if (truth.size && a.named == a.truth && a.diagnosis.at("effect_size").contains(a.truth))
+      a.true_size = truth.size(a.key);
+    if (truth.shares && !a.effects.empty()) a.true_share = truth.shares(a.key, a.diagnosis);
+  }
+  if (truth.on_progress) truth.on_progress(1, "");
 }
 
 }  // namespace
 
 std::vector<NamedRight> named_right(const fs::path& folder, const std::string& seal, bool partial) {
   std::vector<NamedRight> out;
-  for (const Answered& a : opened(folder, seal, partial, {}))
-    if (!a.effects.empty() && a.is_named_right()) out.push_back({a.id, a.named});
+  for (const Answered& a : opened(folder, seal, partial))
+    if (!a.effects.empty() && a.is_named_right()) out.push_back({a.key.id, a.named});
   return out;
 }
 
@@ -360,7 +376,8 @@ std::vector<ScoreRow> score_without(const fs::path& folder, const std::vector<Na
 }
 
 BlindScore open_keys(const fs::path& folder, const std::string& seal, bool partial, const Truth& truth) {
-  const std::vector<Answered> all = opened(folder, seal, partial, truth);
+  std::vector<Answered> all = opened(folder, seal, partial);
+  add_truths(truth, all);
   std::map<std::string, std::string> side_of;
   for (const Answered& a : all)
     for (const auto& [name, value] : a.diagnosis.at("sides").items()) side_of[name] = value.get<std::string>();

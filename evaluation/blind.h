@@ -80,8 +80,20 @@ struct TrueParameter {
   double value = 0;
 };
 
+// A campaign's answer beside its key.
+struct Opened {
+  std::string id, truth, named;
+  double probability = 0;  // of what was named
+  double ratio = 0;        // of the gap, above what a right model leaves, to that
+  bool right = false;
+};
+
 // What is known of a key's campaign beside its cause; what is empty is not scored.
 struct Truth {
+  // Told all answers beside their keys, before any of what follows is asked for.
+  std::function<void(const std::vector<Opened>& answers)> begins;
+  // Told the share of all that follows that is done, and of which campaign it is asked next.
+  std::function<void(double done, const std::string& id)> on_progress;
   // The share of the gap that an effect closes in fresh trials; nothing where none can be made.
   std::function<std::optional<double>(const SealedKey& key, const nlohmann::json& diagnosis, const std::string& effect)>
       reduction;

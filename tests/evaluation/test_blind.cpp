@@ -128,13 +128,19 @@ TEST(BlindSets, AreIncludedWholeOrNot) {
   EXPECT_EQ(row({}, "any campaign: wrong"), (std::pair{0, 3}));
   // Where hem takes little it need not be included; where it takes most, it should have been named.
   Truth truth;
-  truth.shares = [](const SealedKey& key, const nlohmann::json&) {
+  std::vector<Opened> beside;
+  truth.begins = [&](const std::vector<Opened>& answers) { beside = answers; };
+  truth.shares = [&](const SealedKey& key, const nlohmann::json&) {
+    EXPECT_EQ(beside.size(), 3u) << "answers are told before anything is simulated";
     if (key.id == "one") return std::map<std::string, double>{{"draught", 0.8}, {"hem", 0.1}};
     if (key.id == "both") return std::map<std::string, double>{{"draught", 0.3}, {"hem", 0.6}};
     return std::map<std::string, double>{{"draught", 0.45}, {"hem", 0.3}, {"creep", 0.1}};
   };
   EXPECT_EQ(row(truth, "sets: every effect"), (std::pair{2, 3}));
   EXPECT_EQ(row(truth, "any campaign: wrong"), (std::pair{1, 3}));
+  ASSERT_EQ(beside.size(), 3u);
+  EXPECT_EQ(beside[0].id + beside[0].truth + beside[0].named, "bothhem+draughtdraught");
+  EXPECT_TRUE(beside[0].right);
   EXPECT_EQ(row(truth, "budget: the 90 % interval"), (std::pair{1, 3}));
   const BlindScore s = open_keys(folder, kSeal, false, truth);
   EXPECT_NEAR(s.share_error, 0.25, 1e-9);

@@ -196,8 +196,21 @@ std::optional<evaluation::TrueParameter> true_size(const evaluation::SealedKey& 
   return parameter ? std::optional(evaluation::TrueParameter{parameter->first, parameter->second}) : std::nullopt;
 }
 
+void print_answers(const std::vector<evaluation::Opened>& answers) {
+  for (const evaluation::Opened& o : answers)
+    fmt::print("{:<18} {:<5} {} {:.2f}, truly {}; gap {:.1f} of what a right model leaves\n", o.id,
+               o.right ? "right" : "wrong", o.named, o.probability, o.truth, o.ratio);
+  fmt::print("\n");
+  std::fflush(stdout);
+}
+
 void open_bank(const BlindArguments& a) {
   evaluation::Truth truth;
+  truth.begins = print_answers;
+  const auto progress = report::terminal_progress("blind open");
+  truth.on_progress = [&](double done, const std::string& id) {
+    progress(done, done < 1 ? "fresh trials of " + id : "scored");
+  };
   truth.reduction = [&](const evaluation::SealedKey& key, const nlohmann::json& diagnosis, const std::string& effect) {
     return reduction_in_fresh_trials(a.folder, key, diagnosis, effect);
   };
