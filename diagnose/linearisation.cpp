@@ -14,13 +14,13 @@ namespace {
 
 constexpr const char* kOfGrid = "mesh_resolution";
 
-// What a finer grid adds at x; nothing where a simulation diverged. residual: on the usual grid.
+// What a finer grid adds at x; nothing to trials whose simulation diverged. residual: on the usual grid.
 VectorXd grid_change(Study& study, const Windows& windows, const model::State& branches, const VectorXd& x,
                      const VectorXd& residual) {
   const model::State state = study.fine->state_of(*study.simulation, branches);
   const VectorXd change = windows.residuals(*study.fine, state, study.parameters, x).col(0) - residual;
   ++study.evaluations;
-  return change.allFinite() ? change : VectorXd::Zero(residual.size());
+  return change.array().isFinite().select(change, 0);
 }
 
 // A set of coordinates at which a column is one unit of it from x, and that unit: the other way where there is no room.

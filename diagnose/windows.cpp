@@ -106,7 +106,7 @@ int Windows::phase_at(const model::ObservedTrial& trial, double t_s) const {
 
 MatrixXd Windows::residuals(const model::Simulation& simulation, const model::State& state,
                             const std::vector<model::Parameter>& parameters, const MatrixXd& coordinates) const {
-  MatrixXd out(rows(), coordinates.cols());
+  MatrixXd out = MatrixXd::Constant(rows(), coordinates.cols(), std::numeric_limits<double>::quiet_NaN());
   const size_t count = simulation.trials().size();
   std::array<std::vector<model::Residuals>, kPhases> runs;
   const auto run = [&](int phase) {
@@ -124,21 +124,12 @@ MatrixXd Windows::residuals(const model::Simulation& simulation, const model::St
   } else {
     tbb::parallel_for(0, kPhases, run);
   }
-  std::vector<bool> diverged(static_cast<size_t>(coordinates.cols()), false);
-  for (int phase = 0; phase < kPhases; ++phase) {
-    const std::vector<model::Residuals>& r = runs[static_cast<size_t>(phase)];
-    for (size_t set = 0; set < r.size(); ++set) {
-      if (!r[set].finite) {
-        diverged[set] = true;
-        continue;
-      }
-      for (Index row = 0; row < rows(); ++row)
-        if (const Slice& s = slices_[static_cast<size_t>(row)]; s.phase == phase)
-          out(row, static_cast<Index>(set)) = r[set].mm[s.trial](s.place);
-    }
+  for (Index row = 0; row < rows(); ++row) {
+    const Slice& s = slices_[static_cast<size_t>(row)];
+    const std::vector<model::Residuals>& free = runs[static_cast<size_t>(s.phase)];
+    for (size_t set = 0; set < free.size(); ++set)
+      if (const VectorXd& mm = free[set].mm[s.trial]; mm.size() > 0) out(row, static_cast<Index>(set)) = mm(s.place);
   }
-  for (size_t set = 0; set < diverged.size(); ++set)
-    if (diverged[set]) out.col(static_cast<Index>(set)).setConstant(std::numeric_limits<double>::quiet_NaN());
   return out;
 }
 

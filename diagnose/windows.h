@@ -43,7 +43,7 @@ class Windows {
   int phase_at(const model::ObservedTrial& trial, double t_s) const;
 
   // Residuals at coordinate sets (columns), on this simulation or one of another grid over the same trials. state: its
-  // branches. A column of NaN where a simulation diverged.
+  // branches. NaN in the rows of a trial whose simulation diverged.
   Eigen::MatrixXd residuals(const model::Simulation& simulation, const model::State& state,
                             const std::vector<model::Parameter>& parameters, const Eigen::MatrixXd& coordinates) const;
 

@@ -232,6 +232,22 @@ TEST(Excerpts, AreHeldThroughTheirLeads) {
   }
 }
 
+// Of a trial that diverges nothing is known; what is known of the others stays.
+TEST(Windows, LeaveOutTheRowsOfATrialThatDiverges) {
+  std::vector<model::ObservedTrial> trials(2, observed(truthful));
+  trials[1].experiment.air_velocity_m_s.setConstant(std::nan(""));
+  model::SimulationOptions options;
+  options.cells = 6;
+  const model::Simulation simulation(trials, options);
+  const Windows windows(simulation, {});
+  const std::vector<model::Parameter> base = model::base_parameters(model::Drag::nonlinear);
+  const Eigen::MatrixXd usual = model::usual_coordinates(base);
+  const Eigen::MatrixXd left = windows.residuals(simulation, simulation.state_at(base, usual.col(0), 20), base, usual);
+  ASSERT_GT(windows.rows(), 0);
+  for (Eigen::Index row = 0; row < windows.rows(); ++row)
+    EXPECT_EQ(std::isfinite(left(row, 0)), windows.trial(row) == 0) << row;
+}
+
 // A lag moves the grips' path: where a piece begins they are held, and nothing is jerked there.
 TEST(Excerpts, BeginWhereTheirGripsAre) {
   const std::vector<model::ObservedTrial> pieces =
