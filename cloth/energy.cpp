@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "cloth/kernel/vertex_parts.h"
+#include "cloth/stiffening.h"
 
 namespace selvedge::cloth {
 
@@ -51,10 +52,6 @@ Eigen::Vector3d longer_by(const kernel::SheetData& s, size_t triangle, const std
   return sum;
 }
 
-double stretch_energy(double stiffness, double stiffening, double strain) {
-  return stiffness * (0.5 * strain * strain + stiffening / 3 * std::abs(strain * strain * strain));
-}
-
 }  // namespace
 
 Eigen::VectorXd vertex_masses(const Sheet& sheet, const Material& material) {
@@ -78,8 +75,8 @@ Energy energy_of(const Sheet& sheet, const Material& m, const Eigen::Vector3d& g
     const Eigen::Vector3d longer = longer_by(s, i, shape);
     const double strain_u = w.u.norm() - 1 + longer(0), strain_v = w.v.norm() - 1 + longer(2),
                  skew = w.u.dot(w.v) + longer(1);
-    e.stretch += t.membrane_area * (stretch_energy(ku, m.stretch_stiffening, strain_u) +
-                                    stretch_energy(kv, m.stretch_stiffening, strain_v) +
+    e.stretch += t.membrane_area * (ku * stretch_energy(m.stretch_stiffening, strain_u) +
+                                    kv * stretch_energy(m.stretch_stiffening, strain_v) +
                                     m.coupling * std::sqrt(ku * kv) * strain_u * strain_v);
     e.shear += t.membrane_area * 0.5 * m.shear * skew * skew;
   }

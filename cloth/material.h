@@ -27,7 +27,7 @@ struct Material {
   double stretch_anisotropy = 0;           // a: k_u = stretch e^a, k_v = stretch e^−a
   double bend_anisotropy = 0;              // b: rigidity about v is bend e^b (x_uu), about u bend e^−b (x_vv)
   double coupling = 0;                     // ν: + ν √(k_u k_v) ε_u ε_v, Poisson-like
-  double stretch_stiffening = 0;           // β: σ = k ε (1 + β |ε|)
+  double stretch_stiffening = 0;           // β (stiffening.h)
   double bend_stiffening = 0;              // γ, m²: moment = bend κ (1 + γ |κ|²), bounded below at 0.05
   double rest_curvature_u = 0;             // 1/m, curvature of the stress-free sheet along u (sign: along the normal)
   double rest_curvature_v = 0;             // 1/m, along v

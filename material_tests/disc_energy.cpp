@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "cloth/stiffening.h"
+
 namespace selvedge::material_tests {
 
 namespace {
@@ -46,9 +48,8 @@ struct Stretch {
 };
 
 Stretch stretched(double k, double stiffening, double strain) {
-  const double size = std::abs(strain);
-  return {k * strain * strain * (0.5 + stiffening / 3 * size), k * strain * (1 + stiffening * size),
-          k * (1 + 2 * stiffening * size)};
+  return {k * cloth::stretch_energy(stiffening, strain), k * strain * cloth::stretch_factor(stiffening, strain),
+          k * cloth::stretch_slope(stiffening, strain)};
 }
 
 // Softening of bending: G, its slope and the slope's slope by s.

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "cloth/stiffening.h"
+
 namespace selvedge::material_tests {
 
 using Eigen::ArrayXd;
@@ -21,7 +23,8 @@ double interpolated(const ArrayXd& from, const ArrayXd& to, double x) {
 // Without the coupling.
 double stress(const StretchLaw& law, int direction, double strain) {
   const auto d = static_cast<size_t>(direction);
-  const double bent = std::max(0.05, 1 + law.stiffening[d] * std::abs(strain));
+  const double bent = law.large ? std::max(0.05, 1 + law.stiffening[d] * std::abs(strain))
+                                : cloth::stretch_factor(law.stiffening[d], strain);
   const double locked = std::exp(std::min(30.0, std::pow(strain / law.locking[d], 4)));
   return law.stiffness[d] * strain * bent * locked;
 }

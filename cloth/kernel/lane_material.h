@@ -26,7 +26,7 @@ inline void slide(R& moment, R q, R rate, R slope, R limit, double step_s) {
 template <class R>
 struct LaneMaterial {
   using VertexVector = VertexVectorOf<R>;
-  R stretch_u, stretch_v, coupling, shear, stretch_damping, shear_damping, stiffening;
+  R stretch_u, stretch_v, coupling, shear, stretch_damping, shear_damping, stiffening, softening;
   R bend_uu, bend_uv, bend_vv, bend_damping, bend_stiffening;
   R rest_u, rest_v;
   R drag_normal, drag_tangent, drag_fade, drag_linear, added_mass;
@@ -56,7 +56,8 @@ void fill_lane(LaneMaterial<R>& out, const SheetData& sheet, const Material& m, 
   set_lane(out.shear, i, m.shear);
   set_lane(out.stretch_damping, i, m.stretch_damping);
   set_lane(out.shear_damping, i, m.shear_damping);
-  set_lane(out.stiffening, i, m.stretch_stiffening);
+  set_lane(out.stiffening, i, std::max(0.0, m.stretch_stiffening));
+  set_lane(out.softening, i, std::max(0.0, -m.stretch_stiffening));
   set_lane(out.bend_uu, i, m.bend * std::exp(m.bend_anisotropy));
   set_lane(out.bend_uv, i, m.bend);
   set_lane(out.bend_vv, i, m.bend * std::exp(-m.bend_anisotropy));

@@ -122,8 +122,9 @@ template <class G, class R, class Kept>
   const Vec3<R> rate{dot(w_u, rate_u) * inverse_u, dot(w_v, rate_v) * inverse_v, dot(w_u, rate_v) + dot(w_v, rate_u)};
   R sigma_u = p.stretch_u * strain.x, sigma_v = p.stretch_v * strain.y, tau = p.shear * strain.z;
   if (p.uses_stretch_extras) {
-    sigma_u = sigma_u * (1.0 + p.stiffening * absolute(strain.x)) + p.coupling * strain.y;
-    sigma_v = sigma_v * (1.0 + p.stiffening * absolute(strain.y)) + p.coupling * strain.x;
+    const R far_u = absolute(strain.x), far_v = absolute(strain.y);
+    sigma_u = sigma_u * (1.0 + p.stiffening * far_u) / (1.0 + p.softening * far_u) + p.coupling * strain.y;
+    sigma_v = sigma_v * (1.0 + p.stiffening * far_v) / (1.0 + p.softening * far_v) + p.coupling * strain.x;
   }
   if (p.uses_membrane_memory) {
     remember(*memory, p, step_s, strain, rate);

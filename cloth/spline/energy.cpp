@@ -8,6 +8,7 @@
 #include "cloth/kernel/vertex_parts.h"
 #include "cloth/spline/lane_run.h"
 #include "cloth/spline/rule_points.h"
+#include "cloth/stiffening.h"
 
 namespace selvedge::cloth::spline {
 
@@ -19,10 +20,6 @@ using Eigen::MatrixXd;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 using Triplets = std::vector<Eigen::Triplet<double>>;
-
-double stretch_energy(double stiffness, double stiffening, double strain) {
-  return stiffness * (0.5 * strain * strain + stiffening / 3 * std::abs(strain * strain * strain));
-}
 
 Eigen::SparseMatrix<double> kronecker(const SplineSheet& sheet, const MatrixXd& u, const MatrixXd& v) {
   Triplets entries;
@@ -76,8 +73,8 @@ Energy energy_of(const SplineSheet& sheet, const Material& m, const Vector3d& gr
   for_each_point(sheet, [&](const PointWeights& w) {
     const Vector3d x_u = sum_of(w, w.u, x), x_v = sum_of(w, w.v, x);
     const double eu = x_u.norm() - 1, ev = x_v.norm() - 1;
-    e.stretch += w.weight * (stretch_energy(k.ku, m.stretch_stiffening, eu) +
-                             stretch_energy(k.kv, m.stretch_stiffening, ev) + k.coupling * eu * ev);
+    e.stretch += w.weight * (k.ku * stretch_energy(m.stretch_stiffening, eu) +
+                             k.kv * stretch_energy(m.stretch_stiffening, ev) + k.coupling * eu * ev);
     e.shear += w.weight * 0.5 * k.shear * x_u.dot(x_v) * x_u.dot(x_v);
     const Vector2d uv(sheet.u.rule.at[point % sheet.u.rule.at.size()], sheet.v.rule.at[point / sheet.u.rule.at.size()]);
     ++point;

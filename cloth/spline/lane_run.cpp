@@ -34,7 +34,8 @@ std::vector<double> numbers_of(const Experiment& e) {
   row[kernel::kStretchU] = ku;
   row[kernel::kStretchV] = kv;
   row[kernel::kCoupling] = m.coupling * std::sqrt(ku * kv);
-  row[kernel::kStiffening] = m.stretch_stiffening;
+  row[kernel::kStiffening] = std::max(0.0, m.stretch_stiffening);
+  row[kernel::kSoftening] = std::max(0.0, -m.stretch_stiffening);
   row[kernel::kShear] = m.shear;
   row[kernel::kStretchDamping] = m.stretch_damping;
   row[kernel::kShearDamping] = m.shear_damping;

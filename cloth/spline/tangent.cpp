@@ -7,6 +7,7 @@
 
 #include "cloth/kernel/vertex_parts.h"
 #include "cloth/spline/rule_points.h"
+#include "cloth/stiffening.h"
 
 namespace selvedge::cloth::spline {
 
@@ -27,10 +28,10 @@ PointTangent point_tangent(const Vector3d& x_u, const Vector3d& x_v, const Membr
   const double length_u = x_u.norm(), length_v = x_v.norm(), strain_u = length_u - 1, strain_v = length_v - 1;
   const Vector3d along_u = x_u / length_u, along_v = x_v / length_v;
   const auto one_way = [&](double stiffness, double strain, double other, double length, const Vector3d& along) {
-    const double stress = stiffness * strain * (1 + stiffening * std::abs(strain)) + k.coupling * other;
+    const double stress = stiffness * strain * stretch_factor(stiffening, strain) + k.coupling * other;
     const double sideways = (positive ? std::max(0.0, stress) : stress) / length;
     const Matrix3d direction = along * along.transpose();
-    return Matrix3d(stiffness * (1 + 2 * stiffening * std::abs(strain)) * direction +
+    return Matrix3d(stiffness * stretch_slope(stiffening, strain) * direction +
                     sideways * (Matrix3d::Identity() - direction));
   };
   PointTangent t;

@@ -5,6 +5,7 @@
 #include "cli/verify/proofs/force_laws.h"
 #include "cloth/energy.h"
 #include "cloth/kernel/force_field.h"
+#include "cloth/stiffening.h"
 
 namespace selvedge::cloth {
 namespace {
@@ -24,8 +25,31 @@ TEST(Forces, AreMinusTheGradientOfTheirEnergy) {
 
 TEST(Forces, StiffeningIsTheGradientOfItsEnergyAwayFromZeroStrain) {
   Material m = cli::lossless();
-  m.stretch_stiffening = 5;
-  EXPECT_LT(cli::energy_gradient_error(m, true), 1e-6);
+  for (const double beta : {5.0, -1.5}) {
+    m.stretch_stiffening = beta;
+    EXPECT_LT(cli::energy_gradient_error(m, true), 1e-6) << beta;
+  }
+}
+
+TEST(Stiffening, OfEnergyStressAndSlopeAreOneLaw) {
+  for (const double beta : {6.0, 1.5, 0.0, -0.01, -1.5, -4.0})
+    for (const double strain : {-0.3, -0.02, 0.05, 0.4, 1.2}) {
+      const double h = 1e-6, stress = strain * stretch_factor(beta, strain);
+      EXPECT_NEAR((stretch_energy(beta, strain + h) - stretch_energy(beta, strain - h)) / (2 * h), stress, 1e-8);
+      EXPECT_NEAR(
+          ((strain + h) * stretch_factor(beta, strain + h) - (strain - h) * stretch_factor(beta, strain - h)) / (2 * h),
+          stretch_slope(beta, strain), 1e-8);
+      EXPECT_GT(stretch_slope(beta, strain), 0) << "softer, and never unstable";
+    }
+  EXPECT_NEAR(stretch_energy(-1, 0.999e-3), stretch_energy(-1, 1.001e-3), 3e-9) << "where the series begins";
+}
+
+TEST(Stiffening, OfALogarithmOfLengthIsMinusOneAndAHalf) {
+  for (const double strain : {0.02, 0.1, 0.2}) {
+    const double stress = std::log1p(strain) / (1 + strain);  // of ½ ln² λ
+    EXPECT_NEAR(strain * stretch_factor(-1.5, strain), stress, 0.015 * stress) << strain;
+    EXPECT_GT(std::abs(strain - stress), 0.02 * stress);
+  }
 }
 
 TEST(Forces, DampingIsMinusTheGradientOfItsPower) {

@@ -78,10 +78,20 @@ TEST(SplineBasis, SumsToOneAndFollowsItsSlopes) {
   EXPECT_THROW(Basis({0, 0.1, 0.1, 0.2, 0.3}), std::invalid_argument);
 }
 
-TEST(SplineForces, AreTheEnergysGradient) {
+class SplineForces : public testing::TestWithParam<double> {
+ protected:
+  Material material() const {
+    Material m = every_effect_with_an_energy();
+    m.stretch_stiffening = GetParam();
+    return m;
+  }
+};
+INSTANTIATE_TEST_SUITE_P(Stiffening, SplineForces, testing::Values(3, -1.5));
+
+TEST_P(SplineForces, AreTheEnergysGradient) {
   const SplineSheet sheet = sheet_of(5);
   Experiment e = waved();
-  e.material = every_effect_with_an_energy();
+  e.material = material();
   Eigen::Matrix3Xd x = crumpled(sheet);
   const Eigen::Matrix3Xd still = Eigen::Matrix3Xd::Zero(3, x.cols());
   LaneRun<double> run(sheet, {&e});
@@ -102,10 +112,10 @@ TEST(SplineForces, AreTheEnergysGradient) {
     EXPECT_NEAR(force(k), -(4 * slope(k, 1e-5) - slope(k, 2e-5)) / 3, 1e-6 * force.cwiseAbs().maxCoeff()) << k;
 }
 
-TEST(SplineForces, AreWhatTheTangentSays) {
+TEST_P(SplineForces, AreWhatTheTangentSays) {
   const SplineSheet sheet = sheet_of(5);
   Experiment e = waved();
-  e.material = every_effect_with_an_energy();
+  e.material = material();
   e.material.hem_stiffness = 2;
   const Eigen::Matrix3Xd x = crumpled(sheet);
   Tangent tangent(sheet);

@@ -89,10 +89,14 @@ template <class T, class V>
   const Vec3<V> strain{length_u - T(1), length_v - T(1), dot(p.x_u, p.x_v)};
   const Vec3<V> rate{dot(p.x_u, p.rate_u) * inverse_u, dot(p.x_v, p.rate_v) * inverse_v,
                      dot(p.x_u, p.rate_v) + dot(p.x_v, p.rate_u)};
-  Vec3<V> sigma{
-      m[kStretchU] * strain.x * fused(m[kStiffening], absolute(strain.x), same<V>(T(1))) + m[kCoupling] * strain.y,
-      m[kStretchV] * strain.y * fused(m[kStiffening], absolute(strain.y), same<V>(T(1))) + m[kCoupling] * strain.x,
-      m[kShear] * strain.z};
+  // cloth/stiffening.h, with one division for both.
+  const V far_u = absolute(strain.x), far_v = absolute(strain.y), softer_u = fused(m[kSoftening], far_u, same<V>(T(1))),
+          softer_v = fused(m[kSoftening], far_v, same<V>(T(1))), softer = T(1) / (softer_u * softer_v);
+  Vec3<V> sigma{m[kStretchU] * strain.x * fused(m[kStiffening], far_u, same<V>(T(1))) * (softer * softer_v) +
+                    m[kCoupling] * strain.y,
+                m[kStretchV] * strain.y * fused(m[kStiffening], far_v, same<V>(T(1))) * (softer * softer_u) +
+                    m[kCoupling] * strain.x,
+                m[kShear] * strain.z};
   if (memory) remember(memory, m, step_s, strain, rate, sigma);
   sigma.x = fused(m[kStretchDamping], rate.x, sigma.x);
   sigma.y = fused(m[kStretchDamping], rate.y, sigma.y);

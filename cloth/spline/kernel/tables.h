@@ -29,6 +29,7 @@ enum Row {
   kStretchV,
   kCoupling,
   kStiffening,
+  kSoftening,
   kShear,
   kStretchDamping,
   kShearDamping,
