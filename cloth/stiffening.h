@@ -1,6 +1,6 @@
-// How the stress along a thread grows with its strain: σ = k ε (1 + β |ε|), or where β is negative σ = k ε / (1 + |β
-// ε|). The two have the same slope and bend at rest; a fabric that softens keeps pulling back however far it is
-// stretched. A logarithm of length in the place of length is a β of −1.5.
+// How the stress along a thread grows with its strain: σ = k ε (1 + β |ε|), or where β is negative
+// σ = k ε / (1 + |β ε|). The two have the same slope and bend at rest; a fabric that softens keeps pulling back however
+// far it is stretched. A logarithm of length in the place of length is a β of −1.5.
 #pragma once
 
 #include <cmath>

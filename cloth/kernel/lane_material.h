@@ -1,6 +1,7 @@
 // Materials of all lanes, unpacked to what the force loops read.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <vector>
 
