@@ -122,6 +122,7 @@ template <class G, class R, class Kept>
   const Vec3<R> rate{dot(w_u, rate_u) * inverse_u, dot(w_v, rate_v) * inverse_v, dot(w_u, rate_v) + dot(w_v, rate_u)};
   R sigma_u = p.stretch_u * strain.x, sigma_v = p.stretch_v * strain.y, tau = p.shear * strain.z;
   if (p.uses_stretch_extras) {
+    // cloth/stiffening.h
     const R far_u = absolute(strain.x), far_v = absolute(strain.y);
     sigma_u = sigma_u * (1.0 + p.stiffening * far_u) / (1.0 + p.softening * far_u) + p.coupling * strain.y;
     sigma_v = sigma_v * (1.0 + p.stiffening * far_v) / (1.0 + p.softening * far_v) + p.coupling * strain.x;
