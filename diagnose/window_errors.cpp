@@ -53,9 +53,8 @@ MatrixXd second_moment(const Posterior& p) {
   return out;
 }
 
-// own: whether a window may have a λ of its own.
 WindowFactors likeliest(const Protocol& protocol, const WindowGrams& grams, const std::vector<Prior>& priors,
-                        const std::vector<char>& own, size_t scale) {
+                        size_t scale) {
   const double step = std::log(protocol.scale_ratio);
   const auto log_p = [&](int steps) { return -0.5 * std::pow(steps * step / protocol.window_sd, 2); };
   std::vector<int> steps(grams.windows(), 0);
@@ -67,7 +66,6 @@ WindowFactors likeliest(const Protocol& protocol, const WindowGrams& grams, cons
     }
     const MatrixXd moment = second_moment(posterior(all, priors));
     for (size_t w = 0; w < steps.size(); ++w) {
-      if (!own[w]) continue;
       double most = -1e300;
       for (int k = -kSteps; k <= kSteps; ++k) {
         const Gram& gram = grams.at(w, scale, k);
@@ -89,21 +87,19 @@ WindowFactors likeliest(const Protocol& protocol, const WindowGrams& grams, cons
 }  // namespace
 
 ModelError by_windows(const Study& study, const Windows& windows, const Linearisation& about, ModelError error) {
-  const Index of_model = about.changes.cols(), lasting = error.lasting.cols();
-  MatrixXd columns(about.changes.rows(), of_model + lasting);
-  columns.leftCols(of_model) = about.changes;
+  const Index own = about.changes.cols(), lasting = error.lasting.cols();
+  MatrixXd columns(about.changes.rows(), own + lasting);
+  columns.leftCols(own) = about.changes;
   if (lasting > 0) columns.rightCols(lasting) = error.lasting;
   ModelError alone = error;
   alone.lasting.resize(columns.rows(), 0);
   const WindowGrams grams(windows, alone, study.protocol.scale_ratio, columns, about.residual);
   error.windows.resize(error.scales.size());
-  std::vector<char> of_points;
-  for (const Window& w : windows.windows()) of_points.push_back(study.simulation->trials()[w.trial].markers ? 1 : 0);
   tbb::parallel_for(size_t{0}, error.scales.size(), [&](size_t k) {
     std::vector<Prior> priors;
     for (const Column& c : about.columns) priors.push_back(prior_of(study, c, about.x, Size::free, error.scales[k]));
     priors.resize(static_cast<size_t>(columns.cols()), {0, 1, -1e300, 1e300});
-    error.windows[k] = likeliest(study.protocol, grams, priors, of_points, k);
+    error.windows[k] = likeliest(study.protocol, grams, priors, k);
   });
   return error;
 }

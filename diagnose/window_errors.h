@@ -6,7 +6,6 @@
 // the likeliest where all that may be there is there at once: what a candidate explains does not make a window err.
 // It is found by expectation and maximisation, with all coordinates summed over (Dempster, Laird and Rubin 1977): a
 // still window, whose few rows a hundred coordinates can meet, is not taken to be right for that.
-// Windows of pictures keep a λ of 1: there are few, of hundreds of points each.
 #pragma once
 
 #include "diagnose/linearisation.h"
