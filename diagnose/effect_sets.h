@@ -15,8 +15,7 @@ struct EffectSet {
   std::vector<size_t> effects;       // ascending
   std::vector<const Way*> chosen;    // the likeliest of each effect
   std::vector<double> log_evidence;  // one each s, over all ways
-  Eigen::VectorXd d;                 // of all columns, at the likeliest s
-  size_t scale = 0;                  // that one
+  size_t scale = 0;                  // the likeliest s
 };
 
 // One of them.
