@@ -34,7 +34,7 @@ std::vector<std::string> count_lost(std::vector<model::ObservedTrial>& trials) {
     if (at.empty()) continue;
     trial.experiment.sample_s = model::sample_times(trial.experiment.start_s, trial.markers->time_s.back() + late_s);
     out.push_back(
-        fmt::format("{}: markers move as if frames were missing before {}; stamps have no gap", trial.name, at));
+        fmt::format("{}: markers move as if frames were missing before {}, where no stamp is", trial.name, at));
   }
   return out;
 }
