@@ -53,22 +53,26 @@ VectorXd between(const Arm& from, const VectorXd& to) {
 
 using SimulateAt = std::function<MatrixXd(const MatrixXd& sets)>;
 
-// Towards where an arm is likeliest, no coordinate of the base further than this: one that data hardly determine would
-// else hold back all others.
-VectorXd step_within(const Study& study, const Evidence& evidence, const Arm& arm, size_t scale, double reach) {
+// Towards where an arm is likeliest, no coordinate of the base further than derivatives reach: one that data hardly
+// determine would else hold back all others.
+VectorXd step_within(const Study& study, const Evidence& evidence, const Arm& arm, size_t scale) {
   std::vector<Prior> priors = priors_of(study, arm, evidence.error().scales[scale]);
   for (size_t k = 0; k < priors.size(); ++k)
     if (arm.columns[k].is_base) {
-      priors[k].lower = -reach;
-      priors[k].upper = reach;
+      priors[k].lower = -study.protocol.longest_step;
+      priors[k].upper = study.protocol.longest_step;
     }
   return posterior(evidence.gram(arm.changes, arm.residual, scale), priors).mean;
 }
 
-// The likeliest of these places, if it is likelier than where an arm stands. least: misfit() there; returns that of
-// where it then stands.
-double go_to_best(const Study& study, const Evidence& evidence, const SimulateAt& simulate_at, const MatrixXd& sets,
-                  double least, Arm& arm, size_t scale) {
+// One damped step towards where an arm is likeliest. least: misfit() of where it stands; returns that of where it then
+// does.
+double step(const Study& study, const Evidence& evidence, const SimulateAt& simulate_at, double least, Arm& arm,
+            size_t scale) {
+  const std::vector<double> shares = {1, 0.5, 0.25};
+  const VectorXd d = step_within(study, evidence, arm, scale);
+  MatrixXd sets(arm.x.size(), static_cast<Index>(shares.size()));
+  for (size_t s = 0; s < shares.size(); ++s) sets.col(static_cast<Index>(s)) = moved(study, arm, shares[s] * d);
   const MatrixXd r = simulate_at(sets);
   Arm best = arm;
   for (Index s = 0; s < sets.cols(); ++s) {
@@ -87,23 +91,6 @@ double go_to_best(const Study& study, const Evidence& evidence, const SimulateAt
     }
   }
   arm = std::move(best);
-  return least;
-}
-
-// One damped step towards where an arm is likeliest, shorter if it leads nowhere. whole: as far as a base may be from
-// where it is looked for is tried, too.
-double step(const Study& study, const Evidence& evidence, const SimulateAt& simulate_at, double least, bool whole,
-            Arm& arm, size_t scale) {
-  const std::vector<double> shares = {1, 0.5, 0.25};
-  for (const double reach : {study.protocol.longest_step, study.protocol.short_step}) {
-    const VectorXd d = step_within(study, evidence, arm, scale, reach);
-    MatrixXd sets(arm.x.size(), static_cast<Index>(shares.size()) + (whole ? 1 : 0));
-    for (size_t s = 0; s < shares.size(); ++s) sets.col(static_cast<Index>(s)) = moved(study, arm, shares[s] * d);
-    if (whole) sets.rightCols<1>() = moved(study, arm, posterior_of(study, evidence, arm, scale).mean);
-    const double now = go_to_best(study, evidence, simulate_at, sets, least, arm, scale);
-    if (now < least) return now;
-    whole = false;
-  }
   return least;
 }
 
@@ -156,8 +143,7 @@ void descend(const Study& study, const Evidence& evidence, const Linearisation& 
   double last = misfit(study, evidence, arm, scale);
   for (long round = 0; round < study.protocol.most_rounds && arm.residual.allFinite(); ++round) {
     if (derivatives == Derivatives::taken && round > 0) differentiate(study, simulate_at, arm);
-    const bool whole = round == 0 && derivatives == Derivatives::taken;
-    const double now = step(study, evidence, simulate_at, last, whole, arm, scale);
+    const double now = step(study, evidence, simulate_at, last, arm, scale);
     if (last - now < 2 * study.protocol.moves_on) return;
     last = now;
   }

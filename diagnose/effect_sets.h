@@ -57,8 +57,7 @@ struct GapTaken {
 };
 
 // Probabilities of the sets. taken: by the set's effects; missing: all of it, by each effect alike. A set that takes
-// less than Protocol::explains leaves so much of its probability to the others, as they are likely without it and as
-// far as they do take it, and else to unknown.
+// less than Protocol::explains leaves so much of its probability to unknown.
 Verdict judge(const Study& study, const std::vector<EffectSet>& sets, const std::vector<double>& scales,
               const std::map<std::vector<size_t>, GapTaken>& taken);
 

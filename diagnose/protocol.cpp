@@ -68,7 +68,6 @@ void to_json(nlohmann::json& json, const Protocol& p) {
           {"valleys", p.valleys},
           {"looks_at", p.looks_at},
           {"longest_step", p.longest_step},
-          {"short_step", p.short_step},
           {"pairs_tried", p.pairs_tried},
           {"explains", p.explains},
           {"explains_over", p.explains_over},
