@@ -119,6 +119,7 @@ void differentiate(const Study& study, const SimulateAt& simulate_at, Arm& arm) 
 // Simulates an arm where it was moved to, or leaves it where `about` was found, if the whole step leads astray.
 void begin(const Study& study, const Evidence& evidence, const Linearisation& about, const SimulateAt& simulate_at,
            Arm& arm, size_t scale) {
+  if (arm.x == about.x) return;
   Arm stays = arm;
   stays.x = about.x;
   stays.branches = about.branches;
@@ -135,14 +136,13 @@ MatrixXd with_finer(const Study& study, const Linearisation& about, const Matrix
 
 enum class Derivatives : char { taken, as_they_are };
 
-// Step by step to where an arm is likeliest, with derivatives taken anew for each step but the first, which has those
-// of `about`, or only corrected along it.
+// Step by step to where an arm is likeliest, with derivatives taken anew for each step or only corrected along it.
 void descend(const Study& study, const Evidence& evidence, const Linearisation& about, const SimulateAt& simulate_at,
              Arm& arm, size_t scale, Derivatives derivatives) {
-  if (arm.x != about.x) begin(study, evidence, about, simulate_at, arm, scale);
+  begin(study, evidence, about, simulate_at, arm, scale);
   double last = misfit(study, evidence, arm, scale);
   for (long round = 0; round < study.protocol.most_rounds && arm.residual.allFinite(); ++round) {
-    if (derivatives == Derivatives::taken && round > 0) differentiate(study, simulate_at, arm);
+    if (derivatives == Derivatives::taken) differentiate(study, simulate_at, arm);
     const double now = step(study, evidence, simulate_at, last, arm, scale);
     if (last - now < 2 * study.protocol.moves_on) return;
     last = now;
@@ -166,7 +166,7 @@ std::vector<Size> sizes_of(const Linearisation& about, const std::vector<const W
   return out;
 }
 
-Arm arm_at(const Linearisation& about, const std::vector<const Way*>& chosen) {
+Arm arm_at(const Study& study, const Linearisation& about, const std::vector<const Way*>& chosen, const VectorXd& d) {
   Arm arm;
   for (const Way* way : chosen) arm.effects.push_back(way->effect);
   arm.sizes = sizes_of(about, chosen);
@@ -176,6 +176,7 @@ Arm arm_at(const Linearisation& about, const std::vector<const Way*>& chosen) {
   arm.branches = about.branches;
   arm.residual = about.residual;
   arm.grid = about.grid;
+  if (d.size() > 0) arm.x = moved(study, arm, d);
   return arm;
 }
 
@@ -208,6 +209,7 @@ Posterior posterior_of(const Study& study, const Arm& arm, const Gram& gram, dou
 
 void approach(Study& study, const Windows& windows, const Evidence& evidence, const Linearisation& about, Arm& arm,
               size_t scale) {
+  if (arm.x != about.x) arm.branches = branches_at(study, about.branches, arm.x);
   const VectorXd usual = about.residual - grid_share(study, about.x) * about.grid,
                  adds = usual - simulated(study, windows, about.branches, about.x, On::coarse).col(0);
   const auto simulate_at = [&](const MatrixXd& sets) {

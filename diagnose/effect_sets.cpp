@@ -32,11 +32,13 @@ class Scales {
       std::vector<Prior> priors;
       for (size_t k = 0; k < sizes.size(); ++k)
         priors.push_back(prior_of(study_, about_.columns[k], about_.x, sizes[k], scales_[s]));
-      out.log_evidence.push_back(posterior(grams_[s], priors).log_evidence);
-      const double here = out.log_evidence.back() + std::max(priors_.right[s], priors_.unknown[s]);
+      const Posterior p = posterior(grams_[s], priors);
+      out.log_evidence.push_back(p.log_evidence);
+      const double here = p.log_evidence + std::max(priors_.right[s], priors_.unknown[s]);
       if (here <= most) continue;
       most = here;
       out.scale = s;
+      out.d = p.mean;
     }
     return out;
   }

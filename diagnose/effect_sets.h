@@ -15,7 +15,8 @@ struct EffectSet {
   std::vector<size_t> effects;       // ascending
   std::vector<const Way*> chosen;    // the likeliest of each effect
   std::vector<double> log_evidence;  // one each s, over all ways
-  size_t scale = 0;                  // the likeliest s
+  Eigen::VectorXd d;                 // of all columns, at the likeliest s
+  size_t scale = 0;                  // that one
 };
 
 // One of them.

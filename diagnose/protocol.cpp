@@ -48,7 +48,6 @@ void to_json(nlohmann::json& json, const Protocol& p) {
           {"scales", p.scales},
           {"right_scale", p.right_scale},
           {"right_sd", p.right_sd},
-          {"window_sd", p.window_sd},
           {"unknown_over", p.unknown_over},
           {"base_sd", p.base_sd},
           {"effect_sd", p.effect_sd},

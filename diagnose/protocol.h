@@ -54,7 +54,6 @@ struct Protocol {
   double least_scale = 0.125, scale_ratio = 1.4142135623730951;
   long scales = 18;
   double right_scale = 1, right_sd = 0.3;  // median and ln deviation of s in a right model
-  double window_sd = 0.5;                  // ln deviation of a window's model error from s
   double unknown_over = 2;                 // times right_scale: where something unknown begins
 
   // Priors.
