@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include <nlohmann/json.hpp>
+#include <tbb/parallel_invoke.h>
 
 #include "capture/trial/trial.h"
 #include "diagnose/effects/library.h"
@@ -76,15 +77,19 @@ json values_of_fit(const json& fit) {
   return out;
 }
 
-// Errors of all trials at these coordinates, each hanging on its own branch; the state is left for whoever looks on.
-std::vector<double> errors_at(const model::Simulation& simulation, const std::vector<model::Parameter>& parameters,
-                              const VectorXd& x, model::State& state) {
-  state = simulation.state_at(parameters, x);
-  const model::Residuals residuals = simulation.evaluate(state, parameters, x).front();
-  std::vector<double> out;
+// All trials at some coordinates, each hanging on its own branch.
+struct Predicted {
+  model::State state;
+  std::vector<double> mm;  // errors
+};
+
+Predicted predicted_at(const model::Simulation& simulation, const std::vector<model::Parameter>& parameters,
+                       const VectorXd& x) {
+  Predicted out{simulation.state_at(parameters, x), {}};
+  const model::Residuals residuals = simulation.evaluate(out.state, parameters, x).front();
   for (size_t i = 0; i < simulation.trials().size(); ++i) {
     const model::ObservedTrial& trial = simulation.trials()[i];
-    out.push_back(
+    out.mm.push_back(
         model::rms_mm(trial, residuals.mm[i], simulation.time_s(i), trial.still ? -1e300 : model::first_move_s(trial)));
   }
   return out;
@@ -162,20 +167,22 @@ Confirmation found_by(const FirstAnswers& answers, const trial::Campaign& second
   grid.cells = out.cells;
   const fit::FitOptions how;
   const model::Simulation simulation(
-      fit::observe_campaign(second, how.rate_hz, how.image_rate_hz, fit::part_of(progress, 0, 0.5, "second session")),
+      fit::observe_campaign(second, how.rate_hz, how.image_rate_hz, fit::part_of(progress, 0, 0.1, "second session")),
       grid);
   const std::vector<model::Parameter> parameters = parameters_of(answers.diagnosis);
-  progress(0.5, "predicting the second session");
-  model::State state;
-  const std::vector<double> fit_mm = errors_at(simulation, parameters,
-                                               coordinates_at(parameters, values_of_fit(answers.fit)), state),
-                            base_mm = errors_at(simulation, parameters,
-                                                coordinates_at(parameters, answers.diagnosis["fit"].at("none")), state);
-  const VectorXd with = coordinates_at(parameters, answers.diagnosis["fit"].at(out.likeliest));
-  const std::vector<double> with_mm = errors_at(simulation, parameters, with, state);
-  write_simulated_motions({simulation, state, parameters, with}, second, folder);
-  for (size_t i = 0; i < with_mm.size(); ++i)
-    out.trials.push_back({simulation.trials()[i].name, fit_mm[i], base_mm[i], with_mm[i]});
+  progress(0.1, "predicting the second session");
+  const auto place = [&](const json& values) { return coordinates_at(parameters, values); };
+  const VectorXd fitted = place(values_of_fit(answers.fit)), base = place(answers.diagnosis["fit"].at("none")),
+                 with = place(answers.diagnosis["fit"].at(out.likeliest));
+  Predicted by_fit, by_base, by_likeliest;
+  tbb::parallel_invoke([&] { by_fit = predicted_at(simulation, parameters, fitted); },
+                       [&] { by_base = predicted_at(simulation, parameters, base); },
+                       [&] {
+    by_likeliest = predicted_at(simulation, parameters, with);
+    write_simulated_motions({simulation, by_likeliest.state, parameters, with}, second, folder);
+  });
+  for (size_t i = 0; i < simulation.trials().size(); ++i)
+    out.trials.push_back({simulation.trials()[i].name, by_fit.mm[i], by_base.mm[i], by_likeliest.mm[i]});
   out.before_mm = pooled(out.trials, &ConfirmedTrial::fit_mm);
   out.base_mm = pooled(out.trials, &ConfirmedTrial::base_mm);
   out.after_mm = pooled(out.trials, &ConfirmedTrial::with_mm);

@@ -1,5 +1,6 @@
 #include "station/session_steps.h"
 
+#include <algorithm>
 #include <chrono>
 
 #include <fmt/format.h>
@@ -58,6 +59,16 @@ void run_step(const SessionFile& file, const Step& step, Journal& journal, Sessi
   }
 }
 
+// What is left from step i on, and a second session of each diagnosis that may ask for one.
+double expected_s(const SessionFile& file, const std::vector<Step>& queue, size_t i) {
+  double sum = 0;
+  for (; i < queue.size(); ++i) {
+    sum += queue[i].expected_s;
+    if (file.confirm && queue[i].kind == "diagnose" && queue[i].round == 0) sum += kSecondTrial_s + kConfirm_s;
+  }
+  return sum;
+}
+
 }  // namespace
 
 std::string Step::id(const SessionFile& file) const {
@@ -87,17 +98,17 @@ std::vector<Step> planned_steps(const SessionFile& file) {
 
 void run_steps(const SessionFile& file, Journal& journal, SessionSteps& steps, const AskOperator& ask,
                const report::ProgressCallback& progress) {
+  constexpr double kAlmost = 0.99;  // a diagnosis may ask for more
   std::vector<Step> queue = planned_steps(file);
   double at_s = 0;
   for (size_t i = 0; i < queue.size(); ++i) {
     const Step step = queue[i];
     const std::string id = step.id(file);
-    double total_s = 0;
-    for (const Step& s : queue) total_s += s.expected_s;
+    const double total_s = at_s + expected_s(file, queue, i);
     const State state = journal.record(id).state;
     if (state != State::done && state != State::skipped)
       run_step(file, step, journal, steps, ask, [&](double done, const std::string& what) {
-        progress((at_s + done * step.expected_s) / total_s, id + ": " + what);
+        progress(std::min(kAlmost, (at_s + done * step.expected_s) / total_s), id + ": " + what);
       });
     at_s += step.expected_s;
     if (step.kind != "diagnose" || journal.record(id).state != State::done) continue;

@@ -36,7 +36,8 @@ struct Step {
   std::string id(const SessionFile& file) const;
 };
 
-inline constexpr double kFit_s = 90, kDiagnosis_s = 300, kConfirm_s = 10;  // expected, of a usual campaign
+inline constexpr double kFit_s = 90, kDiagnosis_s = 300, kConfirm_s = 60,
+                        kSecondTrial_s = 12;  // expected, of a usual campaign
 
 // Nothing can go on: a step failed for good, or the operator said so. The session can be run again and goes on there.
 class SessionStopped : public std::runtime_error {

@@ -78,7 +78,9 @@ class SessionStepsTest : public testing::Test {
   void run(
       FakeSteps& steps, const AskOperator& ask = [](const std::string&) { return Answer::stop; }) {
     Journal journal(folder_, file_.text);
-    run_steps(file_, journal, steps, ask, [](double, const std::string&) {});
+    shown_.clear();
+    run_steps(file_, journal, steps, ask,
+              [this](double done, const std::string& what) { shown_.emplace_back(done, what); });
   }
   // A run that is killed in this phase.
   void kill_in(const std::string& phase, bool names_an_effect = false) {
@@ -108,6 +110,7 @@ class SessionStepsTest : public testing::Test {
   }
 
   SessionFile file_;
+  std::vector<std::pair<double, std::string>> shown_;  // of the last run: progress
   const fs::path folder_ = fs::temp_directory_path() / fmt::format("selvedge-session-steps-{}", ::getpid());
 };
 
@@ -194,6 +197,19 @@ TEST_F(SessionStepsTest, ConfirmsByASecondSessionAndGoesOnInIt) {
   }
   EXPECT_EQ(count("aside satin/second/second-1"), 1);
   EXPECT_EQ(count("run knit/second/second-1"), 1);
+}
+
+TEST_F(SessionStepsTest, IsNotDoneBeforeItsSecondSessionIs) {
+  file_.confirm = true;
+  FakeSteps steps(file_, folder_);
+  steps.names_an_effect = true;
+  run(steps);
+  ASSERT_FALSE(shown_.empty());
+  for (size_t i = 1; i < shown_.size(); ++i) EXPECT_GE(shown_[i].first, shown_[i - 1].first) << shown_[i].second;
+  EXPECT_EQ(shown_.back().first, 1);
+  shown_.pop_back();
+  EXPECT_LT(shown_.back().first, 1) << shown_.back().second;
+  EXPECT_EQ(shown_.back().second, "satin/confirm: half");
 }
 
 TEST_F(SessionStepsTest, RecordsNothingMoreWhereNobodyAskedOrNothingIsNamed) {
