@@ -58,7 +58,7 @@ bool LetGo::is_free(double since_start_s) const {
 void add_nudging(const Guide& guide, double mass_kg, double t_s, const double* position, const double* velocity,
                  double* force) {
   const GuideTrack& track = *guide.track;
-  const GuideTrack::Seen seen = track.at(guide.seen_at(t_s));
+  const GuideTrack::Seen seen = track.at(guide.stamp_of ? guide.stamp_of(t_s) : t_s);
   const double each = mass_kg / static_cast<double>(track.points.size());
   const double stiffness = each * guide.nudging_per_s * guide.nudging_per_s,
                damping = 2 * kDamping * each * guide.nudging_per_s;

@@ -7,6 +7,7 @@
 // are compared with other models' run free.
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -47,13 +48,10 @@ struct LetGo {
 struct Guide {
   std::shared_ptr<const GuideTrack> track;
   double nudging_per_s = 10;  // ω: a point that is Δ from where it was seen is accelerated by ω² Δ
-  double delay_s = 0;         // the track shows the fabric as it was so much earlier
-  double drift = 0;           // s/s: and earlier by so much more a second
-  double start_s = 0;         // from when the drift counts
+  double start_s = 0;         // of the run
   LetGo let_go = {};          // of motions; equilibria are nudged all the same
-
-  // The time on the track at which the fabric is seen as it is at t.
-  double seen_at(double t_s) const { return (t_s + delay_s - drift * start_s) / (1 - drift); }
+  // The time on the track at which the fabric is seen as it is at t; none: t.
+  std::function<double(double)> stamp_of = {};
 };
 
 // Forces on all vertices, N, added to 3N numbers: each point carries an equal part of mass_kg. velocity: null at rest.

@@ -51,28 +51,27 @@ VectorXd between(const Arm& from, const VectorXd& to) {
   return d;
 }
 
+// Markers nudge all simulations, so that a place close by is simulated close by. Pictures do not.
+bool is_nudged(const Study& study) { return has_markers(study.simulation->trials()); }
+
 using SimulateAt = std::function<MatrixXd(const MatrixXd& sets)>;
 
-// Towards where an arm is likeliest, no coordinate of the base further than derivatives reach: one that data hardly
-// determine would else hold back all others.
-VectorXd step_within(const Study& study, const Evidence& evidence, const Arm& arm, size_t scale) {
+// Towards where an arm is likeliest, no coordinate of the base further than this: one that data hardly determine would
+// else hold back all others.
+VectorXd step_within(const Study& study, const Evidence& evidence, const Arm& arm, size_t scale, double reach) {
   std::vector<Prior> priors = priors_of(study, arm, evidence.error().scales[scale]);
   for (size_t k = 0; k < priors.size(); ++k)
     if (arm.columns[k].is_base) {
-      priors[k].lower = -study.protocol.longest_step;
-      priors[k].upper = study.protocol.longest_step;
+      priors[k].lower = -reach;
+      priors[k].upper = reach;
     }
   return posterior(evidence.gram(arm.changes, arm.residual, scale), priors).mean;
 }
 
-// One damped step towards where an arm is likeliest. least: misfit() of where it stands; returns that of where it then
-// does.
-double step(const Study& study, const Evidence& evidence, const SimulateAt& simulate_at, double least, Arm& arm,
-            size_t scale) {
-  const std::vector<double> shares = {1, 0.5, 0.25};
-  const VectorXd d = step_within(study, evidence, arm, scale);
-  MatrixXd sets(arm.x.size(), static_cast<Index>(shares.size()));
-  for (size_t s = 0; s < shares.size(); ++s) sets.col(static_cast<Index>(s)) = moved(study, arm, shares[s] * d);
+// The likeliest of these places, if it is likelier than where an arm stands. least: misfit() there; returns that of
+// where it then stands.
+double go_to_best(const Study& study, const Evidence& evidence, const SimulateAt& simulate_at, const MatrixXd& sets,
+                  double least, Arm& arm, size_t scale) {
   const MatrixXd r = simulate_at(sets);
   Arm best = arm;
   for (Index s = 0; s < sets.cols(); ++s) {
@@ -91,6 +90,25 @@ double step(const Study& study, const Evidence& evidence, const SimulateAt& simu
     }
   }
   arm = std::move(best);
+  return least;
+}
+
+// One damped step towards where an arm is likeliest, shorter if it leads nowhere. whole: as far as a base may be from
+// where it is looked for is tried, too.
+double step(const Study& study, const Evidence& evidence, const SimulateAt& simulate_at, double least, bool whole,
+            Arm& arm, size_t scale) {
+  const std::vector<double> shares = {1, 0.5, 0.25};
+  std::vector<double> reaches = {study.protocol.longest_step};
+  if (is_nudged(study)) reaches.push_back(study.protocol.short_step);
+  for (const double reach : reaches) {
+    const VectorXd d = step_within(study, evidence, arm, scale, reach);
+    MatrixXd sets(arm.x.size(), static_cast<Index>(shares.size()) + (whole ? 1 : 0));
+    for (size_t s = 0; s < shares.size(); ++s) sets.col(static_cast<Index>(s)) = moved(study, arm, shares[s] * d);
+    if (whole) sets.rightCols<1>() = moved(study, arm, posterior_of(study, evidence, arm, scale).mean);
+    const double now = go_to_best(study, evidence, simulate_at, sets, least, arm, scale);
+    if (now < least) return now;
+    whole = false;
+  }
   return least;
 }
 
@@ -119,7 +137,6 @@ void differentiate(const Study& study, const SimulateAt& simulate_at, Arm& arm) 
 // Simulates an arm where it was moved to, or leaves it where `about` was found, if the whole step leads astray.
 void begin(const Study& study, const Evidence& evidence, const Linearisation& about, const SimulateAt& simulate_at,
            Arm& arm, size_t scale) {
-  if (arm.x == about.x) return;
   Arm stays = arm;
   stays.x = about.x;
   stays.branches = about.branches;
@@ -136,14 +153,16 @@ MatrixXd with_finer(const Study& study, const Linearisation& about, const Matrix
 
 enum class Derivatives : char { taken, as_they_are };
 
-// Step by step to where an arm is likeliest, with derivatives taken anew for each step or only corrected along it.
+// Step by step to where an arm is likeliest, with derivatives taken anew for each step, or only corrected along it. By
+// markers the first step has those of `about`.
 void descend(const Study& study, const Evidence& evidence, const Linearisation& about, const SimulateAt& simulate_at,
              Arm& arm, size_t scale, Derivatives derivatives) {
-  begin(study, evidence, about, simulate_at, arm, scale);
+  if (arm.x != about.x) begin(study, evidence, about, simulate_at, arm, scale);
   double last = misfit(study, evidence, arm, scale);
   for (long round = 0; round < study.protocol.most_rounds && arm.residual.allFinite(); ++round) {
-    if (derivatives == Derivatives::taken) differentiate(study, simulate_at, arm);
-    const double now = step(study, evidence, simulate_at, last, arm, scale);
+    const bool by_about = round == 0 && is_nudged(study), anew = derivatives == Derivatives::taken;
+    if (anew && !by_about) differentiate(study, simulate_at, arm);
+    const double now = step(study, evidence, simulate_at, last, anew && by_about, arm, scale);
     if (last - now < 2 * study.protocol.moves_on) return;
     last = now;
   }
@@ -166,7 +185,7 @@ std::vector<Size> sizes_of(const Linearisation& about, const std::vector<const W
   return out;
 }
 
-Arm arm_at(const Study& study, const Linearisation& about, const std::vector<const Way*>& chosen, const VectorXd& d) {
+Arm arm_at(const Linearisation& about, const std::vector<const Way*>& chosen) {
   Arm arm;
   for (const Way* way : chosen) arm.effects.push_back(way->effect);
   arm.sizes = sizes_of(about, chosen);
@@ -176,7 +195,6 @@ Arm arm_at(const Study& study, const Linearisation& about, const std::vector<con
   arm.branches = about.branches;
   arm.residual = about.residual;
   arm.grid = about.grid;
-  if (d.size() > 0) arm.x = moved(study, arm, d);
   return arm;
 }
 
@@ -209,7 +227,10 @@ Posterior posterior_of(const Study& study, const Arm& arm, const Gram& gram, dou
 
 void approach(Study& study, const Windows& windows, const Evidence& evidence, const Linearisation& about, Arm& arm,
               size_t scale) {
-  if (arm.x != about.x) arm.branches = branches_at(study, about.branches, arm.x);
+  if (!is_nudged(study)) {  // a whole step may lead to other folds
+    arm.x = moved(study, arm, posterior_of(study, evidence, arm, scale).mean);
+    arm.branches = branches_at(study, about.branches, arm.x);
+  }
   const VectorXd usual = about.residual - grid_share(study, about.x) * about.grid,
                  adds = usual - simulated(study, windows, about.branches, about.x, On::coarse).col(0);
   const auto simulate_at = [&](const MatrixXd& sets) {

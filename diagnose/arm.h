@@ -33,9 +33,8 @@ std::string name_of(const Study& study, const std::vector<size_t>& effects);
 // Sizes of all columns where effects are there in these ways: free, the others negligible.
 std::vector<Size> sizes_of(const Linearisation& about, const std::vector<const Way*>& chosen);
 
-// An arm where the linearisation stands, or moved from there by d of its columns.
-Arm arm_at(const Study& study, const Linearisation& about, const std::vector<const Way*>& chosen,
-           const Eigen::VectorXd& d = {});
+// An arm where the linearisation stands.
+Arm arm_at(const Linearisation& about, const std::vector<const Way*>& chosen);
 
 // All coordinates of an arm moved by d of its columns, within their bounds; the base no further than derivatives serve
 // (Protocol::base_sd).
@@ -48,9 +47,9 @@ Eigen::VectorXd estimate_of(const Study& study, const Linearisation& about, cons
 Posterior posterior_of(const Study& study, const Evidence& evidence, const Arm& arm, size_t scale);
 Posterior posterior_of(const Study& study, const Arm& arm, const Gram& gram, double s);
 
-// Moves an arm to where it is likeliest at this s, on the coarse grid, which stands in for the usual one with what that
-// adds where `about` was found. Derivatives by the base and by its own effects are taken again at each step: about a
-// point that is not at the bottom sets of effects are no better than what they still have to go.
+// Moves an arm from where `about` stands to where it is likeliest at this s, on the coarse grid, which stands in for
+// the usual one with what that adds there. Derivatives by the base and by its own effects are taken again at each step:
+// about a point that is not at the bottom sets of effects are no better than what they still have to go.
 void approach(Study& study, const Windows& windows, const Evidence& evidence, const Linearisation& about, Arm& arm,
               size_t scale);
 

@@ -32,13 +32,11 @@ class Scales {
       std::vector<Prior> priors;
       for (size_t k = 0; k < sizes.size(); ++k)
         priors.push_back(prior_of(study_, about_.columns[k], about_.x, sizes[k], scales_[s]));
-      const Posterior p = posterior(grams_[s], priors);
-      out.log_evidence.push_back(p.log_evidence);
-      const double here = p.log_evidence + std::max(priors_.right[s], priors_.unknown[s]);
+      out.log_evidence.push_back(posterior(grams_[s], priors).log_evidence);
+      const double here = out.log_evidence.back() + std::max(priors_.right[s], priors_.unknown[s]);
       if (here <= most) continue;
       most = here;
       out.scale = s;
-      out.d = p.mean;
     }
     return out;
   }
@@ -69,6 +67,35 @@ EffectSet over_ways(const Scales& scales, const std::vector<EffectSet>& ways) {
     std::vector<double> logs;
     for (const EffectSet& w : ways) logs.push_back(w.log_evidence[s]);
     out.log_evidence[s] = log_sum(logs) - std::log(static_cast<double>(ways.size()));
+  }
+  return out;
+}
+
+// Probabilities as far as what sets take of the gap bears them out. The rest of a set's goes to the others as they are
+// likely without it, again as far as they are borne out, and else to unknown: to `left`.
+std::vector<double> borne_out(const std::vector<Weight>& weights, const std::map<std::vector<size_t>, GapTaken>& taken,
+                              double explains, double& left) {
+  std::vector<double> out, share, receives;  // share: that is borne out
+  for (const Weight& w : weights) {
+    const auto given = taken.find(w.effects);
+    const bool is_known = given != taken.end();
+    share.push_back(is_known ? std::clamp(given->second.explained / explains, 0.0, 1.0) : 1);
+    receives.push_back(is_known || w.effects.empty() ? share.back() : 0);
+    out.push_back(w.probability * share.back());
+  }
+  for (size_t i = 0; i < weights.size(); ++i) {
+    const double rest = weights[i].probability * (1 - share[i]);
+    if (rest <= 0) continue;
+    double others = 0, given = 0;
+    for (const Weight& w : weights)
+      if (w.effects != weights[i].effects) others += w.probability;
+    for (size_t j = 0; j < weights.size() && others > 0; ++j) {
+      if (weights[j].effects == weights[i].effects) continue;
+      const double gains = rest * receives[j] * weights[j].probability / others;
+      out[j] += gains;
+      given += gains;
+    }
+    left += rest - given;
   }
   return out;
 }
@@ -181,21 +208,20 @@ Verdict judge(const Study& study, const std::vector<EffectSet>& sets, const std:
   for (size_t i = 0; i < logs.size(); ++i) out.weights[i].probability = std::exp(logs[i] - all);
   out.probability["none"] = out.probability["unknown"] = 0;
   for (const Effect& e : study.effects) out.inclusion[e.name] = out.probability[e.name] = 0;
-  for (const Weight& w : out.weights) {
-    if (w.effects.empty()) out.probability[w.and_unknown ? "unknown" : "none"] += w.probability;
+  const std::vector<double> masses = borne_out(out.weights, taken, p.explains, out.probability["unknown"]);
+  for (size_t i = 0; i < masses.size(); ++i) {
+    const Weight& w = out.weights[i];
+    if (w.effects.empty()) out.probability[w.and_unknown ? "unknown" : "none"] += masses[i];
     const auto given = taken.find(w.effects);
-    double sum = 0, kept = w.probability;
-    if (given != taken.end()) {
+    double sum = 0;
+    if (given != taken.end())
       for (const double part : given->second.parts) sum += std::max(0.0, part);
-      kept *= std::clamp(given->second.explained / p.explains, 0.0, 1.0);
-      out.probability["unknown"] += w.probability - kept;
-    }
     for (size_t k = 0; k < w.effects.size(); ++k) {
       const std::string& name = study.effects[w.effects[k]].name;
-      out.inclusion[name] += kept;
+      out.inclusion[name] += masses[i];
       const double share =
           sum > 0 ? std::max(0.0, given->second.parts[k]) / sum : 1.0 / static_cast<double>(w.effects.size());
-      out.probability[name] += kept * share;
+      out.probability[name] += masses[i] * share;
     }
   }
   for (auto& [name, p] : out.inclusion) p = std::min(p, 1.0);  // sums round

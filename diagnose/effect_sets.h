@@ -15,8 +15,7 @@ struct EffectSet {
   std::vector<size_t> effects;       // ascending
   std::vector<const Way*> chosen;    // the likeliest of each effect
   std::vector<double> log_evidence;  // one each s, over all ways
-  Eigen::VectorXd d;                 // of all columns, at the likeliest s
-  size_t scale = 0;                  // that one
+  size_t scale = 0;                  // the likeliest s
 };
 
 // One of them.
@@ -58,7 +57,8 @@ struct GapTaken {
 };
 
 // Probabilities of the sets. taken: by the set's effects; missing: all of it, by each effect alike. A set that takes
-// less than Protocol::explains leaves so much of its probability to unknown.
+// less than Protocol::explains leaves so much of its probability to the others, as they are likely without it and as
+// far as they do take it, and else to unknown.
 Verdict judge(const Study& study, const std::vector<EffectSet>& sets, const std::vector<double>& scales,
               const std::map<std::vector<size_t>, GapTaken>& taken);
 

@@ -82,22 +82,25 @@ MatrixXd Evidence::shared(const Window& w, double s) const {
   return out;
 }
 
+Gram& Gram::operator+=(const Gram& more) {
+  of += more.of;
+  log_determinant += more.log_determinant;
+  return *this;
+}
+
 Gram Evidence::added(const MatrixXd& columns, const VectorXd& residual, size_t scale,
                      const std::vector<size_t>& trials) const {
   const MatrixXd& lasting = error_.lasting;
-  MatrixXd all(columns.rows(), columns.cols() + lasting.cols() + 1);
+  MatrixXd all(columns.rows(), columns.cols() + lasting.cols());
   all.leftCols(columns.cols()) = columns;
-  if (lasting.cols() > 0) all.middleCols(columns.cols(), lasting.cols()) = lasting;
-  all.rightCols<1>() = residual;
+  if (lasting.cols() > 0) all.rightCols(lasting.cols()) = lasting;
   Gram out;
-  out.of = MatrixXd::Zero(all.cols(), all.cols());
-  const double s = error_.scales[scale];
-  for (const Window& w : windows_.windows()) {
-    if (!trials.empty() && std::find(trials.begin(), trials.end(), w.trial) == trials.end()) continue;
-    const Woodbury sigma(variance(w, s), shared(w, s));
-    const MatrixXd rows = all.middleRows(w.first, w.count);
-    out.of += rows.transpose() * sigma.solve(rows);
-    out.log_determinant += sigma.log_determinant;
+  out.of = MatrixXd::Zero(all.cols() + 1, all.cols() + 1);
+  for (size_t k = 0; k < windows_.windows().size(); ++k) {
+    const size_t trial = windows_.windows()[k].trial;
+    if (!trials.empty() && std::find(trials.begin(), trials.end(), trial) == trials.end()) continue;
+    out += of_window(k, all, residual, scale_in(k, scale));
+    if (!error_.windows.empty()) out.log_determinant -= 2 * error_.windows[scale].log_p[k];
   }
   return out;
 }
@@ -144,10 +147,23 @@ double Evidence::trust(const Window& w, double typical_mm) const {
 
 Evidence::Forces Evidence::forces_in(size_t window, const VectorXd& left, size_t scale) const {
   const Window& w = windows_.windows()[window];
-  const double s = error_.scales[scale];
+  const double s = scale_in(window, scale);
   const Woodbury sigma(variance(w, s), shared(w, s));
   return {sigma.inner.solve(sigma.scaled.transpose() * sigma.inverse_variance.cwiseProduct(left)),
           sigma.inner.solve(MatrixXd::Identity(sigma.scaled.cols(), sigma.scaled.cols()))};
+}
+
+double Evidence::scale_in(size_t window, size_t scale) const {
+  const double s = error_.scales[scale];
+  return error_.windows.empty() ? s : s * error_.windows[scale].factor[window];
+}
+
+Gram Evidence::of_window(size_t window, const MatrixXd& columns, const VectorXd& residual, double s) const {
+  const Window& w = windows_.windows()[window];
+  const Woodbury sigma(variance(w, s), shared(w, s));
+  MatrixXd rows(w.count, columns.cols() + 1);
+  rows << columns.middleRows(w.first, w.count), residual.segment(w.first, w.count);
+  return {rows.transpose() * sigma.solve(rows), sigma.log_determinant};
 }
 
 namespace {
@@ -208,6 +224,11 @@ Posterior posterior(const Gram& gram, const std::vector<Prior>& priors) {
   }
   out.log_evidence = log_evidence;
   return out;
+}
+
+MatrixXd Posterior::covariance() const {
+  const Index n = prior_sd.size();
+  return prior_sd.asDiagonal() * scaled.solve(MatrixXd::Identity(n, n)) * prior_sd.asDiagonal();
 }
 
 double Posterior::sd_along(const VectorXd& direction) const {

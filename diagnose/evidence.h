@@ -1,13 +1,14 @@
 // The evidence for sets of effects: one linear model, everything Gaussian, in closed form.
 //
 // About where a model was simulated, with r its residual, the rows of one window are
-//   r = −X d + s D w + ε,   d ~ N(m, Λ),   w ~ N(0, 1),   ε ~ N(0, R + s² white),   R = noise² + F Fᵀ,
+//   r = −X d + λ s D w + ε,   d ~ N(m, Λ),   w ~ N(0, 1),   ε ~ N(0, R + λ² s² white),   R = noise² + F Fᵀ,
 // X: how the residual changes with the coordinates d of a model (Windows' rows: simulated less seen). D: what smooth
 // forces that no law gives do to a window, each of the size that a right model's errors have; windows do not share
-// their w. s: how much larger than that size the model error is. R: the sensor, F what errs together in a frame
+// their w. s: how much larger than that size the model error is; λ: by how much it is larger still in this window, or
+// smaller (window_errors.h). R: the sensor, F what errs together in a frame
 // (measured.h). What lasts, the same in all windows (mesh_error.h), stands among the columns with a prior of its own
 // and is summed over. So
-//   Σ = s² (D Dᵀ + white) + R,   A = Λ⁻¹ + Xᵀ Σ⁻¹ X,   b = Λ⁻¹ m − Xᵀ Σ⁻¹ r,
+//   Σ = λ² s² (D Dᵀ + white) + R,   A = Λ⁻¹ + Xᵀ Σ⁻¹ X,   b = Λ⁻¹ m − Xᵀ Σ⁻¹ r,
 //   ln p(r | s) = −½ (rᵀ Σ⁻¹ r + mᵀ Λ⁻¹ m − bᵀ A⁻¹ b) − ½ ln|Σ| − ½ ln|ΛA| + const,
 // and d given r is N(A⁻¹ b, A⁻¹) (Kaipio and Somersalo 2007 on approximation errors; Kennedy and O'Hagan 2001).
 // What data say of all columns at once is in Gram matrices [X r]ᵀ Σ⁻¹ [X r], one for each s; sets of effects then cost
@@ -24,6 +25,12 @@
 
 namespace selvedge::diagnose {
 
+// How much larger or smaller than s the model error of each window is, where the campaign's is s.
+struct WindowFactors {
+  std::vector<double> factor;  // λ, of each window
+  std::vector<double> log_p;   // ln p(λ), of each
+};
+
 // What is unsure of a window's rows beside the model's coordinates.
 struct ModelError {
   Eigen::MatrixXd forces;    // rows × forces, mm, at s = 1: D
@@ -32,7 +39,8 @@ struct ModelError {
   Eigen::MatrixXd bent;      // rows × base coordinates, mm: what derivatives miss; no columns: nothing
   Eigen::MatrixXd lasting;   // rows × patterns, mm, each of unit variance: the same in all windows
   FrameNoise frames;
-  std::vector<double> scales;  // s, ascending
+  std::vector<double> scales;               // s, ascending
+  std::vector<WindowFactors> windows = {};  // at each s; none: 1
 };
 
 // forces: what those of usual size do; grid: what a finer grid changes; lasting: what the mesh leaves in all windows;
@@ -46,6 +54,8 @@ ModelError model_error(const Protocol& protocol, const Windows& windows, const E
 struct Gram {
   Eigen::MatrixXd of;
   double log_determinant = 0;  // ln|Σ|
+
+  Gram& operator+=(const Gram& more);  // of other rows
 };
 
 // A coordinate's distribution before the data.
@@ -60,6 +70,7 @@ struct Posterior {
   Eigen::VectorXd prior_sd;
   Eigen::LLT<Eigen::MatrixXd> scaled;  // of Λ^½ A Λ^½
 
+  Eigen::MatrixXd covariance() const;
   double sd(Eigen::Index i) const;
   double sd_along(const Eigen::VectorXd& direction) const;  // of its product with d
 };
@@ -90,6 +101,12 @@ class Evidence {
     Eigen::MatrixXd covariance;
   };
   Forces forces_in(size_t window, const Eigen::VectorXd& left, size_t scale) const;
+
+  // λ s of a window.
+  double scale_in(size_t window, size_t scale) const;
+
+  // Of one window, if the size of its model error is s.
+  Gram of_window(size_t window, const Eigen::MatrixXd& columns, const Eigen::VectorXd& residual, double s) const;
 
  private:
   Eigen::VectorXd variance(const Window& w, double s) const;

@@ -25,7 +25,7 @@ LookedAt placed(const Weighed& w, const std::vector<size_t>& effects) {
   const EffectSet& set = w.weighing.set_of(effects);
   LookedAt out;
   out.about = &w.weighing.about(effects);
-  out.arm = arm_at(w.study, *out.about, set.chosen);
+  out.arm = arm_at(*out.about, set.chosen);
   out.scale = set.scale;
   out.posterior = posterior_of(w.study, w.evidence(), out.arm, set.scale);
   return out;
@@ -69,7 +69,7 @@ class Places {
   Arm base_without(const std::vector<size_t>& lacking, size_t scale) const {
     Study& study = weighed_.study;
     const Linearisation& none = weighed_.weighing.none;
-    Arm arm = arm_at(study, none, {});
+    Arm arm = arm_at(none, {});
     for (size_t k = 0; k < arm.columns.size(); ++k) {
       const Column& c = arm.columns[k];
       if (!is_of(c, lacking)) continue;

@@ -3,12 +3,47 @@
 #include <algorithm>
 #include <cmath>
 
+#include <fmt/format.h>
+
 namespace selvedge::diagnose {
 
 using Eigen::Index;
 
+namespace {
+
+// One frame of a campaign that lost some counts as much as its share of all that was recorded in motion. What late
+// stamps show is simulated, too.
+std::vector<std::string> count_lost(std::vector<model::ObservedTrial>& trials) {
+  std::vector<std::string> out;
+  double all = 0, recorded_s = 0;
+  for (const model::ObservedTrial& trial : trials) {
+    if (!trial.markers || trial.still) continue;
+    recorded_s += trial.markers->time_s.back() - trial.recorded_from_s;
+    for (const observe::LostFrames& l : trial.markers->lost) all += l.count;
+  }
+  if (all == 0) return out;
+  for (model::ObservedTrial& trial : trials) {
+    if (!trial.markers || trial.still) continue;
+    trial.lost_each_s = recorded_s / all;
+    double late_s = 0;
+    std::string at;
+    for (const observe::LostFrames& l : trial.markers->lost) {
+      late_s += l.count * (l.to_s - l.from_s);
+      at += fmt::format("{}{:.3f} s", at.empty() ? "" : ", ", l.to_s);
+    }
+    if (at.empty()) continue;
+    trial.experiment.sample_s = model::sample_times(trial.experiment.start_s, trial.markers->time_s.back() + late_s);
+    out.push_back(
+        fmt::format("{}: markers move as if frames were missing before {}; stamps have no gap", trial.name, at));
+  }
+  return out;
+}
+
+}  // namespace
+
 Measured measure(std::vector<model::ObservedTrial>& trials, const Protocol& protocol) {
   Measured out;
+  out.lost = count_lost(trials);
   out.delay = model::held_delay(trials, protocol.most_delay_s);
   double square = 0, held = 0;
   for (model::ObservedTrial& trial : trials) {

@@ -33,9 +33,9 @@ MissingForce missing_force(const Study& study, const Windows& windows, const Evi
   for (size_t k = study.first_force; k < study.parameters.size(); ++k) study.parameters[k].apply(p, 1);
   const std::vector<cloth::SmoothForce>& forces = p.experiment.smooth_forces;
   const VectorXd left = arm.residual + arm.changes * posterior_of(study, evidence, arm, scale).mean;
-  const double s = evidence.error().scales[scale];
   for (size_t w = 0; w < windows.windows().size(); ++w) {
     const Window& window = windows.windows()[w];
+    const double s = evidence.scale_in(w, scale);
     // The model's residual is what it has too much of: the force that it lacks is the other way.
     const Evidence::Forces found = evidence.forces_in(w, -left.segment(window.first, window.count), scale);
     MissingForce::Window here{study.simulation->trials()[window.trial].name, window.from_s, window.to_s,

@@ -84,24 +84,25 @@ model::Prediction predicted(const Study& study, const PredictedSet& set, const V
   return p;
 }
 
-// What is simulated and how it moved.
+// What is simulated of this trial and how it moved.
 struct Foretold {
+  const model::ObservedTrial* trial;
   model::Prediction what;
   cloth::Trajectory run;
   Eigen::Matrix3Xd at(double t_s) const {
-    const observe::SensorModel& sensor = what.sensor;
-    return model::position_at(what.experiment, run,
-                              t_s - sensor.delay_s - sensor.drift * (t_s - what.experiment.start_s));
+    const double shown_s = model::stamp_drift(*trial, what).shown_at(t_s);
+    return model::position_at(what.experiment, run, shown_s - what.sensor.delay_s);
   }
 };
 
 // Side by side in lanes.
-std::vector<Foretold> foretold(const Study& study, std::vector<model::Prediction> predictions) {
+std::vector<Foretold> foretold(const Study& study, size_t trial, std::vector<model::Prediction> predictions) {
   std::vector<cloth::Experiment> lanes;
   for (const model::Prediction& p : predictions) lanes.push_back(p.experiment);
   std::vector<cloth::Trajectory> runs = simulate(study.simulation->sheet(), lanes, study.simulation->options().sheet);
   std::vector<Foretold> out;
-  for (size_t i = 0; i < runs.size(); ++i) out.push_back({std::move(predictions[i]), std::move(runs[i])});
+  for (size_t i = 0; i < runs.size(); ++i)
+    out.push_back({&study.simulation->trials()[trial], std::move(predictions[i]), std::move(runs[i])});
   return out;
 }
 
@@ -120,7 +121,7 @@ double apart_mm(const Foretold& a, const Foretold& b) {
 // Of two sets that differ: as it was recorded, and then under each of the candidates.
 using Pair = std::array<std::vector<Foretold>, 2>;
 
-Pair foretold_under(const Study& study, const std::array<model::Prediction, 2>& recorded,
+Pair foretold_under(const Study& study, size_t trial, const std::array<model::Prediction, 2>& recorded,
                     const std::vector<Candidate>& list) {
   std::vector<model::Prediction> all;
   for (const model::Prediction& r : recorded) {
@@ -130,7 +131,7 @@ Pair foretold_under(const Study& study, const std::array<model::Prediction, 2>& 
       c.change(all.back());
     }
   }
-  std::vector<Foretold> found = foretold(study, std::move(all));
+  std::vector<Foretold> found = foretold(study, trial, std::move(all));
   const auto middle = found.begin() + static_cast<std::ptrdiff_t>(1 + list.size());
   return {std::vector<Foretold>(std::make_move_iterator(found.begin()), std::make_move_iterator(middle)),
           std::vector<Foretold>(std::make_move_iterator(middle), std::make_move_iterator(found.end()))};
@@ -207,7 +208,7 @@ NextExperiment propose_experiment(const Study& study, const std::vector<Predicte
   for (size_t k = 1; k < order.size(); ++k) {
     const std::vector<std::string> pair = {order[0]->name, order[k]->name};
     const auto [first, second] =
-        foretold_under(study, {likeliest, predicted(study, *order[k], order[k]->x, moving)}, list);
+        foretold_under(study, moving, {likeliest, predicted(study, *order[k], order[k]->x, moving)}, list);
     const double present_mm = apart_mm(first[0], second[0]);
     for (size_t i = 0; i < list.size(); ++i) {
       const double mm = apart_mm(first[1 + i], second[1 + i]);
@@ -246,7 +247,7 @@ Forecast forecast(const Study& study, const PredictedSet& base, const PredictedS
     add(base, base.without[g]);
     add(named, named.without[g]);
   }
-  const std::vector<Foretold> all = foretold(study, std::move(faster));
+  const std::vector<Foretold> all = foretold(study, moving, std::move(faster));
   const auto before_mm = [&](size_t pair) {
     const Foretold &a = all[2 * pair], &b = all[2 * pair + 1];
     if (!a.run.finite || !b.run.finite) return std::numeric_limits<double>::quiet_NaN();

@@ -54,6 +54,7 @@ struct Protocol {
   double least_scale = 0.125, scale_ratio = 1.4142135623730951;
   long scales = 18;
   double right_scale = 1, right_sd = 0.3;  // median and ln deviation of s in a right model
+  double window_sd = 0.5;                  // ln deviation of a window's model error from s
   double unknown_over = 2;                 // times right_scale: where something unknown begins
 
   // Priors.
@@ -68,13 +69,13 @@ struct Protocol {
   double tempering = 1;        // power of the evidence
 
   // Where the leaders stand.
-  long most_rounds = 8;       // on the coarse grid, and then on the usual one
-  double moves_on = 4;        // nats: a step that gains less is the last
-  double point_nats = 30;     // by which the evidence of one model differs from one likeliest point to another
-  long valleys = 3;           // times that the way to where a set is likeliest may lead the base elsewhere
-  double looks_at = 1;        // nats: a set that gains so much on none is looked at where it stands, too
-  double longest_step = 0.7;  // ln
-  long pairs_tried = 5;       // that a third effect is tried beside
+  long most_rounds = 8;    // on the coarse grid, and then on the usual one
+  double moves_on = 4;     // nats: a step that gains less is the last
+  double point_nats = 30;  // by which the evidence of one model differs from one likeliest point to another
+  long valleys = 3;        // times that the way to where a set is likeliest may lead the base elsewhere
+  double looks_at = 1;     // nats: a set that gains so much on none is looked at where it stands, too
+  double longest_step = 0.7, short_step = 0.1;  // ln; the second where the first leads nowhere
+  long pairs_tried = 5;                         // that a third effect is tried beside
 
   // What is told.
   // Of what a right model would take of the gap: a set that takes less leaves room for unknown. That is asked where the

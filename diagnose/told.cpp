@@ -111,6 +111,7 @@ void list_measured(Diagnosis& out, const Measured& measured) {
         "markers on held points lie {:.1f} mm (root mean square) from the grips' path, which no physics lets "
         "them leave",
         1e3 * measured.held_m));
+  out.remarks.insert(out.remarks.end(), measured.lost.begin(), measured.lost.end());
   if (measured.delay) out.remarks.push_back(in_words(*measured.delay));
 }
 

@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "diagnose/mesh_error.h"
+#include "diagnose/window_errors.h"
 
 namespace selvedge::diagnose {
 
@@ -49,7 +50,7 @@ std::vector<size_t> taken_again(const Study& study, const Evidence& evidence, co
 // Moves a set of effects to where it is likeliest and takes derivatives there.
 Linearisation linearised_at(Study& study, const Windows& windows, const Evidence& evidence, const Linearisation& about,
                             const EffectSet& set) {
-  Arm arm = arm_at(study, about, set.chosen, set.d);
+  Arm arm = arm_at(about, set.chosen);
   approach(study, windows, evidence, about, arm, set.scale);
   fit_arm(study, windows, evidence, about, arm, set.scale);
   Linearisation out = linearise_again(study, windows, branches_at(study, arm.branches, arm.x), arm.x, about,
@@ -160,14 +161,14 @@ Weighing weigh(Study& study, const Windows& windows, const WeighingOptions& opti
     return model_error(study.protocol, windows, forces, about.grid,
                        mesh_error(study.protocol, *study.simulation, windows, about.grid), about.second, frames);
   };
-  const Evidence at_first(windows, error_about(at_base));
+  const Evidence at_first(windows, by_windows(study, windows, at_base, error_about(at_base)));
   options.ends("changing everything once");
 
   begin(0.18, 0.58, "the base with what is negligible of every effect");
   Weighing out;
   out.none = linearised_at(study, windows, at_first, at_base,
                            weigh_set(study, at_first, at_base, ways_found_with_base(study, at_base)));
-  out.evidence.emplace(windows, error_about(out.none));
+  out.evidence.emplace(windows, by_windows(study, windows, out.none, error_about(out.none)));
   weigh_all(study, out);
   options.ends("the base where it is likeliest");
 

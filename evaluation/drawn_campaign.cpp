@@ -236,8 +236,7 @@ double DrawnCampaign::forces_held(double s, std::mt19937_64& random) {
   }
   for (Index i = 0; i < r.rows(); ++i) about.residual(i) += evidence_->error().noise_mm(i) * normal(random);
   const diagnose::EffectSet none = weigh_set(study_, *evidence_, about, {});
-  const diagnose::MissingForce map =
-      missing_force(study_, *windows_, *evidence_, arm_at(study_, about, {}), none.scale);
+  const diagnose::MissingForce map = missing_force(study_, *windows_, *evidence_, arm_at(about, {}), none.scale);
   const model::ObservedTrial& first = study_.simulation->trials().front();
   size_t held = 0, of = 0;
   for (size_t w = 0; w < map.windows.size(); ++w) {

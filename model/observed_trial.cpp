@@ -63,7 +63,7 @@ ObservedTrial observe_trial(const trial::Trial& trial, const observe::ObserveOpt
   e.path = cloth::smooth_path(hold_of(trial.held), corners.time_s, corners.left, corners.right, out.still);
   e.path.clamp_direction = trial.clamp_direction.normalized();
   e.starts_at_rest = true;  // a trial that does not start at rest is led in from rest: its transient dies out
-  e.start_s = trial.corners.time_s.front();
+  e.start_s = out.recorded_from_s = trial.corners.time_s.front();
 
   if (trial.camera) out.camera_centre = geometry::centre(*trial.camera);
   double last = e.start_s;

@@ -22,6 +22,8 @@ struct ObservedTrial {
   std::optional<observe::MarkerTrack> markers;
   std::shared_ptr<const observe::StripeTrack> stripes;
   std::optional<Eigen::Vector3d> camera_centre;  // m, where the trial tells of a camera
+  double recorded_from_s = 0;                    // where the recording begins; a piece of it begins later
+  double lost_each_s = 0;                        // StampDrift::each_s of the campaign's markers
   double lead_s = 0;  // of a piece out of a longer trial: how it moves for so long does not count
   std::shared_ptr<const observe::MarkerTrack> before;  // of such a piece: what was seen until it begins; null: nothing
 };

@@ -223,7 +223,16 @@ void hold_back_jumps(const ObservedTrial& trial, const cloth::HeldPath& path, Ma
 
 }  // namespace
 
-double shown_at(const Prediction& p, double t_s) { return t_s - p.sensor.drift * (t_s - p.experiment.start_s); }
+observe::StampDrift stamp_drift(const ObservedTrial& trial, const Prediction& p) {
+  observe::StampDrift out{p.sensor.drift, trial.recorded_from_s, {}, trial.lost_each_s};
+  if (trial.markers) out.lost = trial.markers->lost;
+  return out;
+}
+
+std::function<double(double)> stamps_of(const ObservedTrial& trial, const Prediction& p) {
+  if (p.sensor.drift == 0) return {};
+  return [stamps = stamp_drift(trial, p)](double t_s) { return stamps.stamp_of(t_s); };
+}
 
 Matrix3Xd position_at(const cloth::Experiment& e, const cloth::Trajectory& trajectory, double t_s) {
   return interpolated(between(e.sample_s, t_s), trajectory.samples.size(),
@@ -237,10 +246,11 @@ Matrix3Xd seen_markers(const cloth::spline::SplineSheet& sheet, const ObservedTr
   const observe::SensorModel& s = p.sensor;
   const std::vector<SurfacePoint> shown =
       s.outline_erosion_m != 0 ? points_inside(sheet, trial, s.outline_erosion_m) : points;
+  const observe::StampDrift stamps = stamp_drift(trial, p);
   Matrix3Xd seen(3, static_cast<Index>(track.uv.size() * track.time_s.size()));
   for (size_t k = 0; k < track.uv.size(); ++k)
     for (size_t j = 0; j < track.time_s.size(); ++j)
-      seen.col(column_of(track, k, j)) = smoothed_at(p, trajectory, shown[k], shown_at(p, track.time_s[j]));
+      seen.col(column_of(track, k, j)) = smoothed_at(p, trajectory, shown[k], stamps.shown_at(track.time_s[j]));
   if (s.grid_drift != 0) drift(track, s.grid_drift, seen);
   if (has_pose(s))
     for (Index c = 0; c < seen.cols(); ++c) seen.col(c) += pose_shift(trial, s, seen.col(c));

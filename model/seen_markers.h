@@ -2,6 +2,7 @@
 // seen markers tell it.
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <vector>
 
@@ -9,6 +10,7 @@
 #include "cloth/spline/spline_sheet.h"
 #include "model/observed_trial.h"
 #include "model/parameter.h"
+#include "observe/lost_frames.h"
 
 namespace selvedge::model {
 
@@ -25,9 +27,10 @@ std::shared_ptr<const cloth::GuideTrack> guide_track(const cloth::spline::Spline
                                                      const std::vector<cloth::SurfacePoint>& points,
                                                      const Prediction& prediction);
 
-// The time at which the fabric was as an observation stamped t shows it, in the stamps' clock: a delay is part of the
-// path (Simulation::predictions).
-double shown_at(const Prediction& prediction, double t_s);
+// When the fabric was as stamps show it, in the stamps' clock: a delay is part of the path (Simulation::predictions).
+observe::StampDrift stamp_drift(const ObservedTrial& trial, const Prediction& prediction);
+// As Guide::stamp_of.
+std::function<double(double)> stamps_of(const ObservedTrial& trial, const Prediction& prediction);
 
 // Control points between the samples of a trajectory (cubic in time).
 Eigen::Matrix3Xd position_at(const cloth::Experiment& experiment, const cloth::Trajectory& trajectory, double t_s);

@@ -150,7 +150,7 @@ std::vector<Prediction> Simulation::predictions(const State& state, const std::v
       cloth::LetGo let_go = state.let_go;
       let_go.held_s = trials_[trial].lead_s;
       p.experiment.guide = std::make_shared<cloth::Guide>(cloth::Guide{
-          track_of(trial, p), state.nudging_per_s[trial], 0, p.sensor.drift, p.experiment.start_s, let_go});
+          track_of(trial, p), state.nudging_per_s[trial], p.experiment.start_s, let_go, stamps_of(trials_[trial], p)});
     }
     out.push_back(std::move(p));
   }
@@ -168,11 +168,12 @@ Eigen::VectorXd Simulation::residual_of(size_t index, const ObservedTrial& trial
     at = off.size();
     r.head(at) = off.reshaped();
   }
+  const observe::StampDrift stamps = stamp_drift(trial, prediction);
   if (trial.stripes)
     for (const observe::StripeFrame& frame : trial.stripes->frames) {
       const auto residuals_at = [&](double t, double* out) {
         stripe_residuals(*trial.stripes, frame, view_.mesh(), rim_,
-                         view_.of(position_at(e, trajectory, shown_at(prediction, t))), prediction.sensor, out);
+                         view_.of(position_at(e, trajectory, stamps.shown_at(t))), prediction.sensor, out);
       };
       const double rolling_s = prediction.sensor.row_delay_s;
       residuals_at(frame.time_s - 0.5 * rolling_s, r.data() + at);

@@ -73,7 +73,7 @@ Eigen::Matrix3Xd Simulation::let_go_of(size_t trial, const Prediction& predictio
     const std::shared_ptr<const cloth::GuideTrack> track =
         seen.markers ? track_of(trial, prediction)
                      : seen_surface(sheet_, view_, *seen.stripes, experiment.start_shape, prediction.sensor);
-    experiment.guide = std::make_shared<cloth::Guide>(cloth::Guide{track, nudging_per_s, 0, 0, experiment.start_s, {}});
+    experiment.guide = std::make_shared<cloth::Guide>(cloth::Guide{track, nudging_per_s, experiment.start_s});
     cloth::Rest rest = relax(sheet_, {experiment}, options_.sheet).front();
     if (rest.position.allFinite()) experiment.start_shape = std::move(rest.position);
   }
@@ -165,7 +165,7 @@ void Simulation::lead_in(State& state, const std::vector<Parameter>& parameters,
     e.start_s = before.markers->time_s.front();
     e.sample_s = {trials_[i].experiment.start_s};
     e.guide = std::make_shared<cloth::Guide>(cloth::Guide{
-        guide_track(sheet_, before, marker_points_[i], p), kNudging_per_s, 0, p.sensor.drift, e.start_s, {}});
+        guide_track(sheet_, before, marker_points_[i], p), kNudging_per_s, e.start_s, {}, stamps_of(trials_[i], p)});
     pieces.push_back(i);
     lanes.push_back(std::move(e));
   }

@@ -62,11 +62,20 @@ std::optional<Smoothed> smoothed(const std::vector<double>& since_s, const std::
   return out;
 }
 
+// From half_s before a stamp until half_s after it, on its own side of frames that are missing.
+std::pair<double, double> span_about(double stamp_s, double half_s, const std::vector<LostFrames>& lost) {
+  std::pair<double, double> out{stamp_s - half_s, stamp_s + half_s};
+  for (const LostFrames& l : lost) {
+    if (l.to_s <= stamp_s) out.first = std::max(out.first, l.to_s);
+    else out.second = std::min(out.second, l.from_s);
+  }
+  return out;
+}
+
 // Each kept sample by its neighbours; the track's noise becomes the usual one of them. Where samples lie further from
 // their parabolas than the noise that was stated has it, theirs counts.
 void average(MarkerTrack& track, const trial::Markers& m, const std::map<int, Eigen::Index>& row_of,
              const ObserveOptions& options) {
-  const double half_s = 0.5 / options.rate_hz + 1e-6;
   const auto times = static_cast<Eigen::Index>(track.time_s.size());
   std::vector<std::vector<std::pair<double, Eigen::Vector3d>>> seen(row_of.size());
   for (size_t i = 0; i < m.marker.size(); ++i) {
@@ -80,9 +89,10 @@ void average(MarkerTrack& track, const trial::Markers& m, const std::map<int, Ei
       const double t = track.time_s[static_cast<size_t>(j)];
       std::vector<double> since;
       std::vector<Eigen::Vector3d> position;
-      for (auto s = std::lower_bound(seen[k].begin(), seen[k].end(), t - half_s,
+      const auto [first_s, last_s] = span_about(t, 0.5 / options.rate_hz + 1e-6, track.lost);
+      for (auto s = std::lower_bound(seen[k].begin(), seen[k].end(), first_s,
                                      [](const auto&a, double at) { return a.first < at; });
-           s != seen[k].end() && s->first <= t + half_s; ++s) {
+           s != seen[k].end() && s->first <= last_s; ++s) {
         since.push_back(s->first - t);
         position.push_back(s->second);
       }
@@ -109,6 +119,7 @@ MarkerTrack track_markers(const trial::Trial& trial, const ObserveOptions& optio
   const trial::Markers& m = *trial.markers;
   MarkerTrack track;
   track.noise_m = stated_noise_m(trial);
+  if (!still) track.lost = lost_frames(m, track.noise_m);
   std::map<int, Eigen::Index> row_of;
   for (size_t i = 0; i < m.marker.size(); ++i)
     if (row_of.emplace(m.marker[i], static_cast<Eigen::Index>(row_of.size())).second) track.uv.push_back(m.uv[i]);

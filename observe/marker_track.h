@@ -6,6 +6,7 @@
 #include <Eigen/Core>
 
 #include "capture/trial/trial.h"
+#include "observe/lost_frames.h"
 
 namespace selvedge::observe {
 
@@ -25,6 +26,7 @@ struct MarkerTrack {
   std::vector<Eigen::Vector2d> uv;  // one a marker, m
   Eigen::Matrix3Xd position;        // m
   double noise_m = 3e-4;            // standard deviation of a position and axis
+  std::vector<LostFrames> lost;     // of the whole recording: frames that are missing, though no stamp is
 };
 
 // Standard deviation of a tracked position and axis, m: as the trial states it, or what trackers usually have.

@@ -25,6 +25,13 @@ enum class AppliesTo {
   simple_drag,  // base models whose drag is linear or none
 };
 
+// Where it is known from how it changes a residual.
+enum class Change : char {
+  simulated,
+  of_grid,  // as what a finer grid adds
+  of_mass   // motion stays if mass, stiffness, damping and drag grow alike: as the base does, the other way
+};
+
 struct Effect {
   std::string name;  // of the exchange format
   Side side = Side::elastic;
@@ -37,6 +44,7 @@ struct Effect {
   bool starts_add = false;  // it may be there as a sum of them
   // Of its parameter's value: as how much of the effect another form of a law shows, where nothing is missing.
   double form = 0;
+  Change change = Change::simulated;
 };
 
 // A parameter of an effect: acts linearly on its value, neutral at `neutral`.

@@ -82,7 +82,7 @@ class Guided : public testing::Test {
 
   Experiment pulled(const Experiment& e) const {
     Experiment out = e;
-    out.guide = std::make_shared<Guide>(Guide{track_, 10, 0, 0, 0});
+    out.guide = std::make_shared<Guide>(Guide{track_, 10});
     return out;
   }
 
@@ -159,11 +159,16 @@ TEST_F(Guided, EquilibriumIsPulledToo) {
   EXPECT_LT(off(pulled(wrong)), 0.9 * off(wrong));
 }
 
-TEST_F(Guided, ADelayShiftsWhatItIsPulledTo) {
-  Guide guide{track_, 10, 0.02, 0.01, 1};
-  EXPECT_NEAR(guide.seen_at(1), 1.02 / 0.99 - 0.01 / 0.99, 1e-12);
-  const double t = guide.seen_at(1.7);
-  EXPECT_NEAR(t - 0.02 - 0.01 * (t - 1), 1.7, 1e-12) << "the inverse of when the fabric was as an observation shows it";
+TEST(Guide, PullsToWhatLateStampsShow) {
+  auto track = std::make_shared<GuideTrack>();
+  track->points = {{{0}, {1}}};
+  track->time_s = {0, 1};
+  track->position = Eigen::Matrix<double, 3, 2>{{0, 1}, {0, 0}, {0, 0}};
+  Guide guide{track, 10};
+  guide.stamp_of = [](double t_s) { return t_s + 0.3; };
+  Eigen::Vector3d at(0, 0, 0), force(0, 0, 0);
+  add_nudging(guide, 1, 0.2, at.data(), nullptr, force.data());
+  EXPECT_NEAR(force.x(), 100 * track->at(0.5).position(0, 0), 1e-12);
 }
 
 TEST_F(Guided, LanesGiveTheBitsOfSingleRuns) {

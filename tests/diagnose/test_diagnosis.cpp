@@ -45,7 +45,8 @@ TEST(Diagnosis, NamesADelayAndMeasuresIt) {
   double sum = 0;
   for (const auto& [name, p] : d.probability) sum += p;
   EXPECT_NEAR(sum, 1, 1e-9);
-  EXPECT_GT(finding(d, "mass_error").absorbed, 0.8);  // all but what a change of finite size adds
+  EXPECT_GT(finding(d, "mass_error").absorbed, 0.999);
+  EXPECT_EQ(d.inclusion.at("mass_error"), 0) << "motion cannot tell it";
   const EffectFinding& f = finding(d, "camera_delay");
   ASSERT_EQ(f.size.size(), 1u);
   EXPECT_NEAR(f.size[0].value, 0.012, 0.002);

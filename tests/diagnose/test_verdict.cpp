@@ -1,0 +1,70 @@
+// Probabilities of sets of effects, and what they take of the gap in trials that they were not fitted to.
+#include <gtest/gtest.h>
+
+#include "diagnose/effect_sets.h"
+
+namespace selvedge::diagnose {
+namespace {
+
+class Judged : public ::testing::Test {
+ protected:
+  Judged() {
+    for (const char* name : {"first", "second", "third"}) study_.effects.push_back({name, Side::elastic, "", {}});
+    scales_ = {study_.protocol.right_scale, 2 * study_.protocol.unknown_over * study_.protocol.right_scale};
+  }
+
+  // log_evidence: of none and of each effect alone, where the model error is a right model's.
+  Verdict judged(const std::vector<double>& log_evidence, const std::map<std::vector<size_t>, GapTaken>& taken) const {
+    std::vector<EffectSet> sets(log_evidence.size());
+    for (size_t k = 0; k < sets.size(); ++k) {
+      if (k > 0) sets[k].effects = {k - 1};
+      sets[k].log_evidence = {log_evidence[k], -1e3};
+    }
+    return judge(study_, sets, scales_, taken);
+  }
+
+  static double sum(const Verdict& v) {
+    double sum = 0;
+    for (const auto& [name, p] : v.probability) sum += p;
+    return sum;
+  }
+
+  Study study_;
+  std::vector<double> scales_;
+};
+
+TEST_F(Judged, TheLikeliestIsNamed) {
+  const Verdict v = judged({0, 8, 4, 0}, {});
+  EXPECT_GT(v.probability.at("first"), 0.9);
+  EXPECT_NEAR(sum(v), 1, 1e-12);
+}
+
+// The likeliest takes nothing of the gap, the second what a right model would.
+TEST_F(Judged, ASetThatTakesNothingGivesWayToOneThatTakesTheGap) {
+  const Verdict v = judged({0, 12, 8, 0}, {{{0}, {{0.0}, 0}}, {{1}, {{1.0}, 1}}});
+  EXPECT_EQ(v.probability.at("first"), 0);
+  EXPECT_EQ(v.inclusion.at("first"), 0);
+  EXPECT_GT(v.probability.at("second"), 0.9);
+  EXPECT_NEAR(sum(v), 1, 1e-12);
+}
+
+// What was not looked at is not taken for an answer, nor is none where evidence is against it.
+TEST_F(Judged, WhereNothingLookedAtTakesTheGapItIsUnknown) {
+  const Verdict not_looked_at = judged({-20, 12, 8, 0}, {{{0}, {{0.0}, 0}}});
+  EXPECT_GT(not_looked_at.probability.at("unknown"), 0.9);
+  EXPECT_NEAR(sum(not_looked_at), 1, 1e-12);
+  const Verdict neither = judged({-20, 12, 8, 0}, {{{0}, {{0.0}, 0}}, {{1}, {{0.0}, 0.05}}});
+  EXPECT_GT(neither.probability.at("unknown"), 0.85);
+  EXPECT_LT(neither.probability.at("second"), 0.15);
+  EXPECT_NEAR(sum(neither), 1, 1e-12);
+}
+
+// Evidence that a set stood in for goes back to none where that is the likeliest without it.
+TEST_F(Judged, WhereNoneIsLikeliestWithoutTheSetItIsNone) {
+  const Verdict v = judged({0, 7, -3, -3}, {{{0}, {{0.0}, 0}}});
+  EXPECT_GT(v.probability.at("none"), 0.9);
+  EXPECT_NEAR(sum(v), 1, 1e-12);
+}
+
+}  // namespace
+}  // namespace selvedge::diagnose
