@@ -21,6 +21,7 @@ namespace selvedge::station {
 namespace {
 
 namespace fs = std::filesystem;
+using Eigen::MatrixXd;
 using Eigen::VectorXd;
 using nlohmann::json;
 
@@ -77,19 +78,12 @@ json values_of_fit(const json& fit) {
   return out;
 }
 
-// All trials at some coordinates, each hanging on its own branch.
-struct Predicted {
-  model::State state;
-  std::vector<double> mm;  // errors
-};
-
-Predicted predicted_at(const model::Simulation& simulation, const std::vector<model::Parameter>& parameters,
-                       const VectorXd& x) {
-  Predicted out{simulation.state_at(parameters, x), {}};
-  const model::Residuals residuals = simulation.evaluate(out.state, parameters, x).front();
+// Errors of all trials.
+std::vector<double> errors_of(const model::Simulation& simulation, const model::Residuals& residuals) {
+  std::vector<double> out;
   for (size_t i = 0; i < simulation.trials().size(); ++i) {
     const model::ObservedTrial& trial = simulation.trials()[i];
-    out.mm.push_back(
+    out.push_back(
         model::rms_mm(trial, residuals.mm[i], simulation.time_s(i), trial.still ? -1e300 : model::first_move_s(trial)));
   }
   return out;
@@ -171,18 +165,21 @@ Confirmation found_by(const FirstAnswers& answers, const trial::Campaign& second
       grid);
   const std::vector<model::Parameter> parameters = parameters_of(answers.diagnosis);
   progress(0.1, "predicting the second session");
-  const auto place = [&](const json& values) { return coordinates_at(parameters, values); };
-  const VectorXd fitted = place(values_of_fit(answers.fit)), base = place(answers.diagnosis["fit"].at("none")),
-                 with = place(answers.diagnosis["fit"].at(out.likeliest));
-  Predicted by_fit, by_base, by_likeliest;
-  tbb::parallel_invoke([&] { by_fit = predicted_at(simulation, parameters, fitted); },
-                       [&] { by_base = predicted_at(simulation, parameters, base); },
+  MatrixXd sets(static_cast<Eigen::Index>(parameters.size()), 3);
+  sets.col(0) = coordinates_at(parameters, values_of_fit(answers.fit));
+  sets.col(1) = coordinates_at(parameters, answers.diagnosis["fit"].at("none"));
+  const VectorXd with = coordinates_at(parameters, answers.diagnosis["fit"].at(out.likeliest));
+  sets.col(2) = with;
+  const model::State state = simulation.state_at(parameters, with);
+  std::vector<model::Residuals> by;
+  tbb::parallel_invoke([&] { by = simulation.evaluate(state, parameters, sets); },
                        [&] {
-    by_likeliest = predicted_at(simulation, parameters, with);
-    write_simulated_motions({simulation, by_likeliest.state, parameters, with}, second, folder);
+    write_simulated_motions({simulation, state, parameters, with}, second, folder);
   });
-  for (size_t i = 0; i < simulation.trials().size(); ++i)
-    out.trials.push_back({simulation.trials()[i].name, by_fit.mm[i], by_base.mm[i], by_likeliest.mm[i]});
+  const std::vector<double> fit_mm = errors_of(simulation, by[0]), base_mm = errors_of(simulation, by[1]),
+                            with_mm = errors_of(simulation, by[2]);
+  for (size_t i = 0; i < with_mm.size(); ++i)
+    out.trials.push_back({simulation.trials()[i].name, fit_mm[i], base_mm[i], with_mm[i]});
   out.before_mm = pooled(out.trials, &ConfirmedTrial::fit_mm);
   out.base_mm = pooled(out.trials, &ConfirmedTrial::base_mm);
   out.after_mm = pooled(out.trials, &ConfirmedTrial::with_mm);

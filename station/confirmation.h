@@ -5,9 +5,9 @@
 //   base       those of the base model as the diagnosis has it, without the effect
 //   with it    those of the diagnosis' likeliest set of effects (diagnosis.json, "fit")
 //
-// All three on one grid; nothing is fitted to the second session. mm, root mean square from the held corners' first
-// move on. FABRIC/confirmation/ holds the trials, campaign.json, simulated/ (with the effect), confirmation.json and
-// report.html.
+// All three on one grid, hung as the fabric was seen to hang; nothing is fitted to the second session. mm, root mean
+// square from the held corners' first move on. FABRIC/confirmation/ holds the trials, campaign.json, simulated/ (with
+// the effect), confirmation.json and report.html.
 #pragma once
 
 #include <filesystem>
