@@ -118,7 +118,18 @@ class Run {
     std::map<std::vector<size_t>, GapTaken> taken;
     for (const LookedAt& l : looked_at_)
       if (!l.arm.effects.empty()) taken[l.arm.effects] = taken_by(l, weighed_->noise, study().protocol);
-    verdict_ = judge(study(), weighing_->sets, weighed_->evidence().error().scales, taken);
+    verdict_ = judge(study(), weighing_->sets, weighed_->evidence().error().scales, taken,
+                     p_of_gap(likeliest().before, weighed_->noise, study().protocol));
+    const auto borne_out = [&](const LookedAt& l) {
+      double sum = 0;
+      for (const Weight& w : verdict_.weights)
+        if (w.effects == l.arm.effects) sum += w.borne_out;
+      return sum;
+    };
+    const auto first =
+        std::max_element(looked_at_.begin(), looked_at_.end(),
+                         [&](const LookedAt& a, const LookedAt& b) { return borne_out(a) < borne_out(b); });
+    std::rotate(looked_at_.begin(), first, first + 1);
   }
 
   void tell_leaders() {

@@ -7,6 +7,8 @@
 
 #include <tbb/parallel_for.h>
 
+#include "diagnose/group_statistics.h"
+
 namespace selvedge::diagnose {
 
 using Eigen::Index;
@@ -181,13 +183,13 @@ std::vector<EffectSet> weigh_sets(const Study& study, const Evidence& evidence, 
 }
 
 Verdict judge(const Study& study, const std::vector<EffectSet>& sets, const std::vector<double>& scales,
-              const std::map<std::vector<size_t>, GapTaken>& taken) {
+              const std::map<std::vector<size_t>, GapTaken>& taken, double p_of_right) {
   const Protocol& p = study.protocol;
   const ScalePriors priors = scale_priors(p, scales);
   const auto n = static_cast<double>(study.effects.size());
   const double one = 1 - p.prior_none - p.prior_unknown - p.prior_two - p.prior_three;
   const auto prior_of = [&](const EffectSet& set, bool and_unknown) {
-    if (set.effects.empty()) return and_unknown ? p.prior_unknown : p.prior_none;
+    if (set.effects.empty()) return and_unknown ? p.prior_unknown : p.prior_none * least_factor(p_of_right);
     const double beside = and_unknown ? p.prior_beside : 1 - p.prior_beside;
     if (set.effects.size() == 1) return beside * one / n;
     if (set.effects.size() == 2) return beside * p.prior_two / std::max(1.0, n * (n - 1) / 2);
@@ -202,7 +204,7 @@ Verdict judge(const Study& study, const std::vector<EffectSet>& sets, const std:
         over_s.push_back(set.log_evidence[s] + (and_unknown ? priors.unknown : priors.right)[s]);
       logs.push_back(p.tempering * log_sum(over_s) + std::log(std::max(prior_of(set, and_unknown), 1e-12)));
       out.weights.push_back({set.effects, and_unknown, 0,
-                             static_cast<size_t>(std::max_element(over_s.begin(), over_s.end()) - over_s.begin())});
+                             static_cast<size_t>(std::max_element(over_s.begin(), over_s.end()) - over_s.begin()), 0});
     }
   const double all = log_sum(logs);
   for (size_t i = 0; i < logs.size(); ++i) out.weights[i].probability = std::exp(logs[i] - all);
@@ -210,7 +212,8 @@ Verdict judge(const Study& study, const std::vector<EffectSet>& sets, const std:
   for (const Effect& e : study.effects) out.inclusion[e.name] = out.probability[e.name] = 0;
   const std::vector<double> masses = borne_out(out.weights, taken, p.explains, out.probability["unknown"]);
   for (size_t i = 0; i < masses.size(); ++i) {
-    const Weight& w = out.weights[i];
+    Weight& w = out.weights[i];
+    w.borne_out = masses[i];
     if (w.effects.empty()) out.probability[w.and_unknown ? "unknown" : "none"] += masses[i];
     const auto given = taken.find(w.effects);
     double sum = 0;

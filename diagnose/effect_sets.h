@@ -40,7 +40,8 @@ struct Weight {
   std::vector<size_t> effects;
   bool and_unknown = false;
   double probability = 0;
-  size_t scale = 0;  // the likeliest s
+  size_t scale = 0;      // the likeliest s
+  double borne_out = 0;  // what is left of the probability, or added to it, by what sets take of the gap
 };
 
 struct Verdict {
@@ -56,10 +57,11 @@ struct GapTaken {
   double explained = 1;       // all of it, of what a right model would take
 };
 
-// Probabilities of the sets. taken: by the set's effects; missing: all of it, by each effect alike. A set that takes
-// less than Protocol::explains leaves so much of its probability to the others, as they are likely without it and as
-// far as they do take it, and else to unknown.
+// Probabilities of the sets. p_of_right: how likely a right model leaves as much of held-out trials as the base does;
+// it speaks against none, as little as such a p can. taken: by the set's effects; missing: all of it, by each effect
+// alike. A set that takes less than Protocol::explains leaves so much of its probability to the others, as they are
+// likely without it and as far as they do take it, and else to unknown.
 Verdict judge(const Study& study, const std::vector<EffectSet>& sets, const std::vector<double>& scales,
-              const std::map<std::vector<size_t>, GapTaken>& taken);
+              const std::map<std::vector<size_t>, GapTaken>& taken, double p_of_right = 1);
 
 }  // namespace selvedge::diagnose

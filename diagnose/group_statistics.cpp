@@ -1,5 +1,6 @@
 #include "diagnose/group_statistics.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numeric>
@@ -43,6 +44,11 @@ double p_above_zero(const std::vector<double>& values) {
   const double sd = std::sqrt(square / (n - 1));
   if (!(sd > 0)) return 1;
   return cdf(complement(students_t(n - 1), mean / (sd / std::sqrt(n))));
+}
+
+double least_factor(double p) {
+  const double e = std::exp(1.0), least = std::max(p, 1e-12);
+  return p < 1 / e ? -e * least * std::log(least) : 1;
 }
 
 }  // namespace selvedge::diagnose

@@ -20,4 +20,8 @@ double half_interval(size_t groups, const std::function<double(const std::vector
 // How likely values that scatter about zero are to lie so far above it: one-sided t test; 1 where there are too few.
 double p_above_zero(const std::vector<double>& values);
 
+// The least factor by which such a p lowers the odds of what it was computed for, whatever else may be so: −e p ln p, 1
+// above 1/e (Sellke, Bayarri and Berger 2001).
+double least_factor(double p);
+
 }  // namespace selvedge::diagnose

@@ -120,10 +120,20 @@ std::vector<LookedAt> look_at(const Weighed& w, const std::vector<std::vector<si
 }
 
 // Where the base leaves little more than a right model does, nothing is left to take.
+double right_mm(const HeldOut& noise, const Protocol& protocol) { return std::hypot(noise.mm(), protocol.form_mm); }
+
+double p_of_gap(const HeldOut& before, const HeldOut& noise, const Protocol& protocol) {
+  const double right = right_mm(noise, protocol);
+  std::vector<double> excess;
+  for (Index g = 0; g < before.rows.size(); ++g)
+    if (before.rows(g) > 0) excess.push_back(std::log(before.mm({static_cast<size_t>(g)}) / right));
+  return p_above_zero(excess);
+}
+
 GapTaken taken_by(const LookedAt& l, const HeldOut& noise, const Protocol& protocol) {
   GapTaken out;
   for (const Share& part : l.parts) out.parts.push_back(part.value);
-  const double before = std::pow(l.before.mm(), 2), right = std::pow(noise.mm(), 2) + std::pow(protocol.form_mm, 2);
+  const double before = std::pow(l.before.mm(), 2), right = std::pow(right_mm(noise, protocol), 2);
   if (before > protocol.explains_over * right) out.explained = (before - std::pow(l.after.mm(), 2)) / (before - right);
   return out;
 }

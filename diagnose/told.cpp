@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "diagnose/group_statistics.h"
+#include "diagnose/looked_at.h"
 
 namespace selvedge::diagnose {
 
@@ -14,14 +15,6 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 namespace {
-
-// How unlikely it is that groups of trials show so much more than a right model leaves: t test of the logarithms.
-double p_of_gap(const HeldOut& before, double right_mm) {
-  std::vector<double> excess;
-  for (Index g = 0; g < before.rows.size(); ++g)
-    if (before.rows(g) > 0) excess.push_back(std::log(before.mm({static_cast<size_t>(g)}) / right_mm));
-  return p_above_zero(excess);
-}
 
 // Share of each effect's change that a refit of the base takes up, and of the residual that it explains beyond that.
 void fill_screened(const Study& study, const Linearisation& about, std::vector<EffectFinding>& effects) {
@@ -72,10 +65,10 @@ void fill_gap(Diagnosis& out, const Study& study, const HeldOut& before, const H
   out.is_ahead = before.dimensions == 3;
   out.before_mm = before.mm();
   out.noise_floor_mm = noise.mm();
-  out.right_floor_mm = std::hypot(noise.mm(), study.protocol.form_mm);
+  out.right_floor_mm = right_mm(noise, study.protocol);
   out.gap_mm = out.low_mm = out.high_mm = out.before_mm - out.noise_floor_mm;
   out.groups = study.groups.size();
-  out.p_value = p_of_gap(before, out.right_floor_mm);
+  out.p_value = p_of_gap(before, noise, study.protocol);
   const double half = half_interval(
       study.groups.size(), [&](const std::vector<size_t>& groups) { return before.mm(groups) - noise.mm(groups); });
   out.low_mm -= half;

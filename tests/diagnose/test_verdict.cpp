@@ -14,13 +14,14 @@ class Judged : public ::testing::Test {
   }
 
   // log_evidence: of none and of each effect alone, where the model error is a right model's.
-  Verdict judged(const std::vector<double>& log_evidence, const std::map<std::vector<size_t>, GapTaken>& taken) const {
+  Verdict judged(const std::vector<double>& log_evidence, const std::map<std::vector<size_t>, GapTaken>& taken,
+                 double p_of_right = 1) const {
     std::vector<EffectSet> sets(log_evidence.size());
     for (size_t k = 0; k < sets.size(); ++k) {
       if (k > 0) sets[k].effects = {k - 1};
       sets[k].log_evidence = {log_evidence[k], -1e3};
     }
-    return judge(study_, sets, scales_, taken);
+    return judge(study_, sets, scales_, taken, p_of_right);
   }
 
   static double sum(const Verdict& v) {
@@ -64,6 +65,18 @@ TEST_F(Judged, WhereNoneIsLikeliestWithoutTheSetItIsNone) {
   const Verdict v = judged({0, 7, -3, -3}, {{{0}, {{0.0}, 0}}});
   EXPECT_GT(v.probability.at("none"), 0.9);
   EXPECT_NEAR(sum(v), 1, 1e-12);
+}
+
+// It says nothing of the effects among each other.
+TEST_F(Judged, WhatARightModelWouldHardlyLeaveSpeaksAgainstNone) {
+  const Verdict likely = judged({0, 2, 1, 0}, {}, 0.5), hardly = judged({0, 2, 1, 0}, {}, 0.01);
+  const auto odds = [](const Verdict& v, const char* a, const char* b) {
+    return v.probability.at(a) / v.probability.at(b);
+  };
+  EXPECT_EQ(likely.probability.at("none"), judged({0, 2, 1, 0}, {}).probability.at("none"));
+  EXPECT_NEAR(odds(hardly, "none", "first") / odds(likely, "none", "first"), 0.125, 1e-3);  // −e p ln p
+  EXPECT_NEAR(odds(hardly, "second", "first"), odds(likely, "second", "first"), 1e-12);
+  EXPECT_NEAR(sum(hardly), 1, 1e-12);
 }
 
 }  // namespace
