@@ -2,7 +2,6 @@
 #include <csignal>
 #include <filesystem>
 #include <fstream>
-#include <map>
 #include <string>
 
 #include <fmt/format.h>
@@ -37,7 +36,8 @@ class Session : public testing::Test {
   }
   std::string output() const { return fs::exists(folder_ / "output") ? files::read_whole(folder_ / "output") : ""; }
 
-  // Runs until the step has begun, and 0.7 s into it; false where the whole session ended before.
+  // Runs until the step has begun, and 0.7 s into it; true where it was killed there, false where the step ended
+  // before.
   bool kill_in(const std::string& step) {
     const pid_t child = start();
     while (true) {
@@ -51,19 +51,22 @@ class Session : public testing::Test {
     ::usleep(700'000);
     ::kill(child, SIGKILL);
     ::waitpid(child, nullptr, 0);
-    attempts_[step] = station::read_journal(folder_ / "run").at(step).state == StepRecord::State::begun ? 2 : 1;
-    return true;
+    return station::read_journal(folder_ / "run").at(step).state == StepRecord::State::begun;
   }
 
-  std::map<std::string, int> attempts_;  // that each step is to have: a machine may be too slow to kill one in time
+  // A session, from its beginning; false where a step ended before it could be killed.
+  bool kill_in_each_phase() {
+    fs::remove_all(folder_);
+    fs::create_directories(folder_);
+    for (const char* step : {"calibrate", "knit/record/waving-1", "knit/fit", "knit/diagnose"})
+      if (!kill_in(step)) return false;
+    return true;
+  }
 };
 
 TEST_F(Session, SurvivesAKillInEachPhaseAndReports) {
-  fs::remove_all(folder_);
-  fs::create_directories(folder_);
-  for (const char* step : {"calibrate", "knit/record/waving-1", "knit/fit", "knit/diagnose"}) {
-    ASSERT_TRUE(kill_in(step)) << step << "\n" << output();
-  }
+  constexpr int kMostTries = 3;  // a machine may be too slow to kill a step in time
+  for (int tries = 1; !kill_in_each_phase(); ++tries) ASSERT_LT(tries, kMostTries) << output();
   const pid_t child = start();
   int status = 0;
   ASSERT_EQ(::waitpid(child, &status, 0), child);
@@ -75,8 +78,7 @@ TEST_F(Session, SurvivesAKillInEachPhaseAndReports) {
     EXPECT_EQ(journal.at(step).state, StepRecord::State::done) << step;
   }
   // Each was killed once and begun twice; what was done is not done again.
-  for (const auto& [step, record] : journal) EXPECT_EQ(record.attempts, attempts_[step]) << step;
-  EXPECT_EQ(attempts_["calibrate"], 2);
+  for (const auto& [step, record] : journal) EXPECT_EQ(record.attempts, 2) << step;
   const trial::Campaign campaign = trial::read_campaign(folder_ / "run" / "knit");
   ASSERT_EQ(campaign.trials.size(), 1u);
   EXPECT_EQ(campaign.trials[0].state, trial::State::complete);
