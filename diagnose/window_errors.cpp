@@ -1,7 +1,6 @@
 #include "diagnose/window_errors.h"
 
 #include <cmath>
-#include <utility>
 
 #include <tbb/parallel_for.h>
 
@@ -22,10 +21,11 @@ class WindowGrams {
   // error: without what lasts, which is among the columns.
   WindowGrams(const Windows& windows, const ModelError& error, double ratio, const MatrixXd& columns,
               const VectorXd& residual)
-      : sizes_(error.scales.size() + 2 * kSteps), grams_(windows.windows().size()) {
+      : grams_(windows.windows().size()) {
     const Evidence evidence(windows, error);
+    const size_t sizes = error.scales.size() + 2 * kSteps;
     tbb::parallel_for(size_t{0}, grams_.size(), [&](size_t w) {
-      for (size_t k = 0; k < sizes_; ++k) {
+      for (size_t k = 0; k < sizes; ++k) {
         const double s = error.scales.front() * std::pow(ratio, static_cast<double>(k) - kSteps);
         grams_[w].push_back(evidence.of_window(w, columns, residual, s));
       }
@@ -39,7 +39,6 @@ class WindowGrams {
   }
 
  private:
-  size_t sizes_;
   std::vector<std::vector<Gram>> grams_;
 };
 
@@ -86,6 +85,7 @@ WindowFactors likeliest(const Protocol& protocol, const WindowGrams& grams, cons
 }  // namespace
 
 ModelError by_windows(const Study& study, const Windows& windows, const Linearisation& about, ModelError error) {
+  if (!has_markers(study.simulation->trials())) return error;
   const Index of_model = about.changes.cols(), lasting = error.lasting.cols();
   MatrixXd columns(about.changes.rows(), of_model + lasting);
   columns.leftCols(of_model) = about.changes;
