@@ -50,8 +50,9 @@ void weigh_cause(const Diagnosis& d, report::Verdict& verdict) {
     verdict.lower(Trust::limited, "what causes the gap is not in the library, or not to be told");
   if (p < kLikely) verdict.lower(Trust::limited, fmt::format("it is likely by {} only", percent(p)));
   if (d.cause == "none" && d.p_value < kSure)
-    verdict.lower(Trust::limited,
-                  fmt::format("it leaves more of held-out trials than a right model would (p {:.2g})", d.p_value));
+    verdict.lower(
+        Trust::limited,
+        fmt::format("the base leaves more of held-out trials than a right model would (p {:.2g})", d.p_value));
   if (!named) return;
   if (d.groups < 2)
     verdict.lower(Trust::limited,

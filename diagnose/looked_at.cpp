@@ -119,7 +119,6 @@ std::vector<LookedAt> look_at(const Weighed& w, const std::vector<std::vector<si
   return out;
 }
 
-// Where the base leaves little more than a right model does, nothing is left to take.
 double right_mm(const HeldOut& noise, const Protocol& protocol) { return std::hypot(noise.mm(), protocol.form_mm); }
 
 double p_of_gap(const HeldOut& before, const HeldOut& noise, const Protocol& protocol) {
@@ -130,6 +129,7 @@ double p_of_gap(const HeldOut& before, const HeldOut& noise, const Protocol& pro
   return p_above_zero(excess);
 }
 
+// Where the base leaves little more than a right model does, nothing is left to take.
 GapTaken taken_by(const LookedAt& l, const HeldOut& noise, const Protocol& protocol) {
   GapTaken out;
   for (const Share& part : l.parts) out.parts.push_back(part.value);

@@ -47,13 +47,13 @@ struct LookedAt {
 // Sets of effects, each by itself; what has to be simulated for them goes side by side.
 std::vector<LookedAt> look_at(const Weighed& weighed, const std::vector<std::vector<size_t>>& sets);
 
-// What the set takes, for judge().
 // What a right model leaves of held-out trials, mm: the sensor's noise and Protocol::form_mm.
 double right_mm(const HeldOut& noise, const Protocol& protocol);
 
 // How likely a right model is to leave as much: t test of the logarithms over groups of trials.
 double p_of_gap(const HeldOut& before, const HeldOut& noise, const Protocol& protocol);
 
+// What the set takes, for judge().
 GapTaken taken_by(const LookedAt& looked_at, const HeldOut& noise, const Protocol& protocol);
 
 GapReduction reduction_of(const Study& study, const LookedAt& looked_at, const HeldOut& noise);
