@@ -25,13 +25,17 @@ namespace {
 
 bool applies(const Effect& effect, const std::vector<model::ObservedTrial>& trials, model::Drag drag) {
   const auto any = [&](const auto& holds) { return std::any_of(trials.begin(), trials.end(), holds); };
-  const auto has_images = [](const model::ObservedTrial& t) { return t.stripes != nullptr; };
+  const auto has_images = [](const model::ObservedTrial& t) { return t.stripes && !t.stripes->of_cloud; };
+  const auto is_scanned = [](const model::ObservedTrial& t) { return t.stripes && t.stripes->of_cloud; };
+  const auto is_scanned_from = [&](const model::ObservedTrial& t) { return is_scanned(t) && t.camera_centre; };
   switch (effect.applies_to) {
     case AppliesTo::anything: return true;
     case AppliesTo::simple_drag: return drag != model::Drag::nonlinear;
     case AppliesTo::images: return any(has_images);
     case AppliesTo::points: return has_markers(trials);
-    case AppliesTo::outlines: return any(has_images) || any(model::is_outline_grid);
+    case AppliesTo::places: return has_markers(trials) || any(is_scanned);
+    case AppliesTo::distances: return has_markers(trials) || any(is_scanned_from);
+    case AppliesTo::outlines: return any(has_images) || any(is_scanned) || any(model::is_outline_grid);
     case AppliesTo::grids: return any(model::is_outline_grid);
   }
   return true;

@@ -2,7 +2,7 @@
 
 #include <cmath>
 #include <numbers>
-#include <optional>
+#include <vector>
 
 #include <Eigen/Geometry>
 
@@ -14,14 +14,20 @@ using Eigen::VectorXd;
 
 namespace {
 
-// Where a camera saw a row; of rows that are no depth nothing.
-std::optional<Eigen::Vector2d> pixel_of(const model::ObservedTrial& trial, Index place) {
+// What a row is of a camera's: a depth, a point of the outline, or neither.
+struct SeenRow {
+  const observe::DepthPoint* depth = nullptr;
+  const observe::OutlinePoint* outline = nullptr;
+};
+
+SeenRow seen_row(const model::ObservedTrial& trial, Index place) {
   if (!trial.stripes) return {};
   if (trial.markers) place -= 3 * trial.markers->position.cols();
   if (place < 0) return {};
   for (const observe::StripeFrame& frame : trial.stripes->frames) {
-    if (place < static_cast<Index>(frame.depth.size())) return frame.depth[static_cast<size_t>(place)].pixel;
-    if (place < frame.points()) return {};
+    const auto depths = static_cast<Index>(frame.depth.size());
+    if (place < depths) return {.depth = &frame.depth[static_cast<size_t>(place)]};
+    if (place < frame.points()) return {.outline = &frame.outline[static_cast<size_t>(place - depths)]};
     place -= frame.points();
   }
   return {};
@@ -36,13 +42,13 @@ double wave(long half_waves, double x) {
 
 MatrixXd mesh_error(const Protocol& protocol, const model::Simulation& simulation, const Windows& windows,
                     const VectorXd& grid) {
-  std::vector<std::optional<Eigen::Vector2d>> pixels;
+  std::vector<const observe::DepthPoint*> points;
   Eigen::AlignedBox2d seen;
   double square = 0, count = 0;
   for (Index row = 0; row < windows.rows(); ++row) {
-    pixels.push_back(pixel_of(simulation.trials()[windows.trial(row)], windows.place(row)));
-    if (!pixels.back()) continue;
-    seen.extend(*pixels.back());
+    points.push_back(seen_row(simulation.trials()[windows.trial(row)], windows.place(row)).depth);
+    if (points.back() == nullptr) continue;
+    seen.extend(points.back()->pixel);
     square += grid(row) * grid(row);
     ++count;
   }
@@ -50,12 +56,22 @@ MatrixXd mesh_error(const Protocol& protocol, const model::Simulation& simulatio
   MatrixXd out = MatrixXd::Zero(windows.rows(), count > 0 ? waves * waves : 0);
   const double each_mm = std::sqrt(square / std::max(count, 1.0)) / static_cast<double>(waves);
   for (Index row = 0; row < out.rows() && count > 0; ++row) {
-    const auto& pixel = pixels[static_cast<size_t>(row)];
-    if (!pixel) continue;
-    const Eigen::Vector2d at = (*pixel - seen.min()).cwiseQuotient(seen.sizes().cwiseMax(1));
+    const observe::DepthPoint* point = points[static_cast<size_t>(row)];
+    if (point == nullptr) continue;
+    const Eigen::Vector2d at = (point->pixel - seen.min()).cwiseQuotient(seen.sizes().cwiseMax(1));
     for (Index k = 0; k < out.cols(); ++k) out(row, k) = each_mm * wave(k / waves, at.x()) * wave(k % waves, at.y());
   }
   return out;
+}
+
+MatrixXd rim_error(const model::Simulation& simulation, const Windows& windows) {
+  VectorXd out = VectorXd::Zero(windows.rows());
+  for (Index row = 0; row < out.size(); ++row) {
+    const model::ObservedTrial& trial = simulation.trials()[windows.trial(row)];
+    if (!trial.stripes || !trial.stripes->of_cloud) continue;
+    if (const auto* point = seen_row(trial, windows.place(row)).outline) out(row) = point->sd_mm;
+  }
+  return out.isZero(0) ? MatrixXd(out.size(), 0) : MatrixXd(out);
 }
 
 }  // namespace selvedge::diagnose

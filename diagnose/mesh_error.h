@@ -1,4 +1,4 @@
-// What a mesh leaves of pictures.
+// What a mesh leaves of pictures, and what clouds leave open of an outline.
 //
 // A grid hangs a little otherwise than fabric does, the same in all frames. Thousands of points show that, and each
 // would count as if it told something new: an effect that bends the sheet a little stands in for it. So smooth patterns
@@ -15,5 +15,10 @@ namespace selvedge::diagnose {
 // pictures.
 Eigen::MatrixXd mesh_error(const Protocol& protocol, const model::Simulation& simulation, const Windows& windows,
                            const Eigen::VectorXd& grid);
+
+// The outline of a scanned cloud lies between its last points and the next ones that would have missed the fabric: all
+// outline points, of all times, err by the same share of that. Rows × 1, mm, of unit variance; no column where nothing
+// was scanned.
+Eigen::MatrixXd rim_error(const model::Simulation& simulation, const Windows& windows);
 
 }  // namespace selvedge::diagnose

@@ -22,7 +22,7 @@ void add_fabric_maps(report::HtmlReport& html, const Diagnosis& d) {
   if (!d.map.after_mm.empty()) add(d.map.after_mm, "the model with " + d.likeliest);
   html.svg_row(pictures, captions);
   html.paragraph(
-      fmt::format("Each number is the error at one marker, or about one spot that stripes and outline "
+      fmt::format("Each number is the error at one marker, or about one spot that stripes, a scan or the outline "
                   "showed. Black: where the fabric is held. One colour scale, 0 to {:g} mm, for all that is "
                   "shown here.",
                   end));

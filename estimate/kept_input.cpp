@@ -16,8 +16,8 @@ namespace fs = std::filesystem;
 // What a trial is read from, in order; results that lie beside it are no part of it.
 std::vector<fs::path> files_of(const fs::path& folder) {
   std::vector<fs::path> files;
-  for (const char* name : {"trial.json", "corners.csv", "markers.csv", "frames.csv", "robot.csv", "midline.csv",
-                           "outline.csv", "pull.csv"})
+  for (const char* name : {"trial.json", "corners.csv", "markers.csv", "surface.csv", "frames.csv", "robot.csv",
+                           "midline.csv", "outline.csv", "pull.csv"})
     if (fs::exists(folder / name)) files.push_back(folder / name);
   const size_t tables = files.size();
   if (fs::is_directory(folder / "frames"))

@@ -99,6 +99,7 @@ void add_frames(report::HtmlReport& html, const FitOutcome& out, const trial::Tr
 // Front and side view of dots (circles) and simulated sheet (lines) at one time.
 cv::Mat draw_dots(const model::Simulation& objective, const Eigen::Matrix3Xd& sheet, const Eigen::Matrix3Xd& dots,
                   int across) {
+  const int radius_px = dots.cols() > 100 ? 1 : 4;
   const int size = 360;
   cv::Mat image(size, size, CV_8UC3, cv::Scalar(255, 255, 255));
   const Eigen::Vector3d low = sheet.rowwise().minCoeff(), high = sheet.rowwise().maxCoeff(), middle = (low + high) / 2;
@@ -111,27 +112,48 @@ cv::Mat draw_dots(const model::Simulation& objective, const Eigen::Matrix3Xd& sh
     for (size_t k = 0; k < 3; ++k)
       cv::line(image, at(sheet.col(t[k])), at(sheet.col(t[(k + 1) % 3])), cv::Scalar(200, 180, 150), 1, cv::LINE_AA);
   for (Eigen::Index i = 0; i < dots.cols(); ++i)
-    if (dots.col(i).allFinite()) cv::circle(image, at(dots.col(i)), 4, cv::Scalar(20, 20, 200), 2, cv::LINE_AA);
+    if (dots.col(i).allFinite())
+      cv::circle(image, at(dots.col(i)), radius_px, cv::Scalar(20, 20, 200), std::min(radius_px, 2), cv::LINE_AA);
   return image;
+}
+
+// What was seen at one time.
+struct SeenThen {
+  double time_s = 0;
+  Eigen::Matrix3Xd position;  // m
+};
+
+SeenThen markers_then(const observe::MarkerTrack& m, double share) {
+  const auto times = static_cast<Eigen::Index>(m.time_s.size());
+  const auto j = static_cast<Eigen::Index>(share * static_cast<double>(times));
+  SeenThen out{m.time_s[static_cast<size_t>(j)], Eigen::Matrix3Xd(3, static_cast<Eigen::Index>(m.uv.size()))};
+  for (Eigen::Index k = 0; k < out.position.cols(); ++k) out.position.col(k) = m.position.col(k * times + j);
+  return out;
+}
+
+SeenThen surface_then(const observe::StripeTrack& track, double share) {
+  const observe::StripeFrame& f = track.frames[static_cast<size_t>(share * static_cast<double>(track.frames.size()))];
+  SeenThen out{f.time_s, Eigen::Matrix3Xd(3, static_cast<Eigen::Index>(f.depth.size()))};
+  for (size_t k = 0; k < f.depth.size(); ++k) {
+    const observe::DepthPoint& p = f.depth[k];
+    out.position.col(static_cast<Eigen::Index>(k)) =
+        geometry::centre(track.camera) + p.ray_m_per_depth_m * p.depth_m * geometry::ray(track.camera, p.pixel);
+  }
+  return out;
 }
 
 void add_dots(report::HtmlReport& html, const FitOutcome& out, size_t index) {
   const model::ObservedTrial& observed = out.simulation->trials()[index];
-  const observe::MarkerTrack& m = *observed.markers;
   const cloth::Trajectory run = fitted_run(out, index);
   std::vector<std::string> pictures, captions;
   for (const double share : {0.0, 0.35, 0.7}) {
-    const auto j = static_cast<Eigen::Index>(share * static_cast<double>(m.time_s.size()));
-    if (j > 0 && observed.still) break;
-    const auto times = static_cast<Eigen::Index>(m.time_s.size());
-    Eigen::Matrix3Xd dots(3, static_cast<Eigen::Index>(m.uv.size()));
-    for (Eigen::Index k = 0; k < dots.cols(); ++k) dots.col(k) = m.position.col(k * times + j);
-    const Eigen::Matrix3Xd x =
-        out.simulation->view().of(model::position_at(observed.experiment, run, m.time_s[static_cast<size_t>(j)]));
+    if (share > 0 && observed.still) break;
+    const SeenThen seen =
+        observed.markers ? markers_then(*observed.markers, share) : surface_then(*observed.stripes, share);
+    const Eigen::Matrix3Xd x = out.simulation->view().of(model::position_at(observed.experiment, run, seen.time_s));
     for (const int across : {0, 1}) {
-      pictures.push_back(png_of(draw_dots(*out.simulation, x, dots, across)));
-      captions.push_back(fmt::format("{}, {:.2f} s, {} view", observed.name, m.time_s[static_cast<size_t>(j)],
-                                     across == 0 ? "x-z" : "y-z"));
+      pictures.push_back(png_of(draw_dots(*out.simulation, x, seen.position, across)));
+      captions.push_back(fmt::format("{}, {:.2f} s, {} view", observed.name, seen.time_s, across == 0 ? "x-z" : "y-z"));
     }
   }
   html.picture_row(pictures, captions);
@@ -141,16 +163,17 @@ void add_dots(report::HtmlReport& html, const FitOutcome& out, size_t index) {
 
 void add_pictures(report::HtmlReport& html, const FitOutcome& out, const trial::Campaign& campaign) {
   html.heading("Recorded and simulated");
-  bool dots = false;
+  bool markers = false, clouds = false;
   for (size_t i = 0; i < out.simulation->trials().size(); ++i) {
     const model::ObservedTrial& t = out.simulation->trials()[i];
-    if (t.stripes) add_frames(html, out, campaign.trials[i], i);
-    if (t.markers) {
-      add_dots(html, out, i);
-      dots = true;
-    }
+    const bool is_cloud = t.stripes && t.stripes->of_cloud;
+    if (t.stripes && !is_cloud) add_frames(html, out, campaign.trials[i], i);
+    if (t.markers || is_cloud) add_dots(html, out, i);
+    markers = markers || t.markers;
+    clouds = clouds || is_cloud;
   }
-  if (dots) html.paragraph("Circles: tracked markers. Lines: the simulated sheet.");
+  if (markers) html.paragraph("Circles: tracked markers. Lines: the simulated sheet.");
+  if (clouds) html.paragraph("Dots: the scanned surface. Lines: the simulated sheet.");
 }
 
 }  // namespace selvedge::fit

@@ -7,6 +7,7 @@
 #include "capture/trial/trial_summary.h"
 #include "files/bad_input.h"
 #include "geometry/projection.h"
+#include "observe/cloud_track.h"
 
 namespace selvedge::model {
 
@@ -66,17 +67,19 @@ ObservedTrial observe_trial(const trial::Trial& trial, const observe::ObserveOpt
   e.start_s = out.recorded_from_s = trial.corners.time_s.front();
 
   if (trial.camera) out.camera_centre = geometry::centre(*trial.camera);
+  if (trial.surface && trial.surface->seen_from_m) out.camera_centre = trial.surface->seen_from_m;
   double last = e.start_s;
   if (trial.markers) {
     out.markers = observe::track_markers(trial, options, out.still);
     last = std::max(last, out.markers->time_s.back());
   }
-  if (!trial.markers && trial.frames) {
-    out.stripes = observe::track_stripes(trial, options, out.still);
+  if (!trial.markers && (trial.surface || trial.frames)) {
+    out.stripes = trial.surface ? observe::track_cloud(trial, options, out.still)
+                                : observe::track_stripes(trial, options, out.still);
     last = std::max(last, observe::last_time_s(*out.stripes));
   }
   if (!out.markers && !out.stripes)
-    refuse(trial.folder.string(), "found neither markers.csv nor frames.csv, expected one of them");
+    refuse(trial.folder.string(), "found none of markers.csv, surface.csv and frames.csv, expected one of them");
   e.sample_s = out.still ? std::vector<double>{e.start_s} : sample_times(e.start_s, last);
   return out;
 }

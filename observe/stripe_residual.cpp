@@ -82,8 +82,9 @@ Eigen::Vector2d nearest_on(const std::vector<Eigen::Vector2d>& line, const Eigen
   return best;
 }
 
-geometry::Projection distorted(geometry::Projection camera, const SensorModel& sensor) {
-  camera.distortion[0] += sensor.radial_distortion;
+geometry::Projection distorted(const StripeTrack& track, const SensorModel& sensor) {
+  geometry::Projection camera = track.camera;
+  if (!track.of_cloud) camera.distortion[0] += sensor.radial_distortion;
   return camera;
 }
 
@@ -102,7 +103,7 @@ std::vector<SurfaceHit> hits_on(const StripeTrack& track, const StripeFrame& fra
   render::RowMap map(camera, track.projector);
   map.rasterise(position, triangles);
   // A moved projector or another lens puts the seen point elsewhere on its ray.
-  const bool moved = sensor.radial_distortion != 0 || !sensor.projector_shift_m.isZero(0);
+  const bool moved = !track.of_cloud && (sensor.radial_distortion != 0 || !sensor.projector_shift_m.isZero(0));
   geometry::Projection projector = track.projector;
   projector.matrix.col(3) -= projector.matrix.leftCols<3>() * sensor.projector_shift_m;
   std::vector<SurfaceHit> out(frame.depth.size());
@@ -224,13 +225,13 @@ std::vector<int> rim_of(const geometry::TriangleMesh& mesh) {
 std::vector<SurfaceHit> surface_hits(const StripeTrack& track, const StripeFrame& frame,
                                      const geometry::TriangleMesh& mesh, const Eigen::Matrix3Xd& shape,
                                      const SensorModel& sensor) {
-  return hits_on(track, frame, mesh.triangles, sensor, distorted(track.camera, sensor), posed(shape, sensor));
+  return hits_on(track, frame, mesh.triangles, sensor, distorted(track, sensor), posed(shape, sensor));
 }
 
 void stripe_residuals(const StripeTrack& track, const StripeFrame& frame, const geometry::TriangleMesh& mesh,
                       const std::vector<int>& rim, const Eigen::Matrix3Xd& shape, const SensorModel& sensor,
                       double* residual_mm) {
-  const geometry::Projection camera = distorted(track.camera, sensor);
+  const geometry::Projection camera = distorted(track, sensor);
   const Eigen::Matrix3Xd position = posed(shape, sensor);
   for (const SurfaceHit& hit : hits_on(track, frame, mesh.triangles, sensor, camera, position))
     *residual_mm++ = hit.triangle < 0 ? kUncoveredMm : std::clamp(1e3 * hit.off_m, -50.0, 50.0);

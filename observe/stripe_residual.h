@@ -33,7 +33,7 @@ struct OutlinePoint {
 struct StripeFrame {
   double time_s = 0;
   int number = 0;
-  size_t index = 0;  // into trial.frames
+  size_t index = 0;  // into trial.frames; of a surface its place among the clouds
   std::vector<DepthPoint> depth;
   std::vector<OutlinePoint> outline;
   Eigen::Index points() const { return static_cast<Eigen::Index>(depth.size() + outline.size()); }
@@ -42,6 +42,8 @@ struct StripeFrame {
 struct StripeTrack {
   geometry::Projection camera, projector;
   render::StripePattern pattern;
+  bool of_cloud =
+      false;  // points of a scanned surface (cloud_track.h): there is no projector, and there are no pictures
   std::vector<StripeFrame> frames;
 };
 

@@ -41,6 +41,10 @@ void expect_sound(const trial::Trial& t) {
                   t.markers->position.cols());
     expect_ascending(part(t, "markers"), t.markers->time_s);
   }
+  if (t.surface) {
+    expect_length(part(t, "surface"), t.surface->time_s.size(), t.surface->position.cols());
+    expect_ascending(part(t, "surface"), t.surface->time_s);
+  }
   if (t.robot)
     expect_length(part(t, "robot"), t.robot->time_s.size(), t.robot->commanded.cols(), t.robot->measured.cols());
   if (t.frames) expect_length(part(t, "frames"), t.frames->time_s.size(), t.frames->number.size());

@@ -77,6 +77,12 @@ void bind_tables(py::module_& m) {
   array_part<FlatRows>(markers, "uv", &trial::Markers::uv,
                        "(N, 2), m: in the flat fabric, from the left edge and down from the top edge.");
   array_part<PointRows>(markers, "position", &trial::Markers::position, "(N, 3), m.");
+  py::class_<trial::Surface> surface(
+      m, "Surface", "surface.csv: a row a point that was scanned; which point of the fabric it is nobody says.");
+  keyword_constructor(surface);
+  array_part<Times>(surface, "time_s", &trial::Surface::time_s, "(N,), s, ascending; points of one cloud share it.");
+  array_part<PointRows>(surface, "position", &trial::Surface::position, "(N, 3), m.");
+  surface.def_readwrite("seen_from_m", &trial::Surface::seen_from_m, "(3,), m: where the instrument stood, or None.");
   py::class_<trial::Robot> robot(m, "Robot", "robot.csv: the arm's tool point.");
   keyword_constructor(robot);
   array_part<Times>(robot, "time_s", &trial::Robot::time_s, "(T,), s.");
@@ -131,6 +137,7 @@ void bind_trial(py::module_& m) {
   optional_part(t, "pattern", &Trial::pattern, "StripePattern or None.");
   optional_part(t, "frames", &Trial::frames, "Frames or None.");
   optional_part(t, "markers", &Trial::markers, "Markers or None.");
+  optional_part(t, "surface", &Trial::surface, "Surface or None.");
   optional_part(t, "robot", &Trial::robot, "Robot or None.");
 }
 

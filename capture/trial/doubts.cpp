@@ -71,26 +71,49 @@ void doubt_numbers(const Trial& trial, std::vector<std::string>& out) {
                               1e3 * mass));
 }
 
-// Markers lie below the held edge, along gravity.
-void doubt_hanging(const Trial& trial, const Markers& markers, std::vector<std::string>& out) {
-  const Vector3d held = middle_of(trial.corners), down = trial.gravity_m_s2.normalized();
-  Vector3d sum = Vector3d::Zero();
-  double flat = 0, count = 0;
-  for (Index i = 0; i < markers.position.cols(); ++i) {
-    sum += markers.position.col(i) - held;
-    flat += markers.uv[static_cast<size_t>(i)].y();
-    ++count;
-  }
-  if (count == 0 || !sum.allFinite() || !(flat > 0)) return;
-  const Vector3d mean = sum / count;
-  const double expected = flat / count, drop = mean.dot(down);
+// What was seen (markers, points) lies below the held edge, along gravity, on flat fabric `expected` far in the mean,
+// m.
+void doubt_hanging(const Trial& trial, const char* file, const char* what, const Eigen::Matrix3Xd& position,
+                   double expected, std::vector<std::string>& out) {
+  if (position.cols() == 0 || !(expected > 0)) return;
+  const Vector3d mean = position.rowwise().mean() - middle_of(trial.corners);
+  if (!mean.allFinite()) return;
+  const double drop = mean.dot(trial.gravity_m_s2.normalized());
   if (drop > kHangs * expected && mean.norm() < 3 * expected) return;
   std::string why = unit_of(mean.norm() / expected);
   Index axis = 0;
   if (why.empty() && mean.cwiseAbs().maxCoeff(&axis) > kHangs * expected)
     why = fmt::format(": they lie along {}{}; are axes changed over?", mean(axis) > 0 ? '+' : '-', "xyz"[axis]);
-  out.push_back(fmt::format("markers.csv: markers lie {} below the held corners along gravity, expected about {}{}",
+  out.push_back(fmt::format("{}: {} lie {} below the held corners along gravity, expected about {}{}", file, what,
                             length(drop), length(expected), why));
+}
+
+double mean_below_edge(const Markers& markers) {
+  double flat = 0;
+  for (const Eigen::Vector2d& uv : markers.uv) flat += uv.y() / static_cast<double>(markers.uv.size());
+  return flat;
+}
+
+// Most points of a cloud lie no further from its middle than the swatch's corners do from its own.
+void doubt_extent(const Trial& trial, const Surface& surface, std::vector<std::string>& out) {
+  constexpr double kMost = 0.95;  // of the points
+  const double half = 0.5 * std::hypot(trial.fabric.width_m, trial.fabric.height_m);
+  std::vector<double> reaches;
+  for (size_t i = 0, next = 0; i < surface.time_s.size(); i = next) {
+    while (next < surface.time_s.size() && surface.time_s[next] == surface.time_s[i]) ++next;
+    const Eigen::Matrix3Xd cloud =
+        surface.position.middleCols(static_cast<Index>(i), static_cast<Index>(next) - static_cast<Index>(i));
+    const Eigen::VectorXd apart = (cloud.colwise() - cloud.rowwise().mean()).colwise().norm();
+    std::vector<double> sorted(apart.begin(), apart.end());
+    const auto most = sorted.begin() + static_cast<std::ptrdiff_t>(kMost * static_cast<double>(sorted.size()));
+    std::nth_element(sorted.begin(), std::min(most, sorted.end() - 1), sorted.end());
+    reaches.push_back(*std::min(most, sorted.end() - 1));
+  }
+  if (const double reach = median(reaches); reach > kStretched * half)
+    out.push_back(fmt::format(
+        "surface.csv: points lie up to {} from their middle, expected at most {} of this swatch{}", length(reach),
+        length(half),
+        unit_of(reach / half).empty() ? ": are there points of other things than the fabric?" : unit_of(reach / half)));
 }
 
 // Of each marker its rows, by time.
@@ -196,9 +219,14 @@ std::vector<std::string> doubts(const Trial& trial) {
   doubt_corners(trial, out);
   doubt_numbers(trial, out);
   if (trial.frames) doubt_clock(trial, "frames.csv", trial.frames->time_s, out);
+  if (trial.surface) {
+    doubt_clock(trial, "surface.csv", trial.surface->time_s, out);
+    doubt_hanging(trial, "surface.csv", "points", trial.surface->position, 0.5 * trial.fabric.height_m, out);
+    doubt_extent(trial, *trial.surface, out);
+  }
   if (!trial.markers) return out;
   doubt_clock(trial, "markers.csv", trial.markers->time_s, out);
-  doubt_hanging(trial, *trial.markers, out);
+  doubt_hanging(trial, "markers.csv", "markers", trial.markers->position, mean_below_edge(*trial.markers), out);
   doubt_distances(*trial.markers, out);
   doubt_speeds(*trial.markers, out);
   doubt_held(trial, *trial.markers, out);

@@ -62,6 +62,15 @@ struct Markers {
   Eigen::Matrix3Xd position;
 };
 
+// surface.csv: where a depth camera, a scanner or a digital image correlation met the fabric, one row a point. Which
+// point of the fabric it is nobody says, and those of one time are others than those of the next. Points of one time
+// share it and stand together.
+struct Surface {
+  std::vector<double> time_s;
+  Eigen::Matrix3Xd position;
+  std::optional<Eigen::Vector3d> seen_from_m;  // where the instrument stood
+};
+
 // robot.csv: tool point of the arm.
 struct Robot {
   std::vector<double> time_s;
@@ -88,6 +97,7 @@ struct Trial {
   Corners corners;
   std::optional<Frames> frames;
   std::optional<Markers> markers;
+  std::optional<Surface> surface;
   std::optional<Robot> robot;
   // A material test has one of these, and nothing of a rig: no corners, cameras, frames, markers.
   std::optional<Cantilever> cantilever;

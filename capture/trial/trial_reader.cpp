@@ -131,6 +131,13 @@ void read_trial_json(const JsonReader& json, Trial& trial) {
   read_rates(json, trial);
 }
 
+// What trial.json says of surface.csv.
+void read_seen_from(const JsonReader& json, Surface& surface) {
+  if (!json.has("surface")) return;
+  const JsonReader keys = json.child("surface");
+  if (keys.has("seen_from_m")) surface.seen_from_m = to_vector(keys.numbers("seen_from_m", 3));
+}
+
 std::vector<double> column(const CsvTable& table, size_t index) {
   std::vector<double> values(table.rows());
   for (size_t row = 0; row < values.size(); ++row) values[row] = table(row, index);
@@ -261,8 +268,13 @@ void read_tables(const JsonReader& json, const TableReader& tables, Trial& trial
   if (const auto markers =
           tables.read("markers.csv", {{"t_s"}, {"marker"}, {"u_m"}, {"v_m"}, {"x"}, {"y"}, {"z"}}, false))
     trial.markers = read_markers(*markers);
-  if (complete && !trial.frames && !trial.markers && trial.damaged.empty())
-    refuse(trial.folder.string(), "found neither frames.csv nor markers.csv, expected one of them or both");
+  if (const auto surface = tables.read("surface.csv", {{"t_s"}, {"x"}, {"y"}, {"z"}}, false)) {
+    trial.surface = Surface{column(*surface, 0), points(*surface, 1), {}};
+    read_seen_from(json, *trial.surface);
+  }
+  if (complete && !trial.frames && !trial.markers && !trial.surface && trial.damaged.empty())
+    refuse(trial.folder.string(),
+           "found none of frames.csv, markers.csv and surface.csv, expected at least one of them");
   if (const auto robot = tables.read(
           "robot.csv",
           {{"t_s"}, {"commanded_x"}, {"commanded_y"}, {"commanded_z"}, {"measured_x"}, {"measured_y"}, {"measured_z"}},

@@ -81,6 +81,16 @@ std::string markers_csv(const Markers& markers) {
   return text;
 }
 
+std::string surface_csv(const Surface& surface) {
+  std::string text = surface_header;
+  for (size_t i = 0; i < surface.time_s.size(); ++i) {
+    append_number(text, surface.time_s[i]);
+    append_point(text, surface.position, i);
+    text += '\n';
+  }
+  return text;
+}
+
 std::string robot_csv(const Robot& robot) {
   std::string text = robot_header;
   for (size_t i = 0; i < robot.time_s.size(); ++i) {
@@ -135,6 +145,8 @@ json trial_to_json(const Trial& trial) {
   if (trial.camera) value["camera"] = to_json(*trial.camera);
   if (trial.projector) value["projector"] = to_json(*trial.projector);
   if (trial.projector && trial.pattern) value["projector"]["pattern"] = to_json(*trial.pattern);
+  if (trial.surface && trial.surface->seen_from_m)
+    value["surface"] = {{"seen_from_m", to_json(*trial.surface->seen_from_m)}};
   if (trial.mocap_noise_m) value["mocap"]["noise_m"] = *trial.mocap_noise_m;
   if (trial.noise_grey_levels) value["noise_grey_levels"] = *trial.noise_grey_levels;
   return value;
@@ -147,6 +159,7 @@ void write_trial(const Trial& trial, const fs::path& folder, const std::vector<G
     files::write_whole(folder / "frames.csv", frames_csv(*trial.frames));
   }
   if (trial.markers) files::write_whole(folder / "markers.csv", markers_csv(*trial.markers));
+  if (trial.surface) files::write_whole(folder / "surface.csv", surface_csv(*trial.surface));
   if (trial.robot) files::write_whole(folder / "robot.csv", robot_csv(*trial.robot));
   write_material_tables(trial, folder);
   if (!is_material_test(trial.experiment)) files::write_whole(folder / "corners.csv", corners_csv(trial.corners));

@@ -15,6 +15,7 @@ namespace selvedge::trial {
 inline constexpr const char* corners_header = "t_s,left_x,left_y,left_z,right_x,right_y,right_z\n";
 inline constexpr const char* frames_header = "frame,t_s\n";
 inline constexpr const char* markers_header = "t_s,marker,u_m,v_m,x,y,z\n";
+inline constexpr const char* surface_header = "t_s,x,y,z\n";
 inline constexpr const char* robot_header =
     "t_s,commanded_x,commanded_y,commanded_z,measured_x,measured_y,measured_z\n";
 

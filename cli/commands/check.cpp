@@ -25,7 +25,7 @@ void print_trial(const Trial& trial) {
 
 std::vector<std::string> campaign_row(const Trial& trial) {
   if (trial::is_material_test(trial.experiment)) {
-    std::vector<std::string> row(15, "-");
+    std::vector<std::string> row(18, "-");
     row[0] = trial.name;
     row[1] = to_text(trial.experiment);
     row[3] = to_text(trial.state);
@@ -33,6 +33,7 @@ std::vector<std::string> campaign_row(const Trial& trial) {
   }
   const trial::Sampling corners = trial::sampling(trial.corners.time_s);
   const trial::MarkerSummary markers = trial.markers ? trial::summary(*trial.markers) : trial::MarkerSummary{};
+  const trial::Sampling clouds = trial.surface ? trial::sampling(trial.surface->time_s) : trial::Sampling{};
   const double hidden = (trial::hidden_share(trial.corners.left) + trial::hidden_share(trial.corners.right)) / 2;
   return {trial.name,
           to_text(trial.experiment),
@@ -48,7 +49,10 @@ std::vector<std::string> campaign_row(const Trial& trial) {
           trial.markers ? std::to_string(markers.markers) : "-",
           trial.markers ? std::to_string(markers.sampling.count) : "-",
           trial.markers ? short_number(markers.sampling.rate_hz, 3) : "-",
-          trial.markers ? station::percent_of(markers.hidden_share) : "-"};
+          trial.markers ? station::percent_of(markers.hidden_share) : "-",
+          trial.surface ? std::to_string(clouds.count) : "-",
+          trial.surface ? std::to_string(trial.surface->time_s.size() / clouds.count) : "-",
+          trial.surface ? short_number(clouds.rate_hz, 3) : "-"};
 }
 
 void drop_empty_columns(std::vector<std::string>& header, std::vector<std::vector<std::string>>& rows) {
@@ -68,9 +72,9 @@ void print_campaign(const trial::Campaign& campaign) {
   for (const auto& group : campaign.replicates) fmt::print("same motion: {}\n", fmt::join(group, ", "));
   std::vector<std::vector<std::string>> rows;
   for (const Trial& trial : campaign.trials) rows.push_back(campaign_row(trial));
-  std::vector<std::string> header = {"trial",      "experiment", "held",  "state",  "s",
-                                     "corners Hz", "hidden",     "gaps",  "frames", "Hz",
-                                     "missing",    "markers",    "times", "Hz",     "hidden"};
+  std::vector<std::string> header = {"trial",  "experiment", "held",   "state",  "s",           "corners Hz",
+                                     "hidden", "gaps",       "frames", "Hz",     "missing",     "markers",
+                                     "times",  "Hz",         "hidden", "clouds", "points each", "Hz"};
   drop_empty_columns(header, rows);
   fmt::print("\n{}", report::text_table(header, rows));
   for (const Trial& trial : campaign.trials)
@@ -95,6 +99,7 @@ void print_remarks(const Trial& trial) {
   };
   if (trial.frames) remark("frames", trial.frames->time_s);
   if (trial.markers) remark("marker samples", trial.markers->time_s);
+  if (trial.surface) remark("points", trial.surface->time_s);
 }
 
 // Headers were checked on reading; here every pixel is decoded.

@@ -19,6 +19,7 @@ std::vector<Figure> prove_simulator(const FigureOptions& options);
 std::vector<Figure> prove_spline_fit(const FigureOptions& options);
 std::vector<Figure> prove_spline_sheet(const FigureOptions& options);
 std::vector<Figure> prove_station(const FigureOptions& options);
+std::vector<Figure> prove_surface(const FigureOptions& options);
 std::vector<Figure> prove_worlds(const FigureOptions& options);
 
 const std::vector<FigureSet>& proofs() {
@@ -71,6 +72,8 @@ const std::vector<FigureSet>& proofs() {
        prove_spline_sheet},
       {"station", "a session of four fabrics runs by itself and names what was hidden; a browser walks the console",
        prove_station},
+      {"surface", "fabrics that a depth camera scanned, fitted and diagnosed from clouds without correspondence",
+       prove_surface},
       {"worlds", "the cells of each world that banks are made of do not matter, on fabrics as real ones are",
        prove_worlds},
   };

@@ -9,7 +9,7 @@ Effect depth_bias() {
           "the camera measures distances too long or too short",
           {of_motion(effect_parameter("depth_share", "m/m", 0, -0.1, 0.1, 0.003,
                                       [](model::Prediction& p, double v) { p.sensor.depth_bias = v; }))},
-          AppliesTo::points};
+          AppliesTo::distances};
 }
 
 }  // namespace selvedge::diagnose::effects

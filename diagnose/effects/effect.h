@@ -18,9 +18,11 @@ const char* to_text(Side side);
 // What the effect is tried on.
 enum class AppliesTo {
   anything,
-  images,       // what a camera sees: trials with markers alone say nothing of it
-  points,       // tracked points: calibrated pictures from a rig show nothing of it
-  outlines,     // a seen outline: images, or markers that are nodes of a grid inside one
+  images,       // what a camera sees: trials with markers or scanned surfaces alone say nothing of it
+  points,       // tracked points
+  places,       // what is seen in the tracker's frame: points, scanned surfaces; a rig's pictures are calibrated in it
+  distances,    // the same, where it is known from where it was seen
+  outlines,     // a seen outline: images, scanned surfaces, or markers that are nodes of a grid inside one
   grids,        // markers that are nodes of a grid inside an outline
   simple_drag,  // base models whose drag is linear or none
 };

@@ -23,7 +23,7 @@ Effect pose_error() {
           "camera and tracker do not share one frame",
           {turn("camera_turn_x", 0), turn("camera_turn_y", 1), turn("camera_turn_z", 2), shift("camera_x", 0),
            shift("camera_y", 1), shift("camera_z", 2)},
-          AppliesTo::points};
+          AppliesTo::places};
 }
 
 }  // namespace selvedge::diagnose::effects

@@ -55,6 +55,12 @@ class Markers:
     position: _Floats  # (N, 3)
     def __init__(self, **attributes: Any) -> None: ...
 
+class Surface:
+    time_s: _Floats  # (N,)
+    position: _Floats  # (N, 3)
+    seen_from_m: _Floats | None  # (3,)
+    def __init__(self, **attributes: Any) -> None: ...
+
 class Robot:
     time_s: _Floats  # (T,)
     commanded: _Floats  # (T, 3)
@@ -87,6 +93,7 @@ class Trial:
     corners: Corners
     frames: Frames | None
     markers: Markers | None
+    surface: Surface | None
     robot: Robot | None
     @property
     def state(self) -> Literal["complete", "cut", "recording"]: ...

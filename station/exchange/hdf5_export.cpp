@@ -109,6 +109,13 @@ void write_markers(hid_t file, const trial::Markers& markers) {
   points(group, "position", markers.position);
 }
 
+void write_surface(hid_t file, const trial::Surface& surface) {
+  const Handle group = make_group(file, "surface");
+  times(group, surface.time_s);
+  points(group, "position", surface.position);
+  if (surface.seen_from_m) dataset(group, "seen_from", {3}, surface.seen_from_m->data(), "m");
+}
+
 void write_all(hid_t file, const trial::Trial& trial) {
   text_attribute(file, "format", "selvedge-trial/1");
   text_attribute(file, "name", trial.name);
@@ -145,6 +152,7 @@ void write_all(hid_t file, const trial::Trial& trial) {
   }
   if (trial.frames) write_frames(file, trial);
   if (trial.markers) write_markers(file, *trial.markers);
+  if (trial.surface) write_surface(file, *trial.surface);
   if (trial.robot) {
     const Handle group = make_group(file, "robot");
     times(group, trial.robot->time_s);

@@ -7,7 +7,8 @@
 //   /frames/time           F, s;  /frames/number  F;  /frames/image  F×height×width, grey level (deflated, a chunk a
 //   frame) /camera, /projector    projection 3×4, px; distortion 5 (OpenCV's k1 k2 p1 p2 k3); attributes width_px,
 //   height_px /pattern               attributes orientation, period_px, duty, first_bright_row_px /markers/time,
-//   marker, uv, position   /robot/time, commanded, measured   where the trial has them
+//   marker, uv, position   /surface/time, position, seen_from   /robot/time, commanded, measured   where the trial has
+//   them
 // Attributes with a unit in their name are in it. Source: HDF5 1.10; layout as docs/sessions.md.
 #pragma once
 

@@ -188,8 +188,8 @@ trial::Trial read_about(const files::TomlFile& file) {
 
 Recording read_recording(const fs::path& mapping) {
   const fs::path base = mapping.parent_path();
-  const files::TomlFile file = files::TomlFile::load(
-      mapping, {"trial", "fabric", "corners", "markers", "images", "camera", "projector", "pattern", "units"});
+  const files::TomlFile file = files::TomlFile::load(mapping, {"trial", "fabric", "corners", "markers", "surface",
+                                                               "images", "camera", "projector", "pattern", "units"});
   Recording recording{read_about(file), {}};
   trial::Trial& trial = recording.trial;
   const Units units = read_units(file.section("units"));
@@ -200,8 +200,9 @@ Recording read_recording(const fs::path& mapping) {
   if (of_c3d) read_c3d_parts(file, base, trial);
   else if (file.has("markers")) trial.markers = read_markers(file.section("markers"), base, units, trial);
   if (file.has("images")) recording.images = read_images(file.section("images"), base, trial);
-  if (!trial.markers && recording.images.empty())
-    refuse(mapping.string(), "found neither [markers] nor [images], expected one of them");
+  if (file.has("surface")) trial.surface = read_surface(file.section("surface"), base, units);
+  if (!trial.markers && !trial.surface && recording.images.empty())
+    refuse(mapping.string(), "found none of [markers], [surface] and [images], expected one of them");
   if (!of_c3d) trial.corners = read_corners(file.section("corners"), base, units, trial);
   trial.mocap_rate_hz = rate_of(trial.corners.time_s);
   return recording;

@@ -29,7 +29,11 @@
 //   frames = "scans"            rate_hz = 30               # or times = "times.csv", time = "t"
 //   grid = [25, 25]             # nodes along the width and down, row by row from the held edge; or flat_m as above
 //   points = [0, 24, 312]       # those that are markers; all by default
-// Paths are relative to the mapping file. A trial has markers or images, or both.
+// Of such files whose points are others in every frame, as depth cameras and scanners have them:
+//   [surface]
+//   frames = "scans"            rate_hz = 30               # or times = "times.csv", time = "t"
+//   seen_from_m = [0, -1.2, 0.9]                           # where the instrument stood, in the tracker's frame
+// Paths are relative to the mapping file. A trial has markers, a surface or images, or several of them.
 #pragma once
 
 #include <filesystem>

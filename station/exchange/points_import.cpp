@@ -40,22 +40,22 @@ bool comes_before(const std::string& a, const std::string& b) {
   return a < b;
 }
 
-// Of as many points each.
-std::vector<Matrix3Xd> read_frames(const fs::path& source, const std::string& key) {
+// alike: of as many points each.
+std::vector<Matrix3Xd> read_frames(const fs::path& source, const std::string& key, bool alike) {
   std::vector<Matrix3Xd> frames;
   const bool is_folder = fs::is_directory(source);
   for (const fs::path& file : is_folder ? files_in_order(source) : std::vector<fs::path>{source}) {
     for (Matrix3Xd& points : read_points(file)) {
-      if (!frames.empty() && points.cols() != frames[0].cols())
+      if (alike && !frames.empty() && points.cols() != frames[0].cols())
         refuse(file.string(),
                "found {} points, expected {} as in the first frame: a marker is the same point of the fabric in all "
-               "frames",
+               "frames; clouds whose points are others each time belong in a section [surface]",
                points.cols(), frames[0].cols());
       frames.push_back(std::move(points));
     }
   }
   if (frames.empty()) refuse(key, "found no file in {}", source.string());
-  if (frames[0].cols() == 0) refuse(source.string(), "found no points");
+  if (alike && frames[0].cols() == 0) refuse(source.string(), "found no points");
   return frames;
 }
 
@@ -112,6 +112,10 @@ std::vector<Eigen::Vector2d> read_flat(Section& keys, const std::vector<Index>& 
   return flat;
 }
 
+Matrix3Xd side_by_side(const std::vector<Eigen::Vector3d>& points) {
+  return Eigen::Map<const Matrix3Xd>(points.front().data(), 3, static_cast<Index>(points.size()));
+}
+
 }  // namespace
 
 std::vector<fs::path> files_in_order(const fs::path& folder) {
@@ -126,7 +130,7 @@ std::vector<fs::path> files_in_order(const fs::path& folder) {
 
 trial::Markers read_point_markers(Section keys, const fs::path& base, const Units& units, trial::Trial& trial) {
   const std::string key = keys.where() + " frames";
-  const std::vector<Matrix3Xd> frames = read_frames(base / keys.text("frames", std::nullopt), key);
+  const std::vector<Matrix3Xd> frames = read_frames(base / keys.text("frames", std::nullopt), key, true);
   const Index count = frames[0].cols();
   const std::vector<double> times = read_times(keys, base, units, frames.size());
   const std::vector<Index> wanted = read_points_wanted(keys, count);
@@ -145,9 +149,31 @@ trial::Markers read_point_markers(Section keys, const fs::path& base, const Unit
       positions.push_back(units.point(x.x(), x.y(), x.z()));
     }
   if (positions.empty()) refuse(key, "found no point that was seen");
-  markers.position.resize(3, static_cast<Index>(positions.size()));
-  for (size_t i = 0; i < positions.size(); ++i) markers.position.col(static_cast<Index>(i)) = positions[i];
+  markers.position = side_by_side(positions);
   return markers;
+}
+
+trial::Surface read_surface(Section keys, const fs::path& base, const Units& units) {
+  const std::string key = keys.where() + " frames";
+  const std::vector<Matrix3Xd> frames = read_frames(base / keys.text("frames", std::nullopt), key, false);
+  const std::vector<double> times = read_times(keys, base, units, frames.size());
+  trial::Surface surface;
+  if (keys.has("seen_from_m")) {
+    const auto from = keys.numbers("seen_from_m", std::nullopt, 3, -1e3, 1e3, "m");
+    surface.seen_from_m = Eigen::Vector3d(from[0], from[1], from[2]);
+  }
+  keys.finish();
+  std::vector<Eigen::Vector3d> positions;
+  for (size_t frame = 0; frame < frames.size(); ++frame)
+    for (Index i = 0; i < frames[frame].cols(); ++i) {
+      const Eigen::Vector3d x = frames[frame].col(i);
+      if (!x.allFinite()) continue;
+      surface.time_s.push_back(times[frame]);
+      positions.push_back(units.point(x.x(), x.y(), x.z()));
+    }
+  if (positions.empty()) refuse(key, "found no point that was seen");
+  surface.position = side_by_side(positions);
+  return surface;
 }
 
 }  // namespace selvedge::station

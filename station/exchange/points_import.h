@@ -1,4 +1,5 @@
-// Markers of a mapping that names files of points (import_mapping.h): a file a frame, or an NPY of all.
+// Markers, or a scanned surface, of a mapping that names files of points (import_mapping.h): a file a frame, or an NPY
+// of all.
 #pragma once
 
 #include <filesystem>
@@ -18,5 +19,9 @@ std::vector<std::filesystem::path> files_in_order(const std::filesystem::path& f
 // mocap_noise_m is set. Throws BadInput naming the file or the key.
 trial::Markers read_point_markers(files::Section keys, const std::filesystem::path& base, const Units& units,
                                   trial::Trial& trial);
+
+// Clouds whose points are others in every frame. seen_from_m: in the tracker's frame, m. Throws BadInput naming the
+// file or the key.
+trial::Surface read_surface(files::Section keys, const std::filesystem::path& base, const Units& units);
 
 }  // namespace selvedge::station

@@ -34,6 +34,15 @@ std::string markers_line(const trial::MarkerSummary& markers) {
                      gaps_of_times(markers.sampling));
 }
 
+std::string surface_line(const trial::Surface& surface) {
+  const trial::Sampling sampling = trial::sampling(surface.time_s);
+  const double points = static_cast<double>(surface.time_s.size()) / static_cast<double>(sampling.count);
+  return fmt::format("{} clouds of {} points, {}, {}, {}", sampling.count, short_number(points, 3),
+                     span_of_times(sampling), gaps_of_times(sampling),
+                     surface.seen_from_m ? fmt::format("seen from {} m", fmt::join(*surface.seen_from_m, ", "))
+                                         : "seen from a place not stated");
+}
+
 }  // namespace
 
 std::string percent_of(double share) { return short_number(100 * share, 3) + " %"; }
@@ -97,6 +106,7 @@ std::vector<std::vector<std::string>> facts_of(const Trial& trial) {
                                   percent_of(trial::hidden_share(trial.corners.right)), gaps_of_times(corners))},
           {"frames", trial.frames ? frames_line(*trial.frames) : "none"},
           {"markers", trial.markers ? markers_line(trial::summary(*trial.markers)) : "none"},
+          {"surface", trial.surface ? surface_line(*trial.surface) : "none"},
           {"robot", trial.robot ? fmt::format("{} samples, {}", trial.robot->time_s.size(),
                                               span_of_times(trial::sampling(trial.robot->time_s)))
                                 : "none"},

@@ -35,7 +35,7 @@ struct HangingFrame {
 };
 
 struct HangingMoment {
-  std::vector<Vector3d> markers, corners;
+  std::vector<Vector3d> points, corners;  // points: markers, or some of a scanned surface
 };
 
 // Both corners, each as it is seen nearest to a time.
@@ -51,21 +51,26 @@ std::vector<Vector3d> corners_near(const Trial& trial, double time_s) {
   return out;
 }
 
-// Each time at which a marker was looked for, once, ascending.
-std::vector<double> times_of(const trial::Markers& markers) {
-  std::vector<double> times = markers.time_s;
+// Each time at which a marker was looked for or the surface was scanned, once, ascending.
+std::vector<double> times_of(const Trial& trial) {
+  std::vector<double> times = trial.markers ? trial.markers->time_s : trial.surface->time_s;
   std::sort(times.begin(), times.end());
   times.erase(std::unique(times.begin(), times.end()), times.end());
   return times;
 }
 
 HangingMoment moment_of(const Trial& trial, const std::vector<double>& times, double share) {
-  const trial::Markers& markers = *trial.markers;
+  constexpr size_t kMostPoints = 500;  // of a scanned surface
+  const std::vector<double>& at_s = trial.markers ? trial.markers->time_s : trial.surface->time_s;
+  const Eigen::Matrix3Xd& position = trial.markers ? trial.markers->position : trial.surface->position;
   const double time_s = times[static_cast<size_t>(std::lround(share * static_cast<double>(times.size() - 1)))];
+  std::vector<Vector3d> points;
+  for (size_t i = 0; i < at_s.size(); ++i)
+    if (const auto at = static_cast<Index>(i); at_s[i] == time_s && position.col(at).allFinite())
+      points.emplace_back(position.col(at));
   HangingMoment out{{}, corners_near(trial, time_s)};
-  for (size_t i = 0; i < markers.time_s.size(); ++i)
-    if (const auto at = static_cast<Index>(i); markers.time_s[i] == time_s && markers.position.col(at).allFinite())
-      out.markers.emplace_back(markers.position.col(at));
+  const size_t every = trial.markers ? 1 : points.size() / kMostPoints + 1;
+  for (size_t i = 0; i < points.size(); i += every) out.points.push_back(points[i]);
   return out;
 }
 
@@ -86,7 +91,7 @@ HangingFrame frame_of(const Trial& trial, const HangingMoment& moment) {
 double pane_scale(const Trial& trial, const std::vector<HangingMoment>& moments, const HangingFrame& frame) {
   double reach = std::max(trial.fabric.height_m, 1e-6);
   for (const HangingMoment& moment : moments)
-    for (const auto* points : {&moment.markers, &moment.corners})
+    for (const auto* points : {&moment.points, &moment.corners})
       for (const Vector3d& p : *points) reach = std::max(reach, (p - frame.origin).norm());
   return (kPane / 2 - kPaneMargin) / reach;
 }
@@ -103,8 +108,9 @@ std::string views_of(const Trial& trial, const HangingMoment& moment, const Hang
     std::string outline;
     for (const Vector3d& p : flat) outline += fmt::format("{}{:.1f} {:.1f}", outline.empty() ? "M" : "L", x(p), y(p));
     svg += fmt::format(R"(<path d="{}z" fill="none" stroke="#8a8a8a" stroke-dasharray="5 3"/>)", outline);
-    for (const Vector3d& p : moment.markers)
-      svg += fmt::format(R"(<circle cx="{:.1f}" cy="{:.1f}" r="3" fill="#1f4e8c"/>)", x(p), y(p));
+    for (const Vector3d& p : moment.points)
+      svg += fmt::format(R"(<circle cx="{:.1f}" cy="{:.1f}" r="{}" fill="#1f4e8c"/>)", x(p), y(p),
+                         trial.markers ? "3" : "1");
     for (const Vector3d& p : moment.corners)
       svg +=
           fmt::format(R"(<rect class="corner" x="{:.1f}" y="{:.1f}" width="9" height="9"/>)", x(p) - 4.5, y(p) - 4.5);
@@ -151,6 +157,7 @@ void add_clocks(report::HtmlReport& html, const Trial& trial) {
   };
   add("held corners", trial.corners.time_s);
   if (trial.markers) add("markers", trial.markers->time_s);
+  if (trial.surface) add("surface", trial.surface->time_s);
   if (trial.frames) add("pictures", trial.frames->time_s);
   if (trial.robot) add("arm", trial.robot->time_s);
   html.heading("Clocks and rates");
@@ -160,8 +167,9 @@ void add_clocks(report::HtmlReport& html, const Trial& trial) {
 }  // namespace
 
 std::vector<std::string> hanging_pictures(const Trial& trial) {
-  if (!trial.markers || trial.markers->time_s.empty()) return {};
-  const std::vector<double> times = times_of(*trial.markers);
+  if (!trial.markers && !trial.surface) return {};
+  const std::vector<double> times = times_of(trial);
+  if (times.empty()) return {};
   std::vector<HangingMoment> moments;
   for (const double share : {0.0, 0.5, 1.0}) moments.push_back(moment_of(trial, times, share));
   const HangingFrame frame = frame_of(trial, moments.front());
@@ -184,11 +192,11 @@ void write_preview(const Trial& trial, const std::filesystem::path& page) {
   const std::vector<std::string> pictures = hanging_pictures(trial);
   if (!pictures.empty()) html.heading("How it hangs");
   for (size_t k = 0; k < pictures.size(); ++k)
-    html.svg(
-        pictures[k],
-        fmt::format("{} moment: markers (dots) and held corners (squares) from the front and from the side; "
-                    "dashed: the flat swatch of {} by {} mm hung from the corners",
-                    kMoments[k], short_number(1e3 * trial.fabric.width_m), short_number(1e3 * trial.fabric.height_m)));
+    html.svg(pictures[k],
+             fmt::format("{} moment: {} (dots) and held corners (squares) from the front and from the side; "
+                         "dashed: the flat swatch of {} by {} mm hung from the corners",
+                         kMoments[k], trial.markers ? "markers" : "the scanned surface",
+                         short_number(1e3 * trial.fabric.width_m), short_number(1e3 * trial.fabric.height_m)));
   if (trial.frames) add_frames_of(html, trial);
   add_clocks(html, trial);
   html.heading("What it holds");

@@ -15,7 +15,9 @@ namespace fs = std::filesystem;
 class Kept : public testing::Test {
  protected:
   Kept() {
-    for (const char* name : {"trial.json", "corners.csv", "markers.csv", "frames.csv", "frames/000000.png"}) put(name);
+    for (const char* name :
+         {"trial.json", "corners.csv", "markers.csv", "surface.csv", "frames.csv", "frames/000000.png"})
+      put(name);
     campaign_.trials.emplace_back();
     campaign_.trials[0].folder = folder_;
     campaign_.trials[0].name = "waving-1";
@@ -32,7 +34,8 @@ class Kept : public testing::Test {
 TEST_F(Kept, EveryFileOfATrialCountsPicturesToo) {
   const std::string before = recordings_hash(campaign_);
   EXPECT_EQ(recordings_hash(campaign_), before);
-  for (const char* name : {"trial.json", "corners.csv", "markers.csv", "frames.csv", "frames/000000.png"}) {
+  for (const char* name :
+       {"trial.json", "corners.csv", "markers.csv", "surface.csv", "frames.csv", "frames/000000.png"}) {
     put(name, "changed");
     EXPECT_NE(recordings_hash(campaign_), before) << name;
     put(name);

@@ -216,6 +216,30 @@ class PointFrames : public testing::Test {
   const fs::path folder_ = fs::temp_directory_path() / fmt::format("selvedge-points-{}", ::getpid());
 };
 
+// Points that are others in every frame, and not as many.
+TEST_F(PointFrames, BecomeASurface) {
+  for (int f = 0; f < 12; ++f)
+    if (f != 8) put_frame(f, 4 + f % 3);
+  files::write_whole(folder_ / "corners.csv", "s,a,b,c,d,e,f\n0,0,0,0,300,0,0\n0.22,0,11,0,300,11,0\n");
+  const std::string mapping =
+      std::string(kPointMapping)
+          .replace(std::string(kPointMapping).find("[markers]"), 9, "[surface]")
+          .replace(std::string(kPointMapping).find("grid = [2, 2]"), 13, "seen_from_m = [0.1, -1, 0.5]");
+  const std::string held =
+      "file = \"corners.csv\"\ntime = \"s\"\nleft = [\"a\", \"b\", \"c\"]\nright = [\"d\", \"e\", \"f\"]";
+  const trial::Trial t = trial::read_trial(import(mapping, "left_marker = 0\nright_marker = 1", held));
+  ASSERT_TRUE(t.surface);
+  EXPECT_FALSE(t.markers);
+  size_t points = 0;
+  for (int f = 0; f < 12; ++f) points += static_cast<size_t>(f == 8 ? 4 : 4 + f % 3);
+  ASSERT_EQ(t.surface->time_s.size(), points - 1);  // one was not seen
+  EXPECT_EQ(t.surface->time_s[4], 1.0 / 50);
+  EXPECT_EQ(*t.surface->seen_from_m, Eigen::Vector3d(0.1, -1, 0.5));
+  EXPECT_LT((t.surface->position.col(3) - Eigen::Vector3d(0.3, 0, -0.2)).norm(), 1e-9);
+  fs::remove_all(folder_ / "out");
+  EXPECT_NE(refusal_of([&] { import(mapping); }).find("left_marker: there are no markers"), std::string::npos);
+}
+
 TEST_F(PointFrames, BecomeMarkersInTheOrderOfTheirNumbers) {
   const trial::Trial t = trial::read_trial(import(kPointMapping));
   ASSERT_EQ(t.corners.time_s.size(), 12u);

@@ -32,6 +32,21 @@ class Trials(unittest.TestCase):
                         getattr(getattr(a, part), name), getattr(getattr(b, part), name), f"{part}.{name}"
                     )
 
+    def test_a_scanned_surface_is_kept(self):
+        made = swatch.trial("scanned", 0, 0.1, 1)
+        points = numpy.arange(60.0).reshape(20, 3) / 100
+        made.surface = selvedge.Surface(time_s=[0.0] * 12 + [0.05] * 8, position=points, seen_from_m=[0.1, -1, 0.2])
+        made.markers = None
+        selvedge.write_trial(made, self.folder / "scanned")
+        read = selvedge.read_trial(self.folder / "scanned")
+        self.assertIsNone(read.markers)
+        numpy.testing.assert_array_equal(read.surface.position, points)
+        numpy.testing.assert_array_equal(read.surface.time_s, made.surface.time_s)
+        numpy.testing.assert_array_equal(read.surface.seen_from_m, [0.1, -1, 0.2])
+        made.surface.time_s = [0.0]
+        with self.assertRaisesRegex(selvedge.BadInput, "surface: found an array of 20 rows, expected 1"):
+            selvedge.write_trial(made, self.folder / "spoilt")
+
     def test_pictures_are_kept(self):
         made = swatch.trial("seen", 0, 0.1, 1)
         made.camera = selvedge.Projection(

@@ -95,6 +95,29 @@ TEST(Doubts, MarkersThatChangeNumbers) {
   expect_doubt(trial, "marker numbers kept?");
 }
 
+TEST(Doubts, ScannedSurfaces) {
+  Trial trial = hung();
+  trial.surface = Surface{trial.markers->time_s, trial.markers->position, {}};
+  trial.markers.reset();
+  EXPECT_EQ(all_of(trial), "");
+  Trial large = trial;
+  large.surface->position *= 1000;
+  expect_doubt(large, "surface.csv: points lie");
+  expect_doubt(large, "millimetres taken for metres?");
+  Trial level = trial;
+  for (Eigen::Index i = 0; i < level.surface->position.cols(); ++i) {
+    const Eigen::Vector3d p = level.surface->position.col(i);
+    level.surface->position.col(i) = Eigen::Vector3d(p.x(), p.z() - 1, 1 - p.y());
+  }
+  expect_doubt(level, "surface.csv: points lie 0.448 mm below the held corners");
+  Trial with_wall = trial;
+  for (Eigen::Index i = 0; i < with_wall.surface->position.cols(); i += 5) with_wall.surface->position(1, i) += 1.5;
+  expect_doubt(with_wall, "are there points of other things than the fabric?");
+  Trial late = trial;
+  for (double& t : late.surface->time_s) t += 100;
+  expect_doubt(late, "surface.csv: 0 of 1500 times lie within those of corners.csv");
+}
+
 TEST(Doubts, MassAndGravityOfNoFabricOnEarth) {
   Trial trial = hung();
   trial.fabric.mass_kg = 14.4;

@@ -30,8 +30,29 @@ struct SimulatedMotion {
   int samples = 13;  // at 120 Hz
 };
 
-inline trial::Trial simulated_trial(const SimulatedSwatch& c, const SimulatedMotion& motion, const std::string& name,
-                                    unsigned seed) {
+// Its motion, and the trial of it without what saw the fabric. The noise of the corners and of what is seen follow one
+// another out of one generator.
+struct SimulatedRun {
+  trial::Trial trial;
+  cloth::spline::SplineSheet sheet;
+  cloth::Trajectory run;
+  std::mt19937 generator;
+  std::normal_distribution<double> noise;
+
+  Eigen::Vector3d noisy(const Eigen::Vector3d& p) {
+    return p + Eigen::Vector3d(noise(generator), noise(generator), noise(generator));
+  }
+  // Control points at a sample, seen so much late.
+  Eigen::Matrix3Xd shape(int sample, double delay_s) const {
+    const double at = std::max(0.0, sample - 120 * delay_s);
+    const auto k = static_cast<size_t>(at);
+    const double share = at - static_cast<double>(k);
+    return (1 - share) * run.samples[k] + share * run.samples[std::min(k + 1, run.samples.size() - 1)];
+  }
+};
+
+inline SimulatedRun simulated_run(const SimulatedSwatch& c, const SimulatedMotion& motion, const std::string& name,
+                                  unsigned seed) {
   constexpr double kWidth = 0.3;
   trial::Trial t;
   t.name = name;
@@ -40,45 +61,44 @@ inline trial::Trial simulated_trial(const SimulatedSwatch& c, const SimulatedMot
   t.starts_at_rest = true;
   t.mocap_rate_hz = 120;
   t.mocap_noise_m = c.noise_m;
-  std::mt19937 generator(seed);
-  std::normal_distribution<double> noise(0, c.noise_m);
-  const auto noisy = [&](const Eigen::Vector3d& p) -> Eigen::Vector3d {
-    return p + Eigen::Vector3d(noise(generator), noise(generator), noise(generator));
-  };
-  Eigen::Matrix3Xd left(3, motion.samples), right(3, motion.samples);
+  t.corners.left.resize(3, motion.samples);
+  t.corners.right.resize(3, motion.samples);
   for (int i = 0; i < motion.samples; ++i) {
     const double s = i / 120.0, w = s < 0.1 ? 0 : 0.5 * (1 - std::cos(2 * M_PI * motion.frequency_hz * (s - 0.1)));
     t.corners.time_s.push_back(s);
-    left.col(i) = Eigen::Vector3d(-motion.half_apart_m, 0, 0);
-    right.col(i) = Eigen::Vector3d(motion.half_apart_m, motion.amplitude_m * w, 0.3 * motion.amplitude_m * w);
+    t.corners.left.col(i) = Eigen::Vector3d(-motion.half_apart_m, 0, 0);
+    t.corners.right.col(i) = Eigen::Vector3d(motion.half_apart_m, motion.amplitude_m * w, 0.3 * motion.amplitude_m * w);
   }
   const cloth::spline::Swatch swatch{kWidth, kWidth, c.grip_m};
-  const cloth::spline::SplineSheet sheet =
+  cloth::spline::SplineSheet sheet =
       make_spline_sheet(swatch, make_grid(swatch, cloth::Hold::corners, kWidth / c.cells));
   cloth::Experiment e;
   e.material = c.material;
   e.air_velocity_m_s = c.air_m_s;
-  e.path = cloth::make_path(cloth::Hold::corners, t.corners.time_s, left, right);
+  e.path = cloth::make_path(cloth::Hold::corners, t.corners.time_s, t.corners.left, t.corners.right);
   e.sample_s = t.corners.time_s;
   e.start_shape = hung_shape(sheet, e, 1);
-  const cloth::Trajectory run = simulate(sheet, {e}).front();
-  t.corners.left.resize(3, motion.samples);
-  t.corners.right.resize(3, motion.samples);
+  cloth::Trajectory run = simulate(sheet, {e}).front();
+  return {std::move(t), std::move(sheet), std::move(run), std::mt19937(seed),
+          std::normal_distribution<double>(0, c.noise_m)};
+}
+
+inline trial::Trial simulated_trial(const SimulatedSwatch& c, const SimulatedMotion& motion, const std::string& name,
+                                    unsigned seed) {
+  SimulatedRun r = simulated_run(c, motion, name, seed);
+  trial::Trial& t = r.trial;
+  const double width = t.fabric.width_m;
   trial::Markers markers;
   std::vector<Eigen::Vector3d> seen;
   for (int i = 0; i < motion.samples; ++i) {
-    t.corners.left.col(i) = noisy(left.col(i));
-    t.corners.right.col(i) = noisy(right.col(i));
-    const double at = std::max(0.0, i - 120 * c.delay_s);
-    const auto k = static_cast<size_t>(at);
-    const double share = at - static_cast<double>(k);
-    const Eigen::Matrix3Xd shape =
-        (1 - share) * run.samples[k] + share * run.samples[std::min(k + 1, run.samples.size() - 1)];
+    t.corners.left.col(i) = r.noisy(t.corners.left.col(i));
+    t.corners.right.col(i) = r.noisy(t.corners.right.col(i));
+    const Eigen::Matrix3Xd shape = r.shape(i, c.delay_s);
     for (int m = 0; m < 25; ++m) {
       markers.time_s.push_back(i / 120.0);
       markers.marker.push_back(m);
-      markers.uv.emplace_back(kWidth * (0.08 + 0.21 * (m % 5)), kWidth * (0.08 + 0.21 * (m / 5)));
-      seen.push_back(noisy(position_of(surface_point(sheet, markers.uv.back()), shape)));
+      markers.uv.emplace_back(width * (0.08 + 0.21 * (m % 5)), width * (0.08 + 0.21 * (m / 5)));
+      seen.push_back(r.noisy(position_of(surface_point(r.sheet, markers.uv.back()), shape)));
     }
   }
   markers.position.resize(3, static_cast<Eigen::Index>(seen.size()));

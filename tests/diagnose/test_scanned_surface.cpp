@@ -1,0 +1,57 @@
+// The diagnosis of a campaign that a depth camera scanned.
+#include <gtest/gtest.h>
+
+#include "cli/verify/proofs/scanned_trial.h"
+#include "diagnose/diagnosis.h"
+#include "diagnose/effects/library.h"
+#include "tests/diagnose/simulated_campaign.h"
+
+namespace selvedge::diagnose {
+namespace {
+
+trial::Campaign scanned_campaign(double delay_s) {
+  const DepthCamera camera{.delay_s = delay_s, .px_apart_m = 5e-3};
+  const auto scanned = [&](const std::string& name, double amplitude_m, double frequency_hz, unsigned seed) {
+    return scanned_trial(usual_fabric(),
+                         {.half_apart_m = 0.125,
+                          .amplitude_m = amplitude_m,
+                          .frequency_hz = frequency_hz,
+                          .samples = amplitude_m > 0 ? 96 : 12},
+                         camera, name, seed);
+  };
+  trial::Campaign campaign;
+  campaign.folder = "scanned";
+  campaign.fabric = "test knit";
+  campaign.trials = {scanned("static-1", 0, 0, 1), scanned("waving-1", 0.09, 1.4, 2),
+                     scanned("waving-2", 0.06, 2.0, 3)};
+  return campaign;
+}
+
+Diagnosis diagnosed_scan(const trial::Campaign& campaign) {
+  std::vector<Effect> few;
+  for (const Effect& e : effect_library())
+    for (const char* name : {"camera_delay", "pose_error", "depth_bias", "draught", "projector_moved", "smoothing"})
+      if (e.name == name) few.push_back(e);
+  DiagnosisOptions options;
+  options.study.protocol.cells = 8;
+  options.study.protocol.image_rate_hz = 15;
+  return diagnose(campaign, few, options);
+}
+
+TEST(ScannedSurface, ItsDelayIsNamedAndItsNullCampaignIsNot) {
+  const Diagnosis late = diagnosed_scan(scanned_campaign(0.02));
+  EXPECT_EQ(late.cause, "camera_delay");
+  EXPECT_EQ(late.inclusion.count("projector_moved"), 0u) << "there is no projector";
+  EXPECT_EQ(late.inclusion.count("smoothing"), 0u) << "there is no tracker's filter";
+  EXPECT_EQ(late.inclusion.count("depth_bias"), 1u);
+  for (const EffectFinding& f : late.effects) {
+    if (f.name != "camera_delay") continue;
+    EXPECT_NEAR(f.size.at(0).value, 0.02, 0.006);
+  }
+  const Diagnosis null_campaign = diagnosed_scan(scanned_campaign(0));
+  EXPECT_EQ(null_campaign.cause, "none");
+  EXPECT_GT(null_campaign.probability.at("none"), 0.8);
+}
+
+}  // namespace
+}  // namespace selvedge::diagnose
