@@ -109,7 +109,7 @@ void delay_figures(const FigureOptions& options, std::vector<Figure>& figures) {
 
 std::vector<Figure> prove_surface(const FigureOptions& options) {
   std::vector<Figure> figures;
-  for (const double length_m : options.quick ? std::vector{0.03} : std::vector{0.022, 0.018, 0.013})
+  for (const double length_m : options.quick ? std::vector{0.03} : std::vector{0.022, 0.018})
     fit_figures(length_m, options, figures);
   if (!options.quick) delay_figures(options, figures);
   return figures;
