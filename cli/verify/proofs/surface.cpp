@@ -96,6 +96,10 @@ void delay_figures(const FigureOptions& options, std::vector<Figure>& figures) {
   how.study.progress = options.progress;
   const diagnose::Diagnosis d =
       diagnose::diagnose(scanned(swatch_of(0.018), camera, options.seed), diagnose::effect_library(), how);
+  std::string answer = "late by 20 ms: " + d.cause;
+  for (const auto& [name, probability] : d.probability)
+    if (probability > 0.05) answer += fmt::format(", {} {:.2f}", name, probability);
+  options.tell(fmt::format("{}; likeliest {}, p {:.2g}, {:.0f} s", answer, d.likeliest, d.p_value, d.wall_s));
   figures.push_back({"a camera that is late by 20 ms: probability of camera_delay", d.inclusion.at("camera_delay"), 0.5,
                      "1", Relation::at_least, "what made the clouds"});
   for (const diagnose::EffectFinding& f : d.effects) {
