@@ -34,7 +34,6 @@ Diagnosis diagnosed_scan(const trial::Campaign& campaign) {
       if (e.name == name) few.push_back(e);
   DiagnosisOptions options;
   options.study.protocol.cells = 8;
-  options.study.protocol.image_rate_hz = 15;
   return diagnose(campaign, few, options);
 }
 
