@@ -19,8 +19,7 @@ void SpotsSeen::at_time(double t_s) {
 
 Vector2d SpotsSeen::uv(const observe::DepthPoint& p) const {
   const geometry::Projection& camera = simulation_->trials()[trial_].stripes->camera;
-  const Vector3d point = geometry::centre(camera) + p.depth_m * p.ray_m_per_depth_m * geometry::ray(camera, p.pixel);
-  return nearest((position_.colwise() - point).colwise().squaredNorm());
+  return nearest((position_.colwise() - place_of(camera, p)).colwise().squaredNorm());
 }
 
 Vector2d SpotsSeen::uv(const observe::OutlinePoint& p) const {

@@ -6,7 +6,7 @@
 
 #include <fmt/format.h>
 
-#include "diagnose/mesh_error.h"
+#include "diagnose/lasting_error.h"
 #include "diagnose/window_errors.h"
 
 namespace selvedge::diagnose {
@@ -157,12 +157,9 @@ Weighing weigh(Study& study, const Windows& windows, const WeighingOptions& opti
   if (!at_base.residual.allFinite())
     throw std::runtime_error(fmt::format("{}: the base model diverges at its fitted parameters", study.campaign));
   const FrameNoise frames = frame_noise(study.measured, *study.simulation, windows);
-  const MatrixXd rim = rim_error(*study.simulation, windows);
   const auto error_about = [&](const Linearisation& about) {
-    const MatrixXd mesh = mesh_error(study.protocol, *study.simulation, windows, about.grid);
-    MatrixXd lasting(windows.rows(), mesh.cols() + rim.cols());
-    lasting << mesh, rim;
-    return model_error(study.protocol, windows, forces, about.grid, lasting, about.second, frames);
+    return model_error(study.protocol, windows, forces, about.grid,
+                       lasting_error(study.protocol, *study.simulation, windows, about.grid), about.second, frames);
   };
   const Evidence at_first(windows, by_windows(study, windows, at_base, error_about(at_base)));
   options.ends("changing everything once");

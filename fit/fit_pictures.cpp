@@ -98,8 +98,7 @@ void add_frames(report::HtmlReport& html, const FitOutcome& out, const trial::Tr
 
 // Front and side view of dots (circles) and simulated sheet (lines) at one time.
 cv::Mat draw_dots(const model::Simulation& objective, const Eigen::Matrix3Xd& sheet, const Eigen::Matrix3Xd& dots,
-                  int across) {
-  const int radius_px = dots.cols() > 100 ? 1 : 4;
+                  int radius_px, int across) {
   const int size = 360;
   cv::Mat image(size, size, CV_8UC3, cv::Scalar(255, 255, 255));
   const Eigen::Vector3d low = sheet.rowwise().minCoeff(), high = sheet.rowwise().maxCoeff(), middle = (low + high) / 2;
@@ -134,11 +133,8 @@ SeenThen markers_then(const observe::MarkerTrack& m, double share) {
 SeenThen surface_then(const observe::StripeTrack& track, double share) {
   const observe::StripeFrame& f = track.frames[static_cast<size_t>(share * static_cast<double>(track.frames.size()))];
   SeenThen out{f.time_s, Eigen::Matrix3Xd(3, static_cast<Eigen::Index>(f.depth.size()))};
-  for (size_t k = 0; k < f.depth.size(); ++k) {
-    const observe::DepthPoint& p = f.depth[k];
-    out.position.col(static_cast<Eigen::Index>(k)) =
-        geometry::centre(track.camera) + p.ray_m_per_depth_m * p.depth_m * geometry::ray(track.camera, p.pixel);
-  }
+  for (size_t k = 0; k < f.depth.size(); ++k)
+    out.position.col(static_cast<Eigen::Index>(k)) = place_of(track.camera, f.depth[k]);
   return out;
 }
 
@@ -152,7 +148,7 @@ void add_dots(report::HtmlReport& html, const FitOutcome& out, size_t index) {
         observed.markers ? markers_then(*observed.markers, share) : surface_then(*observed.stripes, share);
     const Eigen::Matrix3Xd x = out.simulation->view().of(model::position_at(observed.experiment, run, seen.time_s));
     for (const int across : {0, 1}) {
-      pictures.push_back(png_of(draw_dots(*out.simulation, x, seen.position, across)));
+      pictures.push_back(png_of(draw_dots(*out.simulation, x, seen.position, observed.markers ? 4 : 1, across)));
       captions.push_back(fmt::format("{}, {:.2f} s, {} view", observed.name, seen.time_s, across == 0 ? "x-z" : "y-z"));
     }
   }

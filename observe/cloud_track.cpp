@@ -12,8 +12,10 @@
 #include <boost/math/distributions/chi_squared.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "capture/trial/trial_summary.h"
 #include "files/bad_input.h"
 #include "geometry/order_statistics.h"
+#include "observe/kept_frames.h"
 #include "observe/silhouette.h"
 
 namespace selvedge::observe {
@@ -24,6 +26,7 @@ using Eigen::Index;
 using Eigen::Matrix3Xd;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
+using trial::Cloud;
 
 constexpr int kPictureSide_px = 640;
 constexpr int kMargin_px = 12;
@@ -33,12 +36,6 @@ constexpr Index kLeastPoints = 16;    // of a cloud
 constexpr size_t kForParabola = 12;   // points; it has six numbers
 constexpr double kSpacingsASide = 4;  // of a square with points enough for that
 constexpr double kLeastSd_mm = 0.05;
-
-// Points of one time, m.
-struct Cloud {
-  double time_s = 0;
-  Matrix3Xd points;
-};
 
 // Those that can be of the fabric: none of its points lies further from another than its diagonal is long. A depth
 // camera puts what it did not see at its own place, and sees the wall.
@@ -55,15 +52,10 @@ Matrix3Xd of_fabric(const Matrix3Xd& points, double diagonal_m) {
 }
 
 std::vector<Cloud> clouds_of(const trial::Trial& trial) {
-  const trial::Surface& surface = *trial.surface;
   const double diagonal_m = std::hypot(trial.fabric.width_m, trial.fabric.height_m);
-  std::vector<Cloud> out;
-  for (size_t i = 0, end = 0; i < surface.time_s.size(); i = end) {
-    while (end < surface.time_s.size() && surface.time_s[end] == surface.time_s[i]) ++end;
-    Matrix3Xd points =
-        of_fabric(surface.position.middleCols(static_cast<Index>(i), static_cast<Index>(end - i)), diagonal_m);
-    if (points.cols() >= kLeastPoints) out.push_back({surface.time_s[i], std::move(points)});
-  }
+  std::vector<Cloud> out = trial::clouds(*trial.surface);
+  for (Cloud& c : out) c.points = of_fabric(c.points, diagonal_m);
+  std::erase_if(out, [](const Cloud& c) { return c.points.cols() < kLeastPoints; });
   return out;
 }
 
@@ -77,6 +69,18 @@ Vector3d flattest(const std::vector<Cloud>& clouds) {
   return Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(scatter).eigenvectors().col(0);
 }
 
+// All points lie before the instrument, whichever way it is turned towards their middle, and not on top of it.
+void require_seen_from(const trial::Trial& trial, const std::vector<Cloud>& clouds, const Vector3d& from,
+                       const Vector3d& middle) {
+  constexpr double kNearest = 0.05;  // of the way to their middle
+  const Vector3d way = middle - from;
+  for (const Cloud& c : clouds)
+    if (!((way.transpose() * (c.points.colwise() - from)).minCoeff() > kNearest * way.squaredNorm()))
+      refuse((trial.folder / "trial.json").string() + ": surface.seen_from_m",
+             "found {:.3g}, {:.3g}, {:.3g}, which lies among the points, expected where the instrument stood, m",
+             from.x(), from.y(), from.z());
+}
+
 // Its picture holds all the clouds.
 geometry::Projection camera_for(const trial::Trial& trial, const std::vector<Cloud>& clouds) {
   Vector3d low = Vector3d::Constant(std::numeric_limits<double>::infinity()), high = -low;
@@ -85,11 +89,16 @@ geometry::Projection camera_for(const trial::Trial& trial, const std::vector<Clo
     high = high.cwiseMax(c.points.rowwise().maxCoeff());
   }
   const Vector3d middle = (low + high) / 2;
+  constexpr double kLeastExtent = 0.05;  // of the swatch's width
+  if (!((high - low).norm() > kLeastExtent * trial.fabric.width_m))
+    refuse((trial.folder / "surface.csv").string(),
+           "found all points within {:.3g} mm, expected a surface of about {:.3g} mm", 1e3 * (high - low).norm(),
+           1e3 * trial.fabric.width_m);
   constexpr double kFarOff = 50;  // times the extent: rays are as good as parallel
-  const Vector3d from =
-      trial.surface->seen_from_m.value_or(middle + kFarOff * std::max((high - low).norm(), 1e-3) * flattest(clouds));
+  const Vector3d from = trial.surface->seen_from_m.value_or(middle + kFarOff * (high - low).norm() * flattest(clouds));
   const Vector3d up = std::abs((middle - from).normalized().z()) < 0.9 ? Vector3d::UnitZ() : Vector3d::UnitY();
-  geometry::Projection camera =
+  require_seen_from(trial, clouds, from, middle);
+  const geometry::Projection camera =
       geometry::looking_at(from, middle, {1, 1}, {0, 0}, kPictureSide_px, kPictureSide_px, up);
   double reach = 0;  // tangent of the widest angle from the axis
   for (const Cloud& c : clouds)
@@ -150,9 +159,9 @@ Parabola parabola_through(const std::vector<Seen>& points, double side_px) {
   return out;
 }
 
+// Length along the ray through a pixel for a metre of depth.
 double along_ray(const geometry::Projection& camera, const Vector2d& pixel) {
-  const auto parts = geometry::decompose(camera);
-  return 1 / std::abs(geometry::ray(camera, pixel).dot(parts.rotation_camera_from_world.row(2)));
+  return 1 / geometry::depth(camera, geometry::centre(camera) + geometry::ray(camera, pixel));
 }
 
 // Noise of a point along the optical axis, m: the lower quartile of what parabolas leave, since where fabric folds they
@@ -231,10 +240,7 @@ std::vector<OutlinePoint> outline_of(const geometry::Projection& camera, const M
   for (const SilhouettePoint& p : outline_points(picture, inside, {0, 1}))
     out.push_back(
         {p.pixel + 0.5 * spacing_px * p.normal, p.normal, mm_per_px, 0.5 * std::max(1.0, spacing_px) * mm_per_px});
-  const size_t every = std::max<size_t>(1, (out.size() + kOutlinePoints - 1) / kOutlinePoints);
-  std::vector<OutlinePoint> few;
-  for (size_t i = every / 2; i < out.size(); i += every) few.push_back(out[i]);
-  return few;
+  return every_nth(out, kOutlinePoints);
 }
 
 // Between neighbouring points, were they spread evenly over the area that they cover.
@@ -264,43 +270,36 @@ Scanned scanned_by(const trial::Trial& trial, const std::vector<Cloud>& clouds) 
   return out;
 }
 
-StripeFrame frame_of(const Scanned& by, const Matrix3Xd& points, double time_s, size_t index) {
+StripeFrame frame_of(const Scanned& by, const Cloud& cloud, size_t index) {
   StripeFrame out;
-  out.time_s = time_s;
+  out.time_s = cloud.time_s;
   out.index = index;
   out.number = static_cast<int>(index);
-  for (const auto& [at, seen] : squares_of(by.camera, points, by.side_px)) {
+  for (const auto& [at, seen] : squares_of(by.camera, cloud.points, by.side_px)) {
     const Vector2d middle =
         by.side_px * (Vector2d(static_cast<double>(at.first), static_cast<double>(at.second)) + Vector2d(0.5, 0.5));
     if (const auto point = depth_point(by, seen, middle)) out.depth.push_back(*point);
   }
-  if (by.is_dense) out.outline = outline_of(by.camera, points, by.spacing_px);
+  if (by.is_dense) out.outline = outline_of(by.camera, cloud.points, by.spacing_px);
   return out;
 }
 
 }  // namespace
 
 std::shared_ptr<const StripeTrack> track_cloud(const trial::Trial& trial, const ObserveOptions& options, bool still) {
-  constexpr size_t kStillFrames = 3;
+  const std::string file = (trial.folder / "surface.csv").string();
   const std::vector<Cloud> clouds = clouds_of(trial);
   if (clouds.empty())
-    refuse((trial.folder / "surface.csv").string(),
-           "found no time with {} points of a fabric or more, expected a surface", kLeastPoints);
+    refuse(file, "found no time with {} points of a fabric or more, expected a surface", kLeastPoints);
   const Scanned by = scanned_by(trial, clouds);
   auto track = std::make_shared<StripeTrack>();
   track->of_cloud = true;
   track->camera = track->projector = by.camera;
-  double next = -1e300;
-  for (size_t i = 0; i < clouds.size(); ++i) {
-    const Cloud& c = clouds[i];
-    if (c.time_s < options.from_s - 1e-9 || c.time_s > options.to_s + 1e-9 || c.time_s < next - 1e-6) continue;
-    next = c.time_s + 1 / options.rate_hz - 1e-3;
-    track->frames.push_back(frame_of(by, c.points, c.time_s, i));
-    if (still && track->frames.size() >= kStillFrames) break;
-  }
+  std::vector<double> times;
+  for (const Cloud& c : clouds) times.push_back(c.time_s);
+  for (const size_t i : kept_frames(times, options, still)) track->frames.push_back(frame_of(by, clouds[i], i));
   if (track->frames.empty())
-    refuse((trial.folder / "surface.csv").string(), "found no time between {:.3f} and {:.3f} s, expected one",
-           options.from_s, options.to_s);
+    refuse(file, "found no time between {:.3f} and {:.3f} s, expected one", options.from_s, options.to_s);
   return track;
 }
 

@@ -8,6 +8,7 @@
 
 #include "files/bad_input.h"
 #include "geometry/order_statistics.h"
+#include "observe/kept_frames.h"
 #include "render/row_map.h"
 
 namespace selvedge::observe {
@@ -16,15 +17,6 @@ namespace {
 
 constexpr size_t kDepthPointsAFrame = 700;
 constexpr size_t kOutlinePointsAFrame = 160;
-
-// A grid coarse enough for the time at hand: every n-th of a list.
-template <class T>
-std::vector<T> every_nth(const std::vector<T>& all, size_t at_most) {
-  const size_t n = std::max<size_t>(1, (all.size() + at_most - 1) / at_most);
-  std::vector<T> few;
-  for (size_t i = n / 2; i < all.size(); i += n) few.push_back(all[i]);
-  return few;
-}
 
 double median_depth(const std::vector<DepthPoint>& points) {
   std::vector<double> depth;
@@ -136,6 +128,10 @@ void require_optics(const trial::Trial& trial) {
                             : "projector.pattern");
 }
 
+Eigen::Vector3d place_of(const geometry::Projection& camera, const DepthPoint& p) {
+  return geometry::centre(camera) + p.depth_m * p.ray_m_per_depth_m * geometry::ray(camera, p.pixel);
+}
+
 std::vector<DepthPoint> depth_points(const StripeObservation& seen, const geometry::Projection& camera,
                                      const geometry::Projection& projector, const render::StripePattern& pattern) {
   constexpr double kShift_px = 0.1;
@@ -167,15 +163,10 @@ std::shared_ptr<const StripeTrack> track_stripes(const trial::Trial& trial, cons
   track->projector = *trial.projector;
   track->pattern = pattern_of(*trial.pattern);
   const double focal_px = geometry::decompose(*trial.camera).intrinsics(0, 0);
-  double next = -1e300;
   size_t labelled = 0;
-  for (size_t i = 0; i < trial.frames->time_s.size(); ++i) {
-    const double t = trial.frames->time_s[i];
-    if (t < options.from_s - 1e-9 || t > options.to_s + 1e-9 || t < next - 1e-6) continue;
-    next = t + 1 / options.rate_hz - 1e-3;
+  for (const size_t i : kept_frames(trial.frames->time_s, options, still)) {
     track->frames.push_back(track_frame(trial, i, *track, focal_px));
     labelled += track->frames.back().depth.size();
-    if (still && track->frames.size() >= 3) break;
   }
   if (labelled == 0)
     refuse((trial.folder / "frames").string(),

@@ -42,10 +42,13 @@ struct StripeFrame {
 struct StripeTrack {
   geometry::Projection camera, projector;
   render::StripePattern pattern;
-  bool of_cloud =
-      false;  // points of a scanned surface (cloud_track.h): there is no projector, and there are no pictures
+  // Points of a scanned surface (cloud_track.h): there is no projector, and there are no pictures.
+  bool of_cloud = false;
   std::vector<StripeFrame> frames;
 };
+
+// Where a point was seen, m.
+Eigen::Vector3d place_of(const geometry::Projection& camera, const DepthPoint& p);
 
 // A trial's pattern as it is rendered.
 render::StripePattern pattern_of(const trial::StripePattern& recorded);

@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include "capture/trial/trial_summary.h"
 #include "geometry/order_statistics.h"
 
 namespace selvedge::trial {
@@ -71,8 +72,7 @@ void doubt_numbers(const Trial& trial, std::vector<std::string>& out) {
                               1e3 * mass));
 }
 
-// What was seen (markers, points) lies below the held edge, along gravity, on flat fabric `expected` far in the mean,
-// m.
+// What was seen lies below the held edge, along gravity; expected: how far in the mean on flat fabric, m.
 void doubt_hanging(const Trial& trial, const char* file, const char* what, const Eigen::Matrix3Xd& position,
                    double expected, std::vector<std::string>& out) {
   if (position.cols() == 0 || !(expected > 0)) return;
@@ -99,21 +99,19 @@ void doubt_extent(const Trial& trial, const Surface& surface, std::vector<std::s
   constexpr double kMost = 0.95;  // of the points
   const double half = 0.5 * std::hypot(trial.fabric.width_m, trial.fabric.height_m);
   std::vector<double> reaches;
-  for (size_t i = 0, next = 0; i < surface.time_s.size(); i = next) {
-    while (next < surface.time_s.size() && surface.time_s[next] == surface.time_s[i]) ++next;
-    const Eigen::Matrix3Xd cloud =
-        surface.position.middleCols(static_cast<Index>(i), static_cast<Index>(next) - static_cast<Index>(i));
-    const Eigen::VectorXd apart = (cloud.colwise() - cloud.rowwise().mean()).colwise().norm();
+  for (const Cloud& cloud : clouds(surface)) {
+    const Eigen::VectorXd apart = (cloud.points.colwise() - cloud.points.rowwise().mean()).colwise().norm();
     std::vector<double> sorted(apart.begin(), apart.end());
     const auto most = sorted.begin() + static_cast<std::ptrdiff_t>(kMost * static_cast<double>(sorted.size()));
-    std::nth_element(sorted.begin(), std::min(most, sorted.end() - 1), sorted.end());
-    reaches.push_back(*std::min(most, sorted.end() - 1));
+    std::nth_element(sorted.begin(), most, sorted.end());
+    reaches.push_back(*most);
   }
-  if (const double reach = median(reaches); reach > kStretched * half)
-    out.push_back(fmt::format(
-        "surface.csv: points lie up to {} from their middle, expected at most {} of this swatch{}", length(reach),
-        length(half),
-        unit_of(reach / half).empty() ? ": are there points of other things than the fabric?" : unit_of(reach / half)));
+  const double reach = median(reaches);
+  if (reach <= kStretched * half) return;
+  const std::string unit = unit_of(reach / half);
+  out.push_back(fmt::format("surface.csv: points lie up to {} from their middle, expected at most {} of this swatch{}",
+                            length(reach), length(half),
+                            unit.empty() ? ": are there points of other things than the fabric?" : unit));
 }
 
 // Of each marker its rows, by time.

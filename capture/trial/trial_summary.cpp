@@ -35,6 +35,16 @@ MarkerSummary summary(const Markers& markers) {
   return result;
 }
 
+std::vector<Cloud> clouds(const Surface& surface) {
+  std::vector<Cloud> out;
+  for (size_t i = 0, end = 0; i < surface.time_s.size(); i = end) {
+    while (end < surface.time_s.size() && surface.time_s[end] == surface.time_s[i]) ++end;
+    out.push_back({surface.time_s[i],
+                   surface.position.middleCols(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(end - i))});
+  }
+  return out;
+}
+
 size_t missing_numbers(const Frames& frames) {
   if (frames.number.empty()) return 0;
   return static_cast<size_t>(frames.number.back() - frames.number.front()) + 1 - frames.number.size();

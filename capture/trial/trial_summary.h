@@ -27,6 +27,13 @@ struct MarkerSummary {
 };
 MarkerSummary summary(const Markers& markers);
 
+// Points of a surface that share a time, m.
+struct Cloud {
+  double time_s = 0;
+  Eigen::Matrix3Xd points;
+};
+std::vector<Cloud> clouds(const Surface& surface);
+
 // Frame numbers between first and last that are not in the list.
 size_t missing_numbers(const Frames& frames);
 

@@ -51,9 +51,20 @@ std::vector<Vector3d> corners_near(const Trial& trial, double time_s) {
   return out;
 }
 
-// Each time at which a marker was looked for or the surface was scanned, once, ascending.
-std::vector<double> times_of(const Trial& trial) {
-  std::vector<double> times = trial.markers ? trial.markers->time_s : trial.surface->time_s;
+// Markers, or else the scanned surface.
+struct SeenPoints {
+  const std::vector<double>& time_s;
+  const Eigen::Matrix3Xd& position;
+};
+
+SeenPoints seen_points(const Trial& trial) {
+  if (trial.markers) return {trial.markers->time_s, trial.markers->position};
+  return {trial.surface->time_s, trial.surface->position};
+}
+
+// Each time once, ascending.
+std::vector<double> times_of(const SeenPoints& seen) {
+  std::vector<double> times = seen.time_s;
   std::sort(times.begin(), times.end());
   times.erase(std::unique(times.begin(), times.end()), times.end());
   return times;
@@ -61,13 +72,12 @@ std::vector<double> times_of(const Trial& trial) {
 
 HangingMoment moment_of(const Trial& trial, const std::vector<double>& times, double share) {
   constexpr size_t kMostPoints = 500;  // of a scanned surface
-  const std::vector<double>& at_s = trial.markers ? trial.markers->time_s : trial.surface->time_s;
-  const Eigen::Matrix3Xd& position = trial.markers ? trial.markers->position : trial.surface->position;
+  const SeenPoints seen = seen_points(trial);
   const double time_s = times[static_cast<size_t>(std::lround(share * static_cast<double>(times.size() - 1)))];
   std::vector<Vector3d> points;
-  for (size_t i = 0; i < at_s.size(); ++i)
-    if (const auto at = static_cast<Index>(i); at_s[i] == time_s && position.col(at).allFinite())
-      points.emplace_back(position.col(at));
+  for (size_t i = 0; i < seen.time_s.size(); ++i)
+    if (const auto at = static_cast<Index>(i); seen.time_s[i] == time_s && seen.position.col(at).allFinite())
+      points.emplace_back(seen.position.col(at));
   HangingMoment out{{}, corners_near(trial, time_s)};
   const size_t every = trial.markers ? 1 : points.size() / kMostPoints + 1;
   for (size_t i = 0; i < points.size(); i += every) out.points.push_back(points[i]);
@@ -168,7 +178,7 @@ void add_clocks(report::HtmlReport& html, const Trial& trial) {
 
 std::vector<std::string> hanging_pictures(const Trial& trial) {
   if (!trial.markers && !trial.surface) return {};
-  const std::vector<double> times = times_of(trial);
+  const std::vector<double> times = times_of(seen_points(trial));
   if (times.empty()) return {};
   std::vector<HangingMoment> moments;
   for (const double share : {0.0, 0.5, 1.0}) moments.push_back(moment_of(trial, times, share));

@@ -9,14 +9,15 @@
 
 namespace selvedge::diagnose {
 
-inline trial::Campaign simulated_campaign(const SimulatedSwatch& c) {
+// record: a trial of a motion, with a name and a seed.
+template <class Record>
+trial::Campaign campaign_of(const Record& record) {
   const auto recorded = [&](const std::string& name, double amplitude_m, double frequency_hz, unsigned seed) {
-    return simulated_trial(c,
-                           {.half_apart_m = 0.125,
-                            .amplitude_m = amplitude_m,
-                            .frequency_hz = frequency_hz,
-                            .samples = amplitude_m > 0 ? 96 : 12},
-                           name, seed);
+    return record(SimulatedMotion{.half_apart_m = 0.125,
+                                  .amplitude_m = amplitude_m,
+                                  .frequency_hz = frequency_hz,
+                                  .samples = amplitude_m > 0 ? 96 : 12},
+                  name, seed);
   };
   trial::Campaign campaign;
   campaign.folder = "simulated";
@@ -24,6 +25,12 @@ inline trial::Campaign simulated_campaign(const SimulatedSwatch& c) {
   campaign.trials = {recorded("static-1", 0, 0, 1), recorded("waving-1", 0.09, 1.4, 2),
                      recorded("waving-2", 0.06, 2.0, 3)};
   return campaign;
+}
+
+inline trial::Campaign simulated_campaign(const SimulatedSwatch& c) {
+  return campaign_of([&](const SimulatedMotion& motion, const std::string& name, unsigned seed) {
+    return simulated_trial(c, motion, name, seed);
+  });
 }
 
 inline SimulatedSwatch usual_fabric() {

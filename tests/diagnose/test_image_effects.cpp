@@ -5,7 +5,7 @@
 #include <unistd.h>
 
 #include "diagnose/effects/library.h"
-#include "diagnose/mesh_error.h"
+#include "diagnose/lasting_error.h"
 #include "model/simulation.h"
 #include "tests/waving_felt.h"
 
@@ -104,7 +104,7 @@ TEST_F(ImageEffects, AFrameIsLookedAtInSquares) {
 TEST_F(ImageEffects, WhatAMeshLeavesHasTheSizeOfWhatAFinerGridChanges) {
   const Windows windows(*simulation_, {});
   const Eigen::VectorXd grid = Eigen::VectorXd::Constant(windows.rows(), -0.2);
-  const Eigen::MatrixXd patterns = mesh_error({}, *simulation_, windows, grid);
+  const Eigen::MatrixXd patterns = lasting_error({}, *simulation_, windows, grid);
   ASSERT_EQ(patterns.cols(), Protocol().mesh_waves * Protocol().mesh_waves);
   const Eigen::VectorXd square = patterns.rowwise().squaredNorm();
   double sum = 0;

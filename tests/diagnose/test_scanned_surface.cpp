@@ -11,20 +11,9 @@ namespace {
 
 trial::Campaign scanned_campaign(double delay_s) {
   const DepthCamera camera{.delay_s = delay_s, .px_apart_m = 5e-3};
-  const auto scanned = [&](const std::string& name, double amplitude_m, double frequency_hz, unsigned seed) {
-    return scanned_trial(usual_fabric(),
-                         {.half_apart_m = 0.125,
-                          .amplitude_m = amplitude_m,
-                          .frequency_hz = frequency_hz,
-                          .samples = amplitude_m > 0 ? 96 : 12},
-                         camera, name, seed);
-  };
-  trial::Campaign campaign;
-  campaign.folder = "scanned";
-  campaign.fabric = "test knit";
-  campaign.trials = {scanned("static-1", 0, 0, 1), scanned("waving-1", 0.09, 1.4, 2),
-                     scanned("waving-2", 0.06, 2.0, 3)};
-  return campaign;
+  return campaign_of([&](const SimulatedMotion& motion, const std::string& name, unsigned seed) {
+    return scanned_trial(usual_fabric(), motion, camera, name, seed);
+  });
 }
 
 Diagnosis diagnosed_scan(const trial::Campaign& campaign) {

@@ -37,9 +37,7 @@ trial::Trial scanned(double noise_m, int points, bool from_known) {
 std::vector<Eigen::Vector3d> points_of(const StripeTrack& track) {
   std::vector<Eigen::Vector3d> out;
   for (const StripeFrame& f : track.frames)
-    for (const DepthPoint& p : f.depth)
-      out.emplace_back(geometry::centre(track.camera) +
-                       p.ray_m_per_depth_m * p.depth_m * geometry::ray(track.camera, p.pixel));
+    for (const DepthPoint& p : f.depth) out.push_back(place_of(track.camera, p));
   return out;
 }
 
@@ -116,6 +114,16 @@ TEST(CloudTrack, RefusesWhatIsNoSurface) {
               track_cloud(t, {}, false);
             }).find("short/surface.csv: found no time with 16 points of a fabric"),
             std::string::npos);
+  // Units of another scale, and an instrument within the fabric.
+  trial::Trial tiny = scanned(1e-6, 1000, true);
+  tiny.surface->position *= 1e-3;
+  EXPECT_NE(refusal_of([&] { track_cloud(tiny, {}, false); }).find("found all points within 0.4"), std::string::npos);
+  for (const Eigen::Vector3d& from : {Eigen::Vector3d(0, 0, -0.15), Eigen::Vector3d(0.1, 0.01, -0.1)}) {
+    trial::Trial amid = scanned(1e-3, 1000, true);
+    amid.surface->seen_from_m = from;
+    EXPECT_NE(refusal_of([&] { track_cloud(amid, {}, false); }).find("trial.json: surface.seen_from_m: found"),
+              std::string::npos);
+  }
   ObserveOptions late;
   late.from_s = 7;
   trial::Trial whole = scanned(1e-3, 1000, true);

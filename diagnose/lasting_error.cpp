@@ -1,4 +1,4 @@
-#include "diagnose/mesh_error.h"
+#include "diagnose/lasting_error.h"
 
 #include <cmath>
 #include <numbers>
@@ -38,8 +38,7 @@ double wave(long half_waves, double x) {
   return half_waves == 0 ? 1 : std::numbers::sqrt2 * std::cos(std::numbers::pi * static_cast<double>(half_waves) * x);
 }
 
-}  // namespace
-
+// Of depths.
 MatrixXd mesh_error(const Protocol& protocol, const model::Simulation& simulation, const Windows& windows,
                     const VectorXd& grid) {
   std::vector<const observe::DepthPoint*> points;
@@ -64,6 +63,7 @@ MatrixXd mesh_error(const Protocol& protocol, const model::Simulation& simulatio
   return out;
 }
 
+// Of outlines of clouds.
 MatrixXd rim_error(const model::Simulation& simulation, const Windows& windows) {
   VectorXd out = VectorXd::Zero(windows.rows());
   for (Index row = 0; row < out.size(); ++row) {
@@ -72,6 +72,16 @@ MatrixXd rim_error(const model::Simulation& simulation, const Windows& windows) 
     if (const auto* point = seen_row(trial, windows.place(row)).outline) out(row) = point->sd_mm;
   }
   return out.isZero(0) ? MatrixXd(out.size(), 0) : MatrixXd(out);
+}
+
+}  // namespace
+
+MatrixXd lasting_error(const Protocol& protocol, const model::Simulation& simulation, const Windows& windows,
+                       const VectorXd& grid) {
+  const MatrixXd mesh = mesh_error(protocol, simulation, windows, grid), rim = rim_error(simulation, windows);
+  MatrixXd out(windows.rows(), mesh.cols() + rim.cols());
+  out << mesh, rim;
+  return out;
 }
 
 }  // namespace selvedge::diagnose
