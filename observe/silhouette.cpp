@@ -154,4 +154,29 @@ std::vector<SilhouettePoint> outline_points(const Image& image, const std::vecto
   return points;
 }
 
+std::vector<SilhouettePoint> where_stripes_cross(const Image& image, const std::vector<unsigned char>& inside,
+                                                 const Background& background, double period_px,
+                                                 const std::vector<SilhouettePoint>& points) {
+  constexpr double kBeyondEdge_px = 3;
+  constexpr int kAside_px = 3;
+  const double of_noise = 0.5 * std::pow(std::max(0.5, background.noise_grey), 2);  // square of a slope over two pixels
+  std::vector<SilhouettePoint> out;
+  for (const SilhouettePoint& point : points) {
+    const Eigen::Vector2d n = point.normal, t(-n.y(), n.x());
+    double along_n = 0, along_t = 0, count = 0;
+    for (double deep = kBeyondEdge_px; deep < kBeyondEdge_px + period_px; ++deep)
+      for (int aside = -kAside_px; aside <= kAside_px; ++aside) {
+        const Eigen::Vector2d p = point.pixel - deep * n + aside * t;
+        if (!is_inside(inside, image, p - n) || !is_inside(inside, image, p + n)) continue;
+        const auto grey = [&](const Eigen::Vector2d& at) { return grey_at(image, at.x(), at.y()); };
+        along_n += std::pow(0.5 * (grey(p + n) - grey(p - n)), 2);
+        along_t += std::pow(0.5 * (grey(p + t) - grey(p - t)), 2);
+        ++count;
+      }
+    const bool has_stripes = along_n + along_t > 8 * of_noise * count;
+    if (!has_stripes || along_t > along_n) out.push_back(point);
+  }
+  return out;
+}
+
 }  // namespace selvedge::observe

@@ -3,8 +3,7 @@
 // Inside is what stands out of the background by five times its noise, holes filled, largest piece; border
 // pixels darker than half the level 2.5 px further in are taken off again, since the lens spreads bright stripes
 // outwards. Outline points lie where grey along the normal crosses half-way between the background and the
-// level 2 to 3 px inside; points at corners of the outline and where the inside is not level (a stripe runs along
-// the outline) are left out.
+// level 2 to 3 px inside; points at corners of the outline and where the inside is not level are left out.
 // Units: px, grey levels.
 #pragma once
 
@@ -37,5 +36,12 @@ std::vector<unsigned char> silhouette_mask(const Image& image, const Background&
 
 std::vector<SilhouettePoint> outline_points(const Image& image, const std::vector<unsigned char>& inside,
                                             const Background& background);
+
+// Those beside which stripes do not run along the outline. Where they do, the border between fabric that is lit and
+// fabric that is not looks like the edge of the fabric, which hangs on into the dark: by millimetres, in all pictures.
+// period_px: of the stripes in the image, about.
+std::vector<SilhouettePoint> where_stripes_cross(const Image& image, const std::vector<unsigned char>& inside,
+                                                 const Background& background, double period_px,
+                                                 const std::vector<SilhouettePoint>& points);
 
 }  // namespace selvedge::observe

@@ -6,6 +6,7 @@
 #include <Eigen/Geometry>
 
 #include "geometry/cubic.h"
+#include "geometry/order_statistics.h"
 
 namespace selvedge::observe {
 
@@ -141,6 +142,14 @@ void set_scales(std::vector<StripeEdge>& edges, size_t from, bool columns, const
   }
 }
 
+// At the median of the edges; 0 where there are none.
+double period_in_image_px(const StripeObservation& seen) {
+  std::vector<double> rows_per_px;
+  for (const StripeEdge& edge : seen.edges)
+    if (edge.rows_per_px > 0) rows_per_px.push_back(edge.rows_per_px);
+  return rows_per_px.empty() ? 0 : seen.period_px / geometry::median(std::move(rows_per_px));
+}
+
 }  // namespace
 
 StripeObservation observe_stripes(const Image& image, const geometry::Projection& camera,
@@ -149,7 +158,6 @@ StripeObservation observe_stripes(const Image& image, const geometry::Projection
   const Background background = measure_background(image);
   result.noise_grey = std::max(0.3, background.noise_grey);
   result.inside = silhouette_mask(image, background);
-  result.silhouette = outline_points(image, result.inside, background);
   result.scans_columns = columns_run_across(image, result.inside);
   result.scan_sign = scan_sign(camera, projector, pattern.horizontal, result.scans_columns);
 
@@ -188,6 +196,8 @@ StripeObservation observe_stripes(const Image& image, const geometry::Projection
     }
   }
   link_curves(result);
+  result.silhouette = where_stripes_cross(image, result.inside, background, period_in_image_px(result),
+                                          outline_points(image, result.inside, background));
   return result;
 }
 

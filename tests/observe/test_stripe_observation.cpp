@@ -134,6 +134,30 @@ TEST(StripeResidual, ACameraOnItsSideKnowsDepthAsWell) {
   EXPECT_NEAR(median_sd_mm(rolled, false), of_upright, 0.1 * of_upright);
 }
 
+// A sheet's border in the image, and how far a point lies from it, px.
+class Border {
+ public:
+  Border(const Sheet& sheet, int n, const geometry::Projection& camera) {
+    const auto add = [&](int vertex) { at_.push_back(geometry::project(camera, sheet.position.col(vertex))); };
+    for (int i = 0; i < n; ++i) add(i);
+    for (int i = 1; i < n; ++i) add(n * i + n - 1);
+    for (int i = 1; i < n; ++i) add(n * (n - 1) + n - 1 - i);
+    for (int i = 1; i < n; ++i) add(n * (n - 1 - i));
+  }
+  double distance(const Eigen::Vector2d& p) const {
+    double nearest = 1e9;
+    for (size_t i = 0; i + 1 < at_.size(); ++i) {
+      const Eigen::Vector2d side = at_[i + 1] - at_[i];
+      const double t = std::clamp((p - at_[i]).dot(side) / side.squaredNorm(), 0.0, 1.0);
+      nearest = std::min(nearest, (at_[i] + t * side - p).norm());
+    }
+    return nearest;
+  }
+
+ private:
+  std::vector<Eigen::Vector2d> at_;
+};
+
 TEST(StripeObservation, OutlineIsFoundToAFewTenthsOfAPixel) {
   const auto camera = render::bench_camera(), projector = render::bench_projector();
   const Sheet sheet = render::make_sheet(33, wave);
@@ -148,25 +172,31 @@ TEST(StripeObservation, OutlineIsFoundToAFewTenthsOfAPixel) {
   for (size_t i = 0; i < inside.size(); ++i) wrong += inside[i] != seen.inside[i], area += inside[i];
   EXPECT_LT(wrong, 0.006 * area);
 
-  // The sheet's border, vertex by vertex, is the outline here.
-  std::vector<Eigen::Vector2d> border;
-  const auto add = [&](int vertex) { border.push_back(geometry::project(camera, sheet.position.col(vertex))); };
-  for (int i = 0; i < 33; ++i) add(i);
-  for (int i = 1; i < 33; ++i) add(33 * i + 32);
-  for (int i = 1; i < 33; ++i) add(33 * 32 + 32 - i);
-  for (int i = 1; i < 33; ++i) add(33 * (32 - i));
+  const Border border(sheet, 33, camera);
   double square = 0;
   for (const observe::SilhouettePoint& point : seen.silhouette) {
-    double nearest = 1e9;
-    for (size_t i = 0; i + 1 < border.size(); ++i) {
-      const Eigen::Vector2d side = border[i + 1] - border[i];
-      const double t = std::clamp((point.pixel - border[i]).dot(side) / side.squaredNorm(), 0.0, 1.0);
-      nearest = std::min(nearest, (border[i] + t * side - point.pixel).norm());
-    }
+    const double nearest = border.distance(point.pixel);
     square += nearest * nearest;
   }
   ASSERT_GT(seen.silhouette.size(), 200u);
   EXPECT_LT(std::sqrt(square / double(seen.silhouette.size())), 0.35);
+}
+
+// Beside a stripe that runs along the lower edge the fabric looks as if it ended where the stripe does.
+TEST(StripeObservation, NoOutlineIsTakenFromStripesThatRunAlongIt) {
+  const auto camera = render::bench_camera(), projector = render::bench_projector();
+  const Sheet sheet = render::make_sheet(33, wave);
+  const StripePattern pattern;
+  const render::Image image = picture(camera, projector, pattern, sheet, 1, 0.7);
+  const observe::StripeObservation seen = observe::observe_stripes(image, camera, projector, pattern);
+  const Border border(sheet, 33, camera);
+  const auto furthest_px = [&](const std::vector<observe::SilhouettePoint>& points) {
+    double most = 0;
+    for (const observe::SilhouettePoint& p : points) most = std::max(most, border.distance(p.pixel));
+    return most;
+  };
+  EXPECT_GT(furthest_px(observe::outline_points(image, seen.inside, observe::measure_background(image))), 1.2);
+  EXPECT_LT(furthest_px(seen.silhouette), 0.9);
 }
 
 TEST(StripeObservation, RecordedStripesPassThroughTheHeldCorners) {
