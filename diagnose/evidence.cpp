@@ -43,13 +43,13 @@ struct Woodbury {
 }  // namespace
 
 ModelError model_error(const Protocol& protocol, const Windows& windows, const MatrixXd& forces, const VectorXd& grid,
-                       MatrixXd lasting, const MatrixXd& second, FrameNoise frames) {
+                       SeenError seen, const MatrixXd& second, FrameNoise frames) {
   ModelError error;
-  error.lasting = std::move(lasting);
+  error.lasting = std::move(seen.lasting);
   error.forces.resize(forces.rows(), forces.cols() + 1);
   error.forces << forces, protocol.grid_share * grid;
   error.white_mm = protocol.white_share * forces.rowwise().norm();
-  error.noise_mm = windows.noise_mm();
+  error.noise_mm = (windows.noise_mm().array().square() + seen.rough_mm.array().square()).sqrt();
   error.bent = protocol.straight_within * protocol.straight_within * second;
   error.frames = std::move(frames);
   for (long k = 0; k < protocol.scales; ++k)

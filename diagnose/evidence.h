@@ -5,9 +5,9 @@
 // X: how the residual changes with the coordinates d of a model (Windows' rows: simulated less seen). D: what smooth
 // forces that no law gives do to a window, each of the size that a right model's errors have; windows do not share
 // their w. s: how much larger than that size the model error is; λ: by how much it is larger still in this window, or
-// smaller (window_errors.h). R: the sensor, F what errs together in a frame
-// (measured.h). What lasts, the same in all windows (lasting_error.h), stands among the columns with a prior of its own
-// and is summed over. So
+// smaller (window_errors.h). R: the sensor, and what the mesh leaves of each depth
+// (seen_error.h); F: what errs together in a frame (measured.h). What lasts, the same in all windows (seen_error.h),
+// stands among the columns with a prior of its own and is summed over. So
 //   Σ = λ² s² (D Dᵀ + white) + R,   A = Λ⁻¹ + Xᵀ Σ⁻¹ X,   b = Λ⁻¹ m − Xᵀ Σ⁻¹ r,
 //   ln p(r | s) = −½ (rᵀ Σ⁻¹ r + mᵀ Λ⁻¹ m − bᵀ A⁻¹ b) − ½ ln|Σ| − ½ ln|ΛA| + const,
 // and d given r is N(A⁻¹ b, A⁻¹) (Kaipio and Somersalo 2007 on approximation errors; Kennedy and O'Hagan 2001).
@@ -21,6 +21,7 @@
 #include <Eigen/Core>
 
 #include "diagnose/measured.h"
+#include "diagnose/seen_error.h"
 #include "diagnose/windows.h"
 
 namespace selvedge::diagnose {
@@ -35,7 +36,7 @@ struct WindowFactors {
 struct ModelError {
   Eigen::MatrixXd forces;    // rows × forces, mm, at s = 1: D
   Eigen::VectorXd white_mm;  // a row, at s = 1: what no smooth force makes
-  Eigen::VectorXd noise_mm;  // a row: the sensor's
+  Eigen::VectorXd noise_mm;  // a row: the sensor's, with what the mesh leaves of it by itself
   Eigen::MatrixXd bent;      // rows × base coordinates, mm: what derivatives miss; no columns: nothing
   Eigen::MatrixXd lasting;   // rows × patterns, mm, each of unit variance: the same in all windows
   FrameNoise frames;
@@ -43,12 +44,11 @@ struct ModelError {
   std::vector<WindowFactors> windows = {};  // at each s; none: 1
 };
 
-// forces: what those of usual size do; grid: what a finer grid changes; lasting: what the mesh leaves in all windows;
+// forces: what those of usual size do; grid: what a finer grid changes; seen: what cameras err by;
 // second: half the second derivatives by the base's coordinates. Where a fold snaps within a window these are a hundred
 // times those of others, and no derivative serves: such a window says little.
 ModelError model_error(const Protocol& protocol, const Windows& windows, const Eigen::MatrixXd& forces,
-                       const Eigen::VectorXd& grid, Eigen::MatrixXd lasting, const Eigen::MatrixXd& second,
-                       FrameNoise frames);
+                       const Eigen::VectorXd& grid, SeenError seen, const Eigen::MatrixXd& second, FrameNoise frames);
 
 // [X r]ᵀ Σ⁻¹ [X r] of some windows, the residual behind the columns.
 struct Gram {

@@ -6,7 +6,6 @@
 
 #include <fmt/format.h>
 
-#include "diagnose/lasting_error.h"
 #include "diagnose/window_errors.h"
 
 namespace selvedge::diagnose {
@@ -159,7 +158,7 @@ Weighing weigh(Study& study, const Windows& windows, const WeighingOptions& opti
   const FrameNoise frames = frame_noise(study.measured, *study.simulation, windows);
   const auto error_about = [&](const Linearisation& about) {
     return model_error(study.protocol, windows, forces, about.grid,
-                       lasting_error(study.protocol, *study.simulation, windows, about.grid), about.second, frames);
+                       seen_error(study.protocol, *study.simulation, windows, about.grid), about.second, frames);
   };
   const Evidence at_first(windows, by_windows(study, windows, at_base, error_about(at_base)));
   options.ends("changing everything once");

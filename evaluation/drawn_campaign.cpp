@@ -5,7 +5,6 @@
 #include <limits>
 #include <stdexcept>
 
-#include "diagnose/lasting_error.h"
 #include "diagnose/missing_force.h"
 #include "evaluation/set_score.h"
 
@@ -72,7 +71,7 @@ DrawnCampaign::DrawnCampaign(const trial::Campaign& campaign, const std::vector<
   if (!about_.residual.allFinite()) throw std::runtime_error("DrawnCampaign: the base diverges at its parameters");
   evidence_ = std::make_unique<diagnose::Evidence>(
       *windows_, model_error(study_.protocol, *windows_, forces, about_.grid,
-                             lasting_error(study_.protocol, *study_.simulation, *windows_, about_.grid), about_.second,
+                             seen_error(study_.protocol, *study_.simulation, *windows_, about_.grid), about_.second,
                              frame_noise(study_.measured, *study_.simulation, *windows_)));
   for (size_t e = 0; e < study_.effects.size(); ++e)
     if (about_.can_tell[e]) tellable_.push_back(e);

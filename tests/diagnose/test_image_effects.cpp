@@ -5,7 +5,7 @@
 #include <unistd.h>
 
 #include "diagnose/effects/library.h"
-#include "diagnose/lasting_error.h"
+#include "diagnose/seen_error.h"
 #include "model/simulation.h"
 #include "tests/waving_felt.h"
 
@@ -104,7 +104,8 @@ TEST_F(ImageEffects, AFrameIsLookedAtInSquares) {
 TEST_F(ImageEffects, WhatAMeshLeavesHasTheSizeOfWhatAFinerGridChanges) {
   const Windows windows(*simulation_, {});
   const Eigen::VectorXd grid = Eigen::VectorXd::Constant(windows.rows(), -0.2);
-  const Eigen::MatrixXd patterns = lasting_error({}, *simulation_, windows, grid);
+  const SeenError error = seen_error({}, *simulation_, windows, grid);
+  const Eigen::MatrixXd& patterns = error.lasting;
   ASSERT_EQ(patterns.cols(), Protocol().mesh_waves * Protocol().mesh_waves);
   const Eigen::VectorXd square = patterns.rowwise().squaredNorm();
   double sum = 0;
@@ -112,6 +113,7 @@ TEST_F(ImageEffects, WhatAMeshLeavesHasTheSizeOfWhatAFinerGridChanges) {
   for (Eigen::Index i = 0; i < square.size(); ++i) {
     sum += square(i);
     depths += square(i) > 0;
+    EXPECT_NEAR(error.rough_mm(i), square(i) > 0 ? 0.2 : 0, 1e-9);
   }
   ASSERT_GT(depths, square.size() / 2);
   EXPECT_LT(depths, square.size());  // outline points have none

@@ -1,4 +1,4 @@
-#include "diagnose/lasting_error.h"
+#include "diagnose/seen_error.h"
 
 #include <cmath>
 #include <numbers>
@@ -38,24 +38,35 @@ double wave(long half_waves, double x) {
   return half_waves == 0 ? 1 : std::numbers::sqrt2 * std::cos(std::numbers::pi * static_cast<double>(half_waves) * x);
 }
 
-// Of depths.
-MatrixXd mesh_error(const Protocol& protocol, const model::Simulation& simulation, const Windows& windows,
-                    const VectorXd& grid) {
-  std::vector<const observe::DepthPoint*> points;
-  Eigen::AlignedBox2d seen;
+// The rows that are depths, and what a finer grid changes of them.
+struct SeenDepths {
+  std::vector<const observe::DepthPoint*> points;  // a row; null: another
+  double change_mm = 0;                            // root mean square
+};
+
+SeenDepths seen_depths(const model::Simulation& simulation, const Windows& windows, const VectorXd& grid) {
+  SeenDepths out;
   double square = 0, count = 0;
   for (Index row = 0; row < windows.rows(); ++row) {
-    points.push_back(seen_row(simulation.trials()[windows.trial(row)], windows.place(row)).depth);
-    if (points.back() == nullptr) continue;
-    seen.extend(points.back()->pixel);
+    out.points.push_back(seen_row(simulation.trials()[windows.trial(row)], windows.place(row)).depth);
+    if (out.points.back() == nullptr) continue;
     square += grid(row) * grid(row);
     ++count;
   }
+  out.change_mm = std::sqrt(square / std::max(count, 1.0));
+  return out;
+}
+
+MatrixXd mesh_patterns(const Protocol& protocol, const SeenDepths& depths) {
+  Eigen::AlignedBox2d seen;
+  for (const observe::DepthPoint* point : depths.points)
+    if (point != nullptr) seen.extend(point->pixel);
+  const auto rows = static_cast<Index>(depths.points.size());
   const long waves = protocol.mesh_waves;
-  MatrixXd out = MatrixXd::Zero(windows.rows(), count > 0 ? waves * waves : 0);
-  const double each_mm = std::sqrt(square / std::max(count, 1.0)) / static_cast<double>(waves);
-  for (Index row = 0; row < out.rows() && count > 0; ++row) {
-    const observe::DepthPoint* point = points[static_cast<size_t>(row)];
+  MatrixXd out = MatrixXd::Zero(rows, seen.isEmpty() ? 0 : waves * waves);
+  const double each_mm = depths.change_mm / static_cast<double>(waves);
+  for (Index row = 0; row < out.rows() && !seen.isEmpty(); ++row) {
+    const observe::DepthPoint* point = depths.points[static_cast<size_t>(row)];
     if (point == nullptr) continue;
     const Eigen::Vector2d at = (point->pixel - seen.min()).cwiseQuotient(seen.sizes().cwiseMax(1));
     for (Index k = 0; k < out.cols(); ++k) out(row, k) = each_mm * wave(k / waves, at.x()) * wave(k % waves, at.y());
@@ -76,11 +87,14 @@ MatrixXd rim_error(const model::Simulation& simulation, const Windows& windows) 
 
 }  // namespace
 
-MatrixXd lasting_error(const Protocol& protocol, const model::Simulation& simulation, const Windows& windows,
-                       const VectorXd& grid) {
-  const MatrixXd mesh = mesh_error(protocol, simulation, windows, grid), rim = rim_error(simulation, windows);
-  MatrixXd out(windows.rows(), mesh.cols() + rim.cols());
-  out << mesh, rim;
+SeenError seen_error(const Protocol& protocol, const model::Simulation& simulation, const Windows& windows,
+                     const VectorXd& grid) {
+  const SeenDepths depths = seen_depths(simulation, windows, grid);
+  const MatrixXd mesh = mesh_patterns(protocol, depths), rim = rim_error(simulation, windows);
+  SeenError out{MatrixXd(windows.rows(), mesh.cols() + rim.cols()), VectorXd::Zero(windows.rows())};
+  out.lasting << mesh, rim;
+  for (Index row = 0; row < windows.rows(); ++row)
+    if (depths.points[static_cast<size_t>(row)] != nullptr) out.rough_mm(row) = depths.change_mm;
   return out;
 }
 
