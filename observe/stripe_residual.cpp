@@ -113,6 +113,13 @@ std::vector<SurfaceHit> hits_on(const StripeTrack& track, const StripeFrame& fra
   return out;
 }
 
+// How far beside the simulated fabric a point was seen.
+double beside_mm(const geometry::Projection& camera, const DepthPoint& p, const std::vector<Eigen::Vector2d>& outline) {
+  const Eigen::Vector3d pixel = geometry::ray(camera, p.pixel + Eigen::Vector2d(1, 0)) - geometry::ray(camera, p.pixel);
+  const double mm_per_px = 1e3 * p.depth_m * p.ray_m_per_depth_m * pixel.norm();
+  return std::min(mm_per_px * (nearest_on(outline, p.pixel) - p.pixel).norm(), kMostBesideMm);
+}
+
 }  // namespace
 
 render::StripePattern pattern_of(const trial::StripePattern& recorded) {
@@ -224,10 +231,12 @@ void stripe_residuals(const StripeTrack& track, const StripeFrame& frame, const 
                       double* residual_mm) {
   const geometry::Projection camera = distorted(track, sensor);
   const Eigen::Matrix3Xd position = posed(shape, sensor);
-  for (const SurfaceHit& hit : hits_on(track, frame, mesh.triangles, sensor, camera, position))
-    *residual_mm++ = hit.triangle < 0 ? kUncoveredMm : std::clamp(1e3 * hit.off_m, -50.0, 50.0);
   std::vector<Eigen::Vector2d> outline;
   for (const int v : rim) outline.push_back(geometry::project(camera, position.col(v)));
+  const std::vector<SurfaceHit> hits = hits_on(track, frame, mesh.triangles, sensor, camera, position);
+  for (size_t i = 0; i < hits.size(); ++i)
+    *residual_mm++ = hits[i].triangle < 0 ? beside_mm(track.camera, frame.depth[i], outline)
+                                          : std::clamp(1e3 * hits[i].off_m, -50.0, 50.0);
   for (const OutlinePoint& p : frame.outline)
     *residual_mm++ = std::clamp(
         (nearest_on(outline, p.pixel) - p.pixel).dot(p.normal) * p.mm_per_px - 1e3 * sensor.outline_erosion_m, -50.0,

@@ -81,9 +81,10 @@ std::vector<SurfaceHit> surface_hits(const StripeTrack& track, const StripeFrame
 // Vertices on the rim of a mesh, in order around it.
 std::vector<int> rim_of(const geometry::TriangleMesh& mesh);
 
-// Residuals of one frame: depth points, then outline points. A point that the simulated fabric does not
-// cover counts kUncoveredMm. rim: the mesh's.
-inline constexpr double kUncoveredMm = 15;
+// Residuals of one frame: depth points, then outline points. A point that the simulated fabric does not cover counts
+// how far beside its rim it lies, at most kMostBesideMm: a fixed number would be a jump in what derivatives are taken
+// of. rim: the mesh's.
+inline constexpr double kMostBesideMm = 15;
 void stripe_residuals(const StripeTrack& track, const StripeFrame& frame, const geometry::TriangleMesh& mesh,
                       const std::vector<int>& rim, const Eigen::Matrix3Xd& shape, const SensorModel& sensor,
                       double* residual_mm);

@@ -263,5 +263,29 @@ TEST(OneASquare, IsThePointNearestToItsMiddle) {
   }
 }
 
+// Fabric that was seen where the simulated one is not.
+TEST(StripeResidual, APointBesideTheFabricCountsHowFarBesideItLies) {
+  const Sheet sheet = render::make_sheet(9, [](double, double) { return 0.0; });
+  geometry::TriangleMesh mesh;
+  mesh.triangles = sheet.triangles;
+  StripeTrack track;
+  track.camera = render::bench_camera();
+  track.projector = render::bench_projector();
+  StripeFrame frame;
+  const std::vector<double> beyond_mm = {-1, 0.5, 2, 8, 40};  // the right edge
+  for (const double mm : beyond_mm) {
+    const Eigen::Vector3d at(0.15 + 1e-3 * mm, 0, -0.1);
+    DepthPoint p;
+    p.pixel = geometry::project(track.camera, at);
+    p.depth_m = geometry::depth(track.camera, at);
+    p.ray_m_per_depth_m = (at - geometry::centre(track.camera)).norm() / p.depth_m;
+    frame.depth.push_back(p);
+  }
+  std::vector<double> residual_mm(beyond_mm.size());
+  stripe_residuals(track, frame, mesh, rim_of(mesh), sheet.position, {}, residual_mm.data());
+  for (size_t i = 0; i < beyond_mm.size(); ++i)
+    EXPECT_NEAR(residual_mm[i], std::clamp(beyond_mm[i], 0.0, kMostBesideMm), 0.03 + 0.03 * std::abs(beyond_mm[i]));
+}
+
 }  // namespace
 }  // namespace selvedge::observe
