@@ -119,7 +119,9 @@ std::vector<LookedAt> look_at(const Weighed& w, const std::vector<std::vector<si
   return out;
 }
 
-double right_mm(const HeldOut& noise, const Protocol& protocol) { return std::hypot(noise.mm(), protocol.form_mm); }
+double right_mm(const HeldOut& noise, const Protocol& protocol) {
+  return std::hypot(noise.mm(), protocol.form_mm * std::sqrt(noise.dimensions / 3));
+}
 
 double p_of_gap(const HeldOut& before, const HeldOut& noise, const Protocol& protocol) {
   const double right = right_mm(noise, protocol);

@@ -47,7 +47,8 @@ struct LookedAt {
 // Sets of effects, each by itself; what has to be simulated for them goes side by side.
 std::vector<LookedAt> look_at(const Weighed& weighed, const std::vector<std::vector<size_t>>& sets);
 
-// What a right model leaves of held-out trials, mm: the sensor's noise and Protocol::form_mm.
+// What a right model leaves of held-out trials, mm: the sensor's noise and Protocol::form_mm, of pictures its share
+// of one dimension.
 double right_mm(const HeldOut& noise, const Protocol& protocol);
 
 // How likely a right model is to leave as much: t test of the logarithms over groups of trials.

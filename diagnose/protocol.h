@@ -82,7 +82,7 @@ struct Protocol {
   // base leaves so many times the square that a right model does.
   double explains = 0.5, explains_over = 1.2;
   long leaders = 6;      // sets of effects that are sized, and whose reduction is found
-  double form_mm = 0.4;  // that a right model leaves beside the sensor's noise, of predictions free_s ahead
+  double form_mm = 0.4;  // in space, that a right model leaves beside the sensor's noise, of predictions free_s ahead
   // Standard deviation of a named effect's size about the true one, over that, beside what the evidence shows: of the
   // rig, its clock and the air, and of what the fabric is.
   double rig_size_share = 0.15, fabric_size_share = 0.3;
