@@ -214,12 +214,11 @@ json to_json(const Diagnosis& d) {
   if (!d.other.name.empty()) out["simulator"] = to_json(d.other);
   if (d.is_ahead) out["gap"]["ahead_s"] = d.protocol.free_s;
   if (!d.forecast.motion.empty())
-    out["forecast"] = {{"motion", d.forecast.motion},
-                       {"like_trial", d.forecast.like_trial},
-                       {"speed", d.forecast.speed},
-                       {"before_mm", d.forecast.before_mm},
-                       {"interval_mm", {number(d.forecast.low_mm), number(d.forecast.high_mm)}},
-                       {"after_mm", d.forecast.after_mm}};
+    out["forecast"] = {
+        {"motion", d.forecast.motion},       {"like_trial", d.forecast.like_trial},
+        {"speed", d.forecast.speed},         {"moving_s", number(d.forecast.moving_s)},
+        {"before_mm", d.forecast.before_mm}, {"interval_mm", {number(d.forecast.low_mm), number(d.forecast.high_mm)}},
+        {"after_mm", d.forecast.after_mm}};
   return out;
 }
 

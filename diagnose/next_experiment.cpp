@@ -11,6 +11,7 @@
 
 #include "cloth/simulate.h"
 #include "diagnose/group_statistics.h"
+#include "model/trial_error.h"
 
 namespace selvedge::diagnose {
 
@@ -254,8 +255,10 @@ Forecast forecast(const Study& study, const PredictedSet& base, const PredictedS
     return std::hypot(apart_mm(a, b), named_left_mm);
   };
   if (std::isnan(before_mm(0))) return out;
-  out.like_trial = study.simulation->trials()[moving].name;
+  const model::ObservedTrial& like = study.simulation->trials()[moving];
+  out.like_trial = like.name;
   out.speed = kFaster;
+  out.moving_s = like.experiment.sample_s.back() - model::first_move_s(like);
   out.motion = fmt::format("{} at {:.1f} times its speed", out.like_trial, out.speed);
   out.before_mm = before_mm(0);
   out.after_mm = named_left_mm;

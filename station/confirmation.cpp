@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include <nlohmann/json.hpp>
 #include <tbb/parallel_invoke.h>
@@ -79,12 +80,13 @@ json values_of_fit(const json& fit) {
 }
 
 // Errors of all trials.
-std::vector<double> errors_of(const model::Simulation& simulation, const model::Residuals& residuals) {
+std::vector<double> errors_of(const model::Simulation& simulation, const model::Residuals& residuals, double moving_s) {
   std::vector<double> out;
   for (size_t i = 0; i < simulation.trials().size(); ++i) {
     const model::ObservedTrial& trial = simulation.trials()[i];
-    out.push_back(
-        model::rms_mm(trial, residuals.mm[i], simulation.time_s(i), trial.still ? -1e300 : model::first_move_s(trial)));
+    const double from_s = trial.still ? -1e300 : model::first_move_s(trial),
+                 to_s = trial.still ? 1e300 : from_s + moving_s;
+    out.push_back(model::rms_mm(trial, residuals.mm[i], simulation.time_s(i), from_s, to_s));
   }
   return out;
 }
@@ -107,6 +109,10 @@ Confirmation::Outcome outcome_of(const Confirmation& c) {
 
 void take_forecast(Confirmation& out, const json& forecast) {
   out.motion = forecast.at("motion");
+  // Diagnoses of earlier versions forecast all of it.
+  const auto moving_s = forecast.find("moving_s");
+  out.moving_s = moving_s != forecast.end() && moving_s->is_number() ? moving_s->get<double>()
+                                                                     : std::numeric_limits<double>::infinity();
   out.forecast_before_mm = forecast.at("before_mm");
   out.forecast_after_mm = forecast.at("after_mm");
   const auto bound = [&](size_t i) {
@@ -176,8 +182,9 @@ Confirmation found_by(const FirstAnswers& answers, const trial::Campaign& second
                        [&] {
     write_simulated_motions({simulation, state, parameters, with}, second, folder);
   });
-  const std::vector<double> fit_mm = errors_of(simulation, by[0]), base_mm = errors_of(simulation, by[1]),
-                            with_mm = errors_of(simulation, by[2]);
+  const std::vector<double> fit_mm = errors_of(simulation, by[0], out.moving_s),
+                            base_mm = errors_of(simulation, by[1], out.moving_s),
+                            with_mm = errors_of(simulation, by[2], out.moving_s);
   for (size_t i = 0; i < with_mm.size(); ++i)
     out.trials.push_back({simulation.trials()[i].name, fit_mm[i], base_mm[i], with_mm[i]});
   out.before_mm = pooled(out.trials, &ConfirmedTrial::fit_mm);

@@ -6,8 +6,8 @@
 //   with it    those of the diagnosis' likeliest set of effects (diagnosis.json, "fit")
 //
 // All three on one grid, hung as the fabric was seen to hang; nothing is fitted to the second session. mm, root mean
-// square from the held corners' first move on. FABRIC/confirmation/ holds the trials, campaign.json, simulated/ (with
-// the effect), confirmation.json and report.html.
+// square from the held corners' first move on, for as long as the diagnosis forecasts. FABRIC/confirmation/ holds the
+// trials, campaign.json, simulated/ (with the effect), confirmation.json and report.html.
 #pragma once
 
 #include <filesystem>
@@ -38,6 +38,7 @@ struct Confirmation {
   Outcome outcome = Outcome::refuted;
   std::string cause, likeliest;  // of the diagnosis: the effect, and the set that it stands in
   std::string motion;            // that was forecast, in words
+  double moving_s = 0;           // for how long after its first move; infinite: all of it
   double forecast_before_mm = 0, forecast_low_mm = 0, forecast_high_mm = 0, forecast_after_mm = 0;
   double before_mm = 0, base_mm = 0, after_mm = 0;  // over all trials
   int cells = 0;                                    // of the grid, along the width

@@ -38,6 +38,7 @@ json confirmation_json(const Confirmation& c) {
           {"cause", c.cause},
           {"likeliest", c.likeliest},
           {"motion", c.motion},
+          {"moving_s", files::finite_or_null(c.moving_s)},
           {"trials", trials},
           {"before_mm", files::finite_or_null(c.before_mm)},
           {"base_mm", files::finite_or_null(c.base_mm)},
@@ -47,6 +48,10 @@ json confirmation_json(const Confirmation& c) {
             {"interval_mm", {files::finite_or_null(c.forecast_low_mm), files::finite_or_null(c.forecast_high_mm)}},
             {"after_mm", c.forecast_after_mm}}},
           {"grid_cells", c.cells}};
+}
+
+std::string motion_in_words(const Confirmation& c) {
+  return std::isfinite(c.moving_s) ? fmt::format("{}, the first {:.1f} s of motion", c.motion, c.moving_s) : c.motion;
 }
 
 }  // namespace
@@ -65,7 +70,7 @@ report::Verdict verdict_of(const Confirmation& c) {
   verdict.sentence = fmt::format(
       "A second session ({}) is predicted with an error of {} mm by the fit as it was, and of {} mm with {} added: the "
       "diagnosis is {}. {}",
-      c.motion, mm(c.before_mm), mm(c.after_mm), c.likeliest,
+      motion_in_words(c), mm(c.before_mm), mm(c.after_mm), c.likeliest,
       c.outcome == Outcome::confirmed ? "confirmed"
       : c.outcome == Outcome::better  ? "confirmed in part"
                                       : "not confirmed",
@@ -83,8 +88,7 @@ void write_confirmation(const Confirmation& c, const std::filesystem::path& fold
   html.verdict(verdict_of(c));
   html.paragraph(
       "Nothing was fitted to this session. Each trial is simulated from rest, and compared from the held corners' "
-      "first "
-      "move on; errors are root mean squares in mm.");
+      "first move on, for as long as the diagnosis forecasts; errors are root mean squares in mm.");
   std::vector<std::vector<std::string>> rows;
   for (const ConfirmedTrial& t : c.trials) rows.push_back({t.name, mm(t.fit_mm), mm(t.base_mm), mm(t.with_mm)});
   rows.push_back({"all", mm(c.before_mm), mm(c.base_mm), mm(c.after_mm)});

@@ -45,6 +45,7 @@ TEST_F(ForecastOf, AMotionSaysHowFarTheTwoComeApart) {
   EXPECT_LE(f.low_mm, f.before_mm);
   EXPECT_GE(f.high_mm, f.before_mm);
   EXPECT_EQ(f.after_mm, 0.5);
+  EXPECT_GT(f.moving_s, 0.1);
 }
 
 // Two that diverged were said to lie nowhere apart.

@@ -75,6 +75,18 @@ TEST_F(ConfirmationTest, TheRightEffectPredictsBetter) {
   EXPECT_NE(files::read_whole(folder_ / "report.html").find("camera_delay"), std::string::npos);
 }
 
+// Errors grow with time: those of a second say nothing against a forecast of its first third.
+TEST_F(ConfirmationTest, AsMuchIsComparedAsWasForecast) {
+  FirstAnswers first = answers("camera_delay", "delay", 0.012);
+  const Confirmation all = confirmed(first);
+  EXPECT_TRUE(std::isinf(all.moving_s));
+  first.diagnosis["forecast"]["moving_s"] = 0.25;
+  const Confirmation beginning = confirmed(first);
+  EXPECT_EQ(beginning.moving_s, 0.25);
+  EXPECT_LT(beginning.after_mm, 0.8 * all.after_mm);
+  EXPECT_NE(verdict_of(beginning).sentence.find("the first 0.2 s of motion"), std::string::npos);
+}
+
 TEST_F(ConfirmationTest, AWrongOneDoesNotAndIsSaidToBeRefuted) {
   const Confirmation c = confirmed(answers("camera_delay", "delay", -0.012));
   EXPECT_EQ(c.outcome, Confirmation::Outcome::refuted) << c.before_mm << " → " << c.after_mm;
