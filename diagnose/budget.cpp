@@ -26,7 +26,7 @@ void add_squares(const Study& study, const Windows& windows, const Evidence& evi
   out.square_mm2 = out.rows = VectorXd::Zero(groups);
   out.dimensions = dimensions_of(study);
   for (const Window& w : windows.windows()) {
-    const double trust = evidence.trust(w, study.protocol.form_mm / std::sqrt(3.0));
+    const double trust = evidence.trust(w, form_along_an_axis_mm(study.protocol));
     for (Index g = 0; g < groups; ++g)
       if (holds(study.groups[static_cast<size_t>(g)], w.trial)) {
         out.square_mm2(g) += trust * out.residual.segment(w.first, w.count).squaredNorm();

@@ -119,10 +119,9 @@ void add_effects(report::HtmlReport& html, const Diagnosis& d) {
   html.paragraph(no_effect_in_words(d));
   if (!d.forecast.motion.empty())
     html.paragraph(
-        fmt::format("Forecast of a motion that is not recorded yet: in {} the base model will be {:.1f} mm off{}, and "
-                    "{:.1f} mm with "
-                    "{}.",
-                    d.forecast.motion, d.forecast.before_mm,
+        fmt::format("Forecast of a motion that is not recorded yet: in {}, the base model will be {:.1f} mm off{}, and "
+                    "{:.1f} mm with {}.",
+                    motion_in_words(d.forecast.motion, d.forecast.moving_s), d.forecast.before_mm,
                     interval_in_words(d.forecast.low_mm, d.forecast.high_mm, 1), d.forecast.after_mm, d.likeliest));
   if (!d.cannot_tell.empty()) {
     std::string names;

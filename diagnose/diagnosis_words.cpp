@@ -69,6 +69,10 @@ std::string gap_in_words(const Diagnosis& d) {
                      d.p_value < 0.001 ? "below 0.001" : short_number(d.p_value, 2));
 }
 
+std::string motion_in_words(const std::string& motion, double moving_s) {
+  return std::isfinite(moving_s) ? fmt::format("{}, the first {:.1f} s of motion", motion, moving_s) : motion;
+}
+
 std::string no_effect_in_words(const Diagnosis& d) {
   return fmt::format(
       "Probability that no effect is needed: {:.3f}. That the cause is something that is not in the "

@@ -16,6 +16,10 @@ std::string interval_in_words(double low_mm, double high_mm, int decimals);
 // Two sentences: how large the gap is and how sure that is, and whether a right model would leave as much.
 std::string gap_in_words(const Diagnosis& d);
 
+// A motion that is forecast for so long: "waving-1 at 1.2 times its speed, the first 1.2 s of motion"; without that
+// where it is not finite.
+std::string motion_in_words(const std::string& motion, double moving_s);
+
 // How likely it is that nothing, or nothing known, is amiss.
 std::string no_effect_in_words(const Diagnosis& d);
 

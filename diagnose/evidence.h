@@ -5,9 +5,9 @@
 // X: how the residual changes with the coordinates d of a model (Windows' rows: simulated less seen). D: what smooth
 // forces that no law gives do to a window, each of the size that a right model's errors have; windows do not share
 // their w. s: how much larger than that size the model error is; λ: by how much it is larger still in this window, or
-// smaller (window_errors.h). R: the sensor, and what the mesh leaves of each depth
-// (seen_error.h); F: what errs together in a frame (measured.h). What lasts, the same in all windows (seen_error.h),
-// stands among the columns with a prior of its own and is summed over. So
+// smaller (window_errors.h). R: the sensor, and what the mesh leaves of each depth (seen_error.h); F: what errs
+// together in a frame (measured.h). What lasts, the same in all windows (seen_error.h), stands among the columns with a
+// prior of its own and is summed over. So
 //   Σ = λ² s² (D Dᵀ + white) + R,   A = Λ⁻¹ + Xᵀ Σ⁻¹ X,   b = Λ⁻¹ m − Xᵀ Σ⁻¹ r,
 //   ln p(r | s) = −½ (rᵀ Σ⁻¹ r + mᵀ Λ⁻¹ m − bᵀ A⁻¹ b) − ½ ln|Σ| − ½ ln|ΛA| + const,
 // and d given r is N(A⁻¹ b, A⁻¹) (Kaipio and Somersalo 2007 on approximation errors; Kennedy and O'Hagan 2001).

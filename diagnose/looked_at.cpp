@@ -120,7 +120,7 @@ std::vector<LookedAt> look_at(const Weighed& w, const std::vector<std::vector<si
 }
 
 double right_mm(const HeldOut& noise, const Protocol& protocol) {
-  return std::hypot(noise.mm(), protocol.form_mm * std::sqrt(noise.dimensions / 3));
+  return std::hypot(noise.mm(), std::sqrt(noise.dimensions) * form_along_an_axis_mm(protocol));
 }
 
 double p_of_gap(const HeldOut& before, const HeldOut& noise, const Protocol& protocol) {

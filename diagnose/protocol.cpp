@@ -1,5 +1,7 @@
 #include "diagnose/protocol.h"
 
+#include <cmath>
+
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
@@ -8,6 +10,8 @@
 #include "files/sha256.h"
 
 namespace selvedge::diagnose {
+
+double form_along_an_axis_mm(const Protocol& protocol) { return protocol.form_mm / std::sqrt(3.0); }
 
 void to_json(nlohmann::json& json, const Protocol& p) {
   json = {{"coarse_cells", p.coarse_cells},

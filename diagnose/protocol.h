@@ -90,6 +90,9 @@ struct Protocol {
   double fast_share = 0.5;  // of the held corners' top speed: faster is fast
 };
 
+// Of form_mm along one axis, as a marker's residual on one is, or a depth along its ray.
+double form_along_an_axis_mm(const Protocol& protocol);
+
 // Each member by its name.
 void to_json(nlohmann::json& json, const Protocol& protocol);
 

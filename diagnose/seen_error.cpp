@@ -62,10 +62,11 @@ MatrixXd mesh_patterns(const Protocol& protocol, const SeenDepths& depths) {
   for (const observe::DepthPoint* point : depths.points)
     if (point != nullptr) seen.extend(point->pixel);
   const auto rows = static_cast<Index>(depths.points.size());
+  if (seen.isEmpty()) return {rows, 0};
   const long waves = protocol.mesh_waves;
-  MatrixXd out = MatrixXd::Zero(rows, seen.isEmpty() ? 0 : waves * waves);
+  MatrixXd out = MatrixXd::Zero(rows, waves * waves);
   const double each_mm = depths.change_mm / static_cast<double>(waves);
-  for (Index row = 0; row < out.rows() && !seen.isEmpty(); ++row) {
+  for (Index row = 0; row < rows; ++row) {
     const observe::DepthPoint* point = depths.points[static_cast<size_t>(row)];
     if (point == nullptr) continue;
     const Eigen::Vector2d at = (point->pixel - seen.min()).cwiseQuotient(seen.sizes().cwiseMax(1));

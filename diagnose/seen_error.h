@@ -3,8 +3,8 @@
 // A grid hangs a little otherwise than fabric does, the same in all frames. Thousands of points show that, and each
 // would count as if it told something new: an effect that bends the sheet a little stands in for it. So smooth patterns
 // (Protocol::mesh_waves) lie over the depths of all pictures alike, of the size of what a finer grid changes there. No
-// smooth pattern makes all of it: each depth errs by as much again, by itself. A depth's noise is a twentieth of a
-// millimetre; what the mesh leaves is three times that, and the fabric's parameters were bent to follow it.
+// smooth pattern makes all of it: each depth errs by as much again, by itself. That is more than the noise of stripes,
+// and parameters of the fabric would follow it (docs/decisions/0056-what-pictures-err-by.md).
 //
 // The outline of a scanned cloud lies between its last points and the next ones, which missed the fabric: all outline
 // points, of all times, err by the same share of that.

@@ -36,7 +36,7 @@ double base_gap_mm2(const trial::Campaign& campaign, const nlohmann::json& diagn
     x(static_cast<Index>(k)) = model::to_coordinate(base[k], values.at(base[k].name).get<double>());
   const model::State state = simulation.state_at(base, x);
   const VectorXd noise = windows.noise_mm();
-  const VectorXd weight = (noise.array().square() + protocol.form_mm * protocol.form_mm / 3).inverse();
+  const VectorXd weight = (noise.array().square() + std::pow(diagnose::form_along_an_axis_mm(protocol), 2)).inverse();
   const auto gap = [&](const VectorXd& r) {
     return 3 * (r.squaredNorm() - noise.squaredNorm()) / static_cast<double>(r.size());
   };

@@ -160,6 +160,7 @@ std::vector<SilhouettePoint> where_stripes_cross(const Image& image, const std::
   constexpr double kBeyondEdge_px = 3;
   constexpr int kAside_px = 3;
   const double of_noise = 0.5 * std::pow(std::max(0.5, background.noise_grey), 2);  // square of a slope over two pixels
+  const auto grey = [&](const Eigen::Vector2d& at) { return grey_at(image, at.x(), at.y()); };
   std::vector<SilhouettePoint> out;
   for (const SilhouettePoint& point : points) {
     const Eigen::Vector2d n = point.normal, t(-n.y(), n.x());
@@ -168,7 +169,6 @@ std::vector<SilhouettePoint> where_stripes_cross(const Image& image, const std::
       for (int aside = -kAside_px; aside <= kAside_px; ++aside) {
         const Eigen::Vector2d p = point.pixel - deep * n + aside * t;
         if (!is_inside(inside, image, p - n) || !is_inside(inside, image, p + n)) continue;
-        const auto grey = [&](const Eigen::Vector2d& at) { return grey_at(image, at.x(), at.y()); };
         along_n += std::pow(0.5 * (grey(p + n) - grey(p - n)), 2);
         along_t += std::pow(0.5 * (grey(p + t) - grey(p - t)), 2);
         ++count;

@@ -36,8 +36,11 @@ const json& at(const json& object, const char* key, const fs::path& file) {
   refuse(where, "found {}; expected what Selvedge writes there", error.what());
 }
 
+// Of the first session.
+fs::path diagnosis_file(const fs::path& fabric) { return fabric / diagnosis_folder_name(0) / "diagnosis.json"; }
+
 FirstAnswers read_answers(const fs::path& fabric) {
-  const fs::path fit = fabric / "fit.json", diagnosis = fabric / diagnosis_folder_name(0) / "diagnosis.json";
+  const fs::path fit = fabric / "fit.json", diagnosis = diagnosis_file(fabric);
   FirstAnswers out = {files::read_json(fit), files::read_json(diagnosis)};
   for (const char* key : {"parameters", "grid"}) at(out.fit, key, fit);
   for (const char* key : {"cause", "likeliest", "fit", "base", "grid_cells", "forecast"})
@@ -107,12 +110,13 @@ Confirmation::Outcome outcome_of(const Confirmation& c) {
   return as_far && as_near ? Confirmation::Outcome::confirmed : Confirmation::Outcome::better;
 }
 
-void take_forecast(Confirmation& out, const json& forecast) {
+void take_forecast(Confirmation& out, const json& forecast, const fs::path& file) {
   out.motion = forecast.at("motion");
   // Diagnoses of earlier versions forecast all of it.
-  const auto moving_s = forecast.find("moving_s");
-  out.moving_s = moving_s != forecast.end() && moving_s->is_number() ? moving_s->get<double>()
-                                                                     : std::numeric_limits<double>::infinity();
+  const json moving_s = forecast.value("moving_s", json());
+  out.moving_s = moving_s.is_null() ? std::numeric_limits<double>::infinity() : moving_s.get<double>();
+  if (!(out.moving_s > 0))
+    refuse(file.string() + " forecast.moving_s", "found {}, expected a time above 0 s", out.moving_s);
   out.forecast_before_mm = forecast.at("before_mm");
   out.forecast_after_mm = forecast.at("after_mm");
   const auto bound = [&](size_t i) {
@@ -161,7 +165,7 @@ Confirmation found_by(const FirstAnswers& answers, const trial::Campaign& second
   Confirmation out;
   out.cause = answers.diagnosis["cause"];
   out.likeliest = answers.diagnosis["likeliest"];
-  take_forecast(out, answers.diagnosis["forecast"]);
+  take_forecast(out, answers.diagnosis["forecast"], diagnosis_file(folder.parent_path()));
   out.cells = std::max(answers.fit["grid"].at("cells").get<int>(), answers.diagnosis["grid_cells"].at(1).get<int>());
   model::SimulationOptions grid;
   grid.cells = out.cells;
@@ -182,9 +186,8 @@ Confirmation found_by(const FirstAnswers& answers, const trial::Campaign& second
                        [&] {
     write_simulated_motions({simulation, state, parameters, with}, second, folder);
   });
-  const std::vector<double> fit_mm = errors_of(simulation, by[0], out.moving_s),
-                            base_mm = errors_of(simulation, by[1], out.moving_s),
-                            with_mm = errors_of(simulation, by[2], out.moving_s);
+  const auto errors = [&](const model::Residuals& r) { return errors_of(simulation, r, out.moving_s); };
+  const std::vector<double> fit_mm = errors(by[0]), base_mm = errors(by[1]), with_mm = errors(by[2]);
   for (size_t i = 0; i < with_mm.size(); ++i)
     out.trials.push_back({simulation.trials()[i].name, fit_mm[i], base_mm[i], with_mm[i]});
   out.before_mm = pooled(out.trials, &ConfirmedTrial::fit_mm);
@@ -202,8 +205,7 @@ Confirmation confirm(const FirstAnswers& answers, const trial::Campaign& second,
     return found_by(answers, second, folder, progress);
   } catch (const json::exception& error) {
     const fs::path first = folder.parent_path();
-    refuse_damaged(
-        (first / "fit.json").string() + " or " + (first / diagnosis_folder_name(0) / "diagnosis.json").string(), error);
+    refuse_damaged((first / "fit.json").string() + " or " + diagnosis_file(first).string(), error);
   }
 }
 

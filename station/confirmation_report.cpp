@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "diagnose/diagnosis_words.h"
 #include "files/json_number.h"
 #include "files/whole_file.h"
 #include "report/html.h"
@@ -50,10 +51,6 @@ json confirmation_json(const Confirmation& c) {
           {"grid_cells", c.cells}};
 }
 
-std::string motion_in_words(const Confirmation& c) {
-  return std::isfinite(c.moving_s) ? fmt::format("{}, the first {:.1f} s of motion", c.motion, c.moving_s) : c.motion;
-}
-
 }  // namespace
 
 const char* to_text(Outcome outcome) {
@@ -70,7 +67,7 @@ report::Verdict verdict_of(const Confirmation& c) {
   verdict.sentence = fmt::format(
       "A second session ({}) is predicted with an error of {} mm by the fit as it was, and of {} mm with {} added: the "
       "diagnosis is {}. {}",
-      motion_in_words(c), mm(c.before_mm), mm(c.after_mm), c.likeliest,
+      diagnose::motion_in_words(c.motion, c.moving_s), mm(c.before_mm), mm(c.after_mm), c.likeliest,
       c.outcome == Outcome::confirmed ? "confirmed"
       : c.outcome == Outcome::better  ? "confirmed in part"
                                       : "not confirmed",

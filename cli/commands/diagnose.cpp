@@ -59,9 +59,9 @@ void print_diagnosis(const diagnose::Diagnosis& d) {
                diagnose::before_and_after(f.reduction), diagnose::share_closed(f.reduction), f.absorbed, size);
   }
   if (!d.forecast.motion.empty())
-    fmt::print("forecast: in {} the base model will be {:.1f} mm off{}, with {} {:.1f} mm\n", d.forecast.motion,
-               d.forecast.before_mm, diagnose::interval_in_words(d.forecast.low_mm, d.forecast.high_mm, 1), d.likeliest,
-               d.forecast.after_mm);
+    fmt::print("forecast: in {}, the base model will be {:.1f} mm off{}, with {} {:.1f} mm\n",
+               diagnose::motion_in_words(d.forecast.motion, d.forecast.moving_s), d.forecast.before_mm,
+               diagnose::interval_in_words(d.forecast.low_mm, d.forecast.high_mm, 1), d.likeliest, d.forecast.after_mm);
   if (d.cause != "none" && !d.confusable.empty())
     fmt::print("effects that these data leave standing: {}\n", fmt::join(d.confusable, ", "));
   fmt::print("next: {}\n", d.next_experiment);

@@ -102,18 +102,25 @@ TEST_F(ConfirmationTest, ASmallPartOfWhatWasForecastIsNoConfirmation) {
 
 TEST_F(ConfirmationTest, AnswersThatAreDamagedAreRefusedByTheirFiles) {
   const FirstAnswers whole = answers("camera_delay", "delay", 0.012);
-  std::vector<FirstAnswers> damaged(6, whole);
+  std::vector<FirstAnswers> damaged(7, whole);
   damaged[0].diagnosis["likeliest"] = 5;
   damaged[1].diagnosis["likeliest"] = "draught";  // of which it says nothing
   damaged[2].diagnosis["fit"]["none"] = "nothing";
   damaged[3].diagnosis["grid_cells"] = json::array();
   damaged[4].diagnosis["forecast"].erase("before_mm");
   damaged[5].fit["parameters"]["bend"] = 4e-5;
+  damaged[6].diagnosis["forecast"]["moving_s"] = "long";
   for (const FirstAnswers& first : damaged) {
     const std::string said = refusal_of([&] { confirmed(first); });
     EXPECT_NE(said.find("diagnosis.json: found"), std::string::npos) << said;
     EXPECT_FALSE(fs::exists(folder_ / "simulated"));
   }
+  FirstAnswers backwards = whole;
+  backwards.diagnosis["forecast"]["moving_s"] = -1;
+  const std::string refused = refusal_of([&] { confirmed(backwards); });
+  EXPECT_NE(refused.find("diagnosis.json forecast.moving_s: found -1, expected a time above 0 s"), std::string::npos)
+      << refused;
+  EXPECT_FALSE(fs::exists(folder_ / "simulated"));
   fs::create_directories(folder_ / "diagnosis");
   files::write_whole(folder_ / "diagnosis" / "diagnosis.json", R"({"forecast": {"like_trial": 3}})");
   const std::string said = refusal_of([&] { plan_of_second_session({}, folder_ / "diagnosis"); });
