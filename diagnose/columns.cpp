@@ -89,7 +89,8 @@ void set_negligible(const Study& study, Linearisation& out) {
     const double sd = effect.starts_add ? by_trace / std::sqrt(static_cast<double>(effect.starts.size()))
                                         : std::max(share / c.scales, by_trace);
     if (sd < p.tells * c.sd) out.can_tell[c.effect] = 1;
-    c.negligible_sd = std::min(sd, c.sd);
+    // What the base's coordinates do alike is theirs: no trace of it is left to tell how much of it hardly shows.
+    c.negligible_sd = std::min(effect.change == Change::of_mass ? share / c.scales : sd, c.sd);
   }
 }
 

@@ -79,6 +79,20 @@ TEST(Weighing, TheBaseStandsAtTheBottom) {
   }
 }
 
+// Where all that is found of the fabric must grow alike, it grows: a mass that is not as it was weighed does the same
+// to motion, but it was weighed.
+TEST(Weighing, LeavesToTheBaseWhatItDoesAlike) {
+  Study study = study_of(usual_fabric(), named({"mass_error"}), 6);
+  for (size_t k = 0; k < study.base_count; ++k)
+    if (const std::string& unit = study.parameters[k].unit;
+        unit.find("kg") != std::string::npos || unit.find('N') != std::string::npos)
+      study.base(static_cast<Eigen::Index>(k)) -= 0.25;
+  const Windows windows(*study.simulation, study.protocol);
+  const Weighing weighing = weigh(study, windows, {});
+  EXPECT_FALSE(weighing.none.can_tell[0]);
+  EXPECT_LT(std::abs(weighing.none.x(static_cast<Eigen::Index>(study.first_parameter[0]))), 0.3) << "scales";
+}
+
 // Derivatives by effects that hardly matter beside a set stay those of where it began; those by the others are of where
 // it stands, as if all had been taken there.
 TEST(Weighing, TakesDerivativesAgainWhereTheyMatter) {
