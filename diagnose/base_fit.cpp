@@ -263,6 +263,7 @@ FittedStudy make_study(const trial::Campaign& campaign, const std::vector<Effect
     study.effects.push_back(effect);
     study.parameters.insert(study.parameters.end(), effect.parameters.begin(), effect.parameters.end());
   }
+  study.right_scale = has_markers(trials) ? study.protocol.right_scale : study.protocol.seen_right_scale;
   study.first_force = study.parameters.size();
   const std::vector<model::Parameter> forces = smooth_forces(study.protocol);
   study.parameters.insert(study.parameters.end(), forces.begin(), forces.end());

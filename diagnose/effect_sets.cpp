@@ -21,8 +21,7 @@ class Scales {
  public:
   Scales(const Study& study, const Evidence& evidence, const Linearisation& about)
       : study_(study), about_(about), scales_(evidence.error().scales),
-        grams_(evidence.grams(about.changes, about.residual)),
-        priors_(scale_priors(study.protocol, evidence.error().scales)) {}
+        grams_(evidence.grams(about.changes, about.residual)), priors_(scale_priors(study, evidence.error().scales)) {}
 
   EffectSet weigh(const std::vector<const Way*>& chosen) const {
     EffectSet out;
@@ -104,13 +103,13 @@ std::vector<double> borne_out(const std::vector<Weight>& weights, const std::map
 
 }  // namespace
 
-ScalePriors scale_priors(const Protocol& protocol, const std::vector<double>& scales) {
+ScalePriors scale_priors(const Study& study, const std::vector<double>& scales) {
   ScalePriors out;
   std::vector<double> right, unknown;
   for (const double s : scales) {
-    const double z = std::log(s / protocol.right_scale) / protocol.right_sd;
+    const double z = std::log(s / study.right_scale) / study.protocol.right_sd;
     right.push_back(-0.5 * z * z);
-    unknown.push_back(s >= protocol.unknown_over * protocol.right_scale ? 0 : -1e6);
+    unknown.push_back(s >= study.protocol.unknown_over * study.right_scale ? 0 : -1e6);
   }
   const double r = log_sum(right), u = log_sum(unknown);
   for (size_t k = 0; k < scales.size(); ++k) {
@@ -185,7 +184,7 @@ std::vector<EffectSet> weigh_sets(const Study& study, const Evidence& evidence, 
 Verdict judge(const Study& study, const std::vector<EffectSet>& sets, const std::vector<double>& scales,
               const std::map<std::vector<size_t>, GapTaken>& taken, double p_of_right) {
   const Protocol& p = study.protocol;
-  const ScalePriors priors = scale_priors(p, scales);
+  const ScalePriors priors = scale_priors(study, scales);
   const auto n = static_cast<double>(study.effects.size());
   const double one = 1 - p.prior_none - p.prior_unknown - p.prior_two - p.prior_three;
   const auto prior_of = [&](const EffectSet& set, bool and_unknown) {

@@ -33,7 +33,7 @@ std::vector<EffectSet> weigh_sets(const Study& study, const Evidence& evidence, 
 struct ScalePriors {
   std::vector<double> right, unknown;
 };
-ScalePriors scale_priors(const Protocol& protocol, const std::vector<double>& scales);
+ScalePriors scale_priors(const Study& study, const std::vector<double>& scales);
 
 // One hypothesis: a set of effects, and whether there is something unknown beside.
 struct Weight {

@@ -118,7 +118,7 @@ Prior prior_of(const Study& study, const Column& column, const VectorXd& x, Size
   } else {
     // Where something unknown is there, effects stand in for that with more than what is negligible.
     const Protocol& p = study.protocol;
-    const double grows = std::max(1.0, s / (p.right_scale * p.unknown_over));
+    const double grows = std::max(1.0, s / (study.right_scale * p.unknown_over));
     prior.sd = size == Size::neutral ? kNothing : std::min(grows * column.negligible_sd, column.sd);
   }
   return prior;

@@ -51,6 +51,7 @@ void to_json(nlohmann::json& json, const Protocol& p) {
           {"scale_ratio", p.scale_ratio},
           {"scales", p.scales},
           {"right_scale", p.right_scale},
+          {"seen_right_scale", p.seen_right_scale},
           {"right_sd", p.right_sd},
           {"window_sd", p.window_sd},
           {"unknown_over", p.unknown_over},

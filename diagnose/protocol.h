@@ -53,9 +53,11 @@ struct Protocol {
   double lasting_share = 1;       // of their usual size: smooth forces that are the same in all windows
   double least_scale = 0.125, scale_ratio = 1.4142135623730951;
   long scales = 18;
-  double right_scale = 1, right_sd = 0.3;  // median and ln deviation of s in a right model
-  double window_sd = 0.5;                  // ln deviation of a window's model error from s
-  double unknown_over = 2;                 // times right_scale: where something unknown begins
+  // Median and ln deviation of s in a right model; the median where only cameras look: less, for there the sheet runs
+  // free for longer, and a force leads further.
+  double right_scale = 1, seen_right_scale = 0.125, right_sd = 0.3;
+  double window_sd = 0.5;   // ln deviation of a window's model error from s
+  double unknown_over = 2;  // times the median: where something unknown begins
 
   // Priors.
   double base_sd = 1;    // ln

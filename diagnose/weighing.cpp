@@ -73,7 +73,7 @@ void weigh_all(const Study& study, Weighing& out) {
 
 // Of a set's evidence, at its likeliest s.
 double most_of(const Study& study, const Evidence& evidence, const EffectSet& set) {
-  const ScalePriors priors = scale_priors(study.protocol, evidence.error().scales);
+  const ScalePriors priors = scale_priors(study, evidence.error().scales);
   double most = -1e300;
   for (size_t s = 0; s < set.log_evidence.size(); ++s)
     most = std::max(most, set.log_evidence[s] + std::max(priors.right[s], priors.unknown[s]));

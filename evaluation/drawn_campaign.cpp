@@ -92,7 +92,7 @@ std::array<double, kDrawnKinds> DrawnCampaign::prior() const {
 }
 
 size_t DrawnCampaign::drawn_scale(bool unknown, std::mt19937_64& random) const {
-  const diagnose::ScalePriors priors = scale_priors(study_.protocol, evidence_->error().scales);
+  const diagnose::ScalePriors priors = scale_priors(study_, evidence_->error().scales);
   std::vector<double> p;
   for (const double l : unknown ? priors.unknown : priors.right) p.push_back(std::exp(l));
   return std::discrete_distribution<size_t>(p.begin(), p.end())(random);
@@ -100,7 +100,7 @@ size_t DrawnCampaign::drawn_scale(bool unknown, std::mt19937_64& random) const {
 
 VectorXd DrawnCampaign::residual_of(const Draw& draw, std::mt19937_64& random) const {
   const diagnose::ModelError& error = evidence_->error();
-  const double s = draw.usual_scale ? study_.protocol.right_scale : error.scales[drawn_scale(draw.unknown, random)];
+  const double s = draw.usual_scale ? study_.right_scale : error.scales[drawn_scale(draw.unknown, random)];
   const std::vector<Size> sizes = sizes_of(about_, draw.ways);
   // Of an effect that may be there in several ways what is negligible is of every way.
   VectorXd d(static_cast<Index>(about_.columns.size()));
@@ -187,8 +187,8 @@ DrawnAnswer DrawnCampaign::drawn_at(size_t effect, double times, bool deleted, s
   constexpr double kFlat = 1e3, kDeviations = 3, kNegligible = 2;
   size_t scale = 0;
   for (size_t k = 0; k < evidence_->scales(); ++k)
-    if (std::abs(std::log(evidence_->error().scales[k] / study_.protocol.right_scale)) <
-        std::abs(std::log(evidence_->error().scales[scale] / study_.protocol.right_scale)))
+    if (std::abs(std::log(evidence_->error().scales[k] / study_.right_scale)) <
+        std::abs(std::log(evidence_->error().scales[scale] / study_.right_scale)))
       scale = k;
   const diagnose::Gram gram = evidence_->gram(about_.changes, about_.residual, scale);
   Draw draw;
@@ -201,7 +201,7 @@ DrawnAnswer DrawnCampaign::drawn_at(size_t effect, double times, bool deleted, s
     for (const Index k : way.columns) {
       std::vector<Prior> priors;
       for (size_t i = 0; i < about_.columns.size(); ++i)
-        priors.push_back(prior_of(study_, about_.columns[i], about_.x, Size::negligible, study_.protocol.right_scale));
+        priors.push_back(prior_of(study_, about_.columns[i], about_.x, Size::negligible, study_.right_scale));
       priors[static_cast<size_t>(k)] = {0, kFlat};
       const double shows = std::max(kDeviations * posterior(gram, priors).sd(k),
                                     kNegligible * about_.columns[static_cast<size_t>(k)].negligible_sd);

@@ -10,7 +10,7 @@ class Judged : public ::testing::Test {
  protected:
   Judged() {
     for (const char* name : {"first", "second", "third"}) study_.effects.push_back({name, Side::elastic, "", {}});
-    scales_ = {study_.protocol.right_scale, 2 * study_.protocol.unknown_over * study_.protocol.right_scale};
+    scales_ = {study_.right_scale, 2 * study_.protocol.unknown_over * study_.right_scale};
   }
 
   // log_evidence: of none and of each effect alone, where the model error is a right model's.
@@ -65,6 +65,18 @@ TEST_F(Judged, WhereNoneIsLikeliestWithoutTheSetItIsNone) {
   const Verdict v = judged({0, 7, -3, -3}, {{{0}, {{0.0}, 0}}});
   EXPECT_GT(v.probability.at("none"), 0.9);
   EXPECT_NEAR(sum(v), 1, 1e-12);
+}
+
+// Model error of 0.5 is a right model's where markers are held, and four times as much where only cameras look.
+TEST_F(Judged, WhatIsUnknownBeginsAtTwiceWhatARightModelErrsBy) {
+  scales_ = {0.125, 0.5};
+  EffectSet none, first;
+  first.effects = {0};
+  none.log_evidence = first.log_evidence = {-20, 0};
+  study_.right_scale = 0.5;
+  EXPECT_GT(judge(study_, {none, first}, scales_, {}).probability.at("none"), 0.5);
+  study_.right_scale = 0.125;
+  EXPECT_GT(judge(study_, {none, first}, scales_, {}).probability.at("unknown"), 0.8);
 }
 
 // It says nothing of the effects among each other.
