@@ -10,6 +10,7 @@
 
 #include "files/bad_input.h"
 #include "fit/coarse_search.h"
+#include "model/excerpts.h"
 #include "observe/stripe_residual.h"
 
 namespace selvedge::fit {
@@ -49,27 +50,15 @@ double longest_span_s(const std::vector<model::ObservedTrial>& trials, double un
 }
 
 // The first span_s of a trial that moves, or as much of it as shows anything; all of one that rests.
-model::ObservedTrial beginning_of(model::ObservedTrial t, double span_s) {
-  if (t.still) return t;
-  const double until_s = std::max(t.experiment.start_s + span_s, first_observed_s(t));
-  std::vector<double>& sample_s = t.experiment.sample_s;
-  // One sample beyond the last observation serves interpolation.
-  const auto end = std::upper_bound(sample_s.begin(), sample_s.end(), until_s);
-  if (end != sample_s.end()) sample_s.erase(end + 1, sample_s.end());
-  if (t.markers) t.markers = observe::beginning_of(*t.markers, until_s);
-  if (t.stripes) {
-    auto track = std::make_shared<observe::StripeTrack>(*t.stripes);
-    std::erase_if(track->frames, [&](const observe::StripeFrame& f) { return f.time_s > until_s; });
-    t.stripes = track;
-  }
-  return t;
+model::ObservedTrial first_of(const model::ObservedTrial& t, double span_s) {
+  return model::beginning_of(t, std::max(t.experiment.start_s + span_s, first_observed_s(t)));
 }
 
 // Still trials and the beginnings of the first three that move. Enough to start from: still trials are cheap, and three
 // that move show every parameter once.
 std::vector<model::ObservedTrial> beginnings_of(const std::vector<model::ObservedTrial>& trials, double span_s) {
   std::vector<model::ObservedTrial> out;
-  for (const size_t i : first_few(trials)) out.push_back(beginning_of(trials[i], span_s));
+  for (const size_t i : first_few(trials)) out.push_back(first_of(trials[i], span_s));
   return out;
 }
 
@@ -166,7 +155,7 @@ Start fit_beginnings(const model::Simulation& simulation, const model::State& st
   Start out{start, 0};
   for (size_t i = 0; i < shares.size(); ++i) {
     std::vector<model::ObservedTrial> begun;
-    for (const model::ObservedTrial& t : whole) begun.push_back(beginning_of(t, shares[i] * span_s));
+    for (const model::ObservedTrial& t : whole) begun.push_back(first_of(t, shares[i] * span_s));
     const model::Simulation part(std::move(begun), simulation.options());
     model::State of_part = part.state_of(simulation, state);
     estimate::LeastSquaresOptions some = options;

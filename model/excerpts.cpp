@@ -42,18 +42,6 @@ double most_excited(const ObservedTrial& trial, double length_s, double delay_s)
   return best;
 }
 
-observe::MarkerTrack piece_of(const observe::MarkerTrack& track, double from_s, double to_s) {
-  const auto first = std::lower_bound(track.time_s.begin(), track.time_s.end(), from_s) - track.time_s.begin(),
-             end = std::upper_bound(track.time_s.begin(), track.time_s.end(), to_s) - track.time_s.begin();
-  observe::MarkerTrack out = track;
-  out.time_s.assign(track.time_s.begin() + first, track.time_s.begin() + end);
-  const auto all = static_cast<Eigen::Index>(track.time_s.size()), markers = static_cast<Eigen::Index>(track.uv.size());
-  out.position.resize(3, (end - first) * markers);
-  for (Eigen::Index k = 0; k < markers; ++k)
-    out.position.middleCols(k * (end - first), end - first) = track.position.middleCols(k * all + first, end - first);
-  return out;
-}
-
 void begin_at(ObservedTrial& trial, double from_s, double length_s) {
   trial.experiment.start_s = from_s;
   trial.experiment.sample_s = sample_times(from_s, from_s + length_s);
@@ -69,15 +57,19 @@ void cut_markers(ObservedTrial& trial, double length_s, const ExcerptOptions& op
   begin_at(trial, from_s, length_s);
 }
 
+std::shared_ptr<const observe::StripeTrack> piece_of(const observe::StripeTrack& track, double from_s, double to_s) {
+  auto out = std::make_shared<observe::StripeTrack>(track);
+  std::erase_if(out->frames, [&](const observe::StripeFrame& f) { return f.time_s < from_s || f.time_s > to_s; });
+  return out;
+}
+
 // From a while before the held edge begins to move: until then the fabric hangs still.
 void cut_pictures(ObservedTrial& trial, double length_s) {
   const double last = end_s(trial) - length_s,
                from_s = std::max(trial.experiment.start_s, std::min(last, first_move_s(trial) - kBeforeMotion_s));
-  observe::StripeTrack piece = *trial.stripes;
-  std::erase_if(piece.frames,
-                [&](const observe::StripeFrame& f) { return f.time_s < from_s || f.time_s > from_s + length_s; });
-  if (piece.frames.empty()) return;
-  trial.stripes = std::make_shared<const observe::StripeTrack>(std::move(piece));
+  const std::shared_ptr<const observe::StripeTrack> piece = piece_of(*trial.stripes, from_s, from_s + length_s);
+  if (piece->frames.empty()) return;
+  trial.stripes = piece;
   begin_at(trial, from_s, length_s);
 }
 
@@ -97,6 +89,17 @@ std::vector<ObservedTrial> excerpts(std::vector<ObservedTrial> trials, const Exc
     else cut_pictures(trial, length_s);
   }
   return trials;
+}
+
+ObservedTrial beginning_of(ObservedTrial trial, double until_s) {
+  if (trial.still) return trial;
+  std::vector<double>& sample_s = trial.experiment.sample_s;
+  // One sample beyond the last observation serves interpolation.
+  const auto end = std::upper_bound(sample_s.begin(), sample_s.end(), until_s);
+  if (end != sample_s.end()) sample_s.erase(end + 1, sample_s.end());
+  if (trial.markers) trial.markers = piece_of(*trial.markers, -1e300, until_s);
+  if (trial.stripes) trial.stripes = piece_of(*trial.stripes, -1e300, until_s);
+  return trial;
 }
 
 std::vector<ObservedTrial> without_leads(std::vector<ObservedTrial> trials) {

@@ -25,6 +25,9 @@ std::vector<ObservedTrial> excerpts(std::vector<ObservedTrial> trials, const Exc
 // Markers within the leads left out: what remains is simulated from where the piece begins, and all of it counts.
 std::vector<ObservedTrial> without_leads(std::vector<ObservedTrial> trials);
 
+// What was seen until then. Of a trial that is still all of it.
+ObservedTrial beginning_of(ObservedTrial trial, double until_s);
+
 // Of all that moves, s.
 double motion_s(const std::vector<ObservedTrial>& trials);
 

@@ -153,14 +153,15 @@ MarkerTrack track_markers(const trial::Trial& trial, const ObserveOptions& optio
   return track;
 }
 
-MarkerTrack beginning_of(const MarkerTrack& track, double until_s) {
+MarkerTrack piece_of(const MarkerTrack& track, double from_s, double to_s) {
+  const auto first = std::lower_bound(track.time_s.begin(), track.time_s.end(), from_s) - track.time_s.begin(),
+             end = std::upper_bound(track.time_s.begin(), track.time_s.end(), to_s) - track.time_s.begin();
   MarkerTrack out = track;
+  out.time_s.assign(track.time_s.begin() + first, track.time_s.begin() + end);
   const auto all = static_cast<Eigen::Index>(track.time_s.size()), markers = static_cast<Eigen::Index>(track.uv.size());
-  out.time_s.erase(std::upper_bound(out.time_s.begin(), out.time_s.end(), until_s), out.time_s.end());
-  const auto kept = static_cast<Eigen::Index>(out.time_s.size());
-  out.position.resize(3, kept * markers);
+  out.position.resize(3, (end - first) * markers);
   for (Eigen::Index k = 0; k < markers; ++k)
-    out.position.middleCols(k * kept, kept) = track.position.middleCols(k * all, kept);
+    out.position.middleCols(k * (end - first), end - first) = track.position.middleCols(k * all + first, end - first);
   return out;
 }
 

@@ -35,7 +35,7 @@ double stated_noise_m(const trial::Trial& trial);
 // Of still fabric one time, the mean of all samples. Throws BadInput where no sample lies in the window.
 MarkerTrack track_markers(const trial::Trial& trial, const ObserveOptions& options, bool still);
 
-// The first `until_s` of it.
-MarkerTrack beginning_of(const MarkerTrack& track, double until_s);
+// What of it was seen between two times.
+MarkerTrack piece_of(const MarkerTrack& track, double from_s, double to_s);
 
 }  // namespace selvedge::observe

@@ -13,6 +13,7 @@
 #include "files/whole_file.h"
 #include "fit/fit_campaign.h"
 #include "fit/stages.h"
+#include "model/excerpts.h"
 #include "model/trial_error.h"
 #include "station/diagnosis_folder.h"
 #include "station/simulated_motion.h"
@@ -82,15 +83,22 @@ json values_of_fit(const json& fit) {
   return out;
 }
 
-// Errors of all trials.
-std::vector<double> errors_of(const model::Simulation& simulation, const model::Residuals& residuals, double moving_s) {
+// Errors of all trials, from where each moves.
+std::vector<double> errors_of(const model::Simulation& simulation, const model::Residuals& residuals) {
   std::vector<double> out;
   for (size_t i = 0; i < simulation.trials().size(); ++i) {
     const model::ObservedTrial& trial = simulation.trials()[i];
-    const double from_s = trial.still ? -1e300 : model::first_move_s(trial),
-                 to_s = trial.still ? 1e300 : from_s + moving_s;
-    out.push_back(model::rms_mm(trial, residuals.mm[i], simulation.time_s(i), from_s, to_s));
+    out.push_back(
+        model::rms_mm(trial, residuals.mm[i], simulation.time_s(i), trial.still ? -1e300 : model::first_move_s(trial)));
   }
+  return out;
+}
+
+// Of each trial what the diagnosis forecasts.
+std::vector<model::ObservedTrial> forecast_of(const std::vector<model::ObservedTrial>& trials, double moving_s) {
+  std::vector<model::ObservedTrial> out;
+  for (const model::ObservedTrial& trial : trials)
+    out.push_back(trial.still ? trial : model::beginning_of(trial, model::first_move_s(trial) + moving_s));
   return out;
 }
 
@@ -181,12 +189,13 @@ Confirmation found_by(const FirstAnswers& answers, const trial::Campaign& second
   const VectorXd with = coordinates_at(parameters, answers.diagnosis["fit"].at(out.likeliest));
   sets.col(2) = with;
   const model::State state = simulation.state_at(parameters, with);
+  const model::Simulation compared(forecast_of(simulation.trials(), out.moving_s), grid);
   std::vector<model::Residuals> by;
-  tbb::parallel_invoke([&] { by = simulation.evaluate(state, parameters, sets); },
+  tbb::parallel_invoke([&] { by = compared.evaluate(compared.state_of(simulation, state), parameters, sets); },
                        [&] {
     write_simulated_motions({simulation, state, parameters, with}, second, folder);
   });
-  const auto errors = [&](const model::Residuals& r) { return errors_of(simulation, r, out.moving_s); };
+  const auto errors = [&](const model::Residuals& r) { return errors_of(compared, r); };
   const std::vector<double> fit_mm = errors(by[0]), base_mm = errors(by[1]), with_mm = errors(by[2]);
   for (size_t i = 0; i < with_mm.size(); ++i)
     out.trials.push_back({simulation.trials()[i].name, fit_mm[i], base_mm[i], with_mm[i]});

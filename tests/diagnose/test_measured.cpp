@@ -156,6 +156,22 @@ TEST(Excerpts, OfPicturesBeginAtRest) {
   EXPECT_NEAR(piece.experiment.sample_s.front(), from, 1e-12);
 }
 
+TEST(Excerpts, TheBeginningIsWhatWasSeenUntilThen) {
+  const model::ObservedTrial trial = observed(truthful);
+  const std::vector<double>& time_s = trial.markers->time_s;
+  const size_t kept = time_s.size() / 3;
+  const model::ObservedTrial part = model::beginning_of(trial, time_s[kept - 1]);
+  ASSERT_EQ(part.markers->time_s.size(), kept);
+  const auto last = static_cast<Eigen::Index>(time_s.size() + kept) - 1;  // of the second marker
+  EXPECT_EQ(part.markers->position.col(static_cast<Eigen::Index>(2 * kept) - 1), trial.markers->position.col(last));
+  // Positions between samples are interpolated, so the last seen needs one after it.
+  EXPECT_GT(part.experiment.sample_s.back(), time_s[kept - 1]);
+  EXPECT_LT(part.experiment.sample_s.back(), time_s[kept]);
+  model::ObservedTrial still = trial;
+  still.still = true;
+  EXPECT_EQ(model::beginning_of(still, time_s[kept - 1]).markers->time_s, time_s);
+}
+
 // A piece begins alike for all fabrics, as one moved there, and leaves that in its lead.
 TEST(Excerpts, BeginAlikeForAllFabrics) {
   const std::vector<model::ObservedTrial> pieces =
