@@ -174,8 +174,8 @@ class Run {
     constexpr size_t kMostSets = 10;
     for (size_t k = 0; k < std::min(verdict_.weights.size(), kMostSets); ++k) {
       const Weight& w = verdict_.weights[k];
-      out_.sets.push_back(
-          {name_of(study(), w.effects), w.and_unknown, w.probability, weighed_->evidence().error().scales[w.scale]});
+      out_.sets.push_back({name_of(study(), w.effects), w.and_unknown, w.probability,
+                           weighed_->evidence().error().scales[w.scale] / study().right_scale});
     }
     out_.probability = verdict_.probability;
     out_.inclusion = verdict_.inclusion;

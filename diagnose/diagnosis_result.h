@@ -38,7 +38,7 @@ struct BaseParameter {
 struct WeighedSet {
   std::string name;  // "none", "a", "a+b"
   bool and_unknown = false;
-  double probability = 0, model_error = 0;  // s: times the usual size
+  double probability = 0, model_error = 0;  // s (evidence.h), of what it is in a right model
 };
 
 struct Diagnosis {

@@ -39,6 +39,7 @@ TEST(ScannedSurface, ItsDelayIsNamedAndItsNullCampaignIsNot) {
   const Diagnosis null_campaign = diagnosed_scan(scanned_campaign(0));
   EXPECT_EQ(null_campaign.cause, "none");
   EXPECT_GT(null_campaign.probability.at("none"), 0.8);
+  EXPECT_NEAR(null_campaign.sets.at(0).model_error, 1, 0.5) << "as right models usually are";
 }
 
 }  // namespace
