@@ -5,6 +5,7 @@
 
 #include "diagnose/diagnosis.h"
 #include "estimate/kept_input.h"
+#include "fit/fit_campaign.h"
 #include "fit/fit_report.h"
 
 namespace selvedge::diagnose {

@@ -7,6 +7,7 @@
 
 #include "files/bad_input.h"
 #include "files/csv_table.h"
+#include "fit/fit_campaign.h"
 #include "fit/fold_objective.h"
 #include "estimate/optimisers/registry.h"
 #include "estimate/optimisers/journal.h"

@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "fit/fit_campaign.h"
+#include "fit/fit_outcome.h"
 
 namespace selvedge::fit {
 

@@ -2,7 +2,7 @@
 // simulated sheet for trials with markers.
 #pragma once
 
-#include "fit/fit_campaign.h"
+#include "fit/fit_outcome.h"
 #include "report/html.h"
 
 namespace selvedge::fit {

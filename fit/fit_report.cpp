@@ -12,6 +12,7 @@
 #include "fit/fit_sections.h"
 #include "fit/fit_text.h"
 #include "fit/fit_verdict.h"
+#include "fit/trial_errors.h"
 #include "report/html.h"
 
 namespace selvedge::fit {

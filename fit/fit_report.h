@@ -7,7 +7,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "fit/fit_campaign.h"
+#include "fit/fit_outcome.h"
 
 namespace selvedge::fit {
 

@@ -1,7 +1,7 @@
 // The sections of a fit's report that its numbers make: parameters, errors, progress.
 #pragma once
 
-#include "fit/fit_campaign.h"
+#include "fit/fit_outcome.h"
 #include "report/html.h"
 
 namespace selvedge::fit {

@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include "fit/trial_errors.h"
 #include "report/text_table.h"
 
 namespace selvedge::fit {

@@ -1,4 +1,5 @@
 #include "fit/fit_verdict.h"
+#include "fit/trial_errors.h"
 
 #include <algorithm>
 #include <cmath>

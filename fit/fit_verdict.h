@@ -6,7 +6,7 @@
 // was not seen missed by more than twice what was fitted, a grid that leaves more than 1 mm open.
 #pragma once
 
-#include "fit/fit_campaign.h"
+#include "fit/fit_outcome.h"
 #include "report/verdict.h"
 
 namespace selvedge::fit {

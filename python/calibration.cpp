@@ -2,6 +2,7 @@
 #include "diagnose/diagnosis_report.h"
 #include "diagnose/effects/library.h"
 #include "files/bad_input.h"
+#include "fit/fit_campaign.h"
 #include "fit/fit_report.h"
 #include "python/bindings.h"
 #include "python/campaign_simulation.h"

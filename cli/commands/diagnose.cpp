@@ -17,6 +17,7 @@
 #include "diagnose/simulator_report.h"
 #include "estimate/kept_input.h"
 #include "files/bad_input.h"
+#include "fit/fit_campaign.h"
 #include "fit/fit_report.h"
 #include "report/progress.h"
 #include "station/simulator/foreign_simulator.h"

@@ -13,6 +13,7 @@
 #include "cli/output_folder.h"
 #include "files/bad_input.h"
 #include "fit/campaign_search.h"
+#include "fit/fit_campaign.h"
 #include "fit/fit_report.h"
 #include "fit/fit_text.h"
 #include "fit/fit_verdict.h"

@@ -10,6 +10,7 @@
 #include "cli/verify/proofs/scanned_trial.h"
 #include "files/whole_file.h"
 #include "fit/campaign_search.h"
+#include "fit/fit_campaign.h"
 #include "fit/fit_report.h"
 #include "tests/fit/simulated_trial.h"
 #include "tests/keep_page.h"

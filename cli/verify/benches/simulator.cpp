@@ -7,6 +7,7 @@
 
 #include "cli/verify/figures.h"
 #include "cli/verify/proofs/simulator_behind.h"
+#include "fit/fit_campaign.h"
 
 namespace selvedge::cli {
 

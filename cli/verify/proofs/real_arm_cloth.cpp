@@ -13,6 +13,7 @@
 #include "diagnose/effects/library.h"
 #include "fit/fit_campaign.h"
 #include "fit/stages.h"
+#include "fit/trial_errors.h"
 #include "report/text_table.h"
 
 namespace selvedge::cli {

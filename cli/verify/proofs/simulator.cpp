@@ -8,6 +8,7 @@
 #include "cli/verify/figures.h"
 #include "cli/verify/proofs/simulator_behind.h"
 #include "diagnose/diagnosis.h"
+#include "fit/fit_campaign.h"
 
 namespace selvedge::cli {
 

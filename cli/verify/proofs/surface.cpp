@@ -12,6 +12,7 @@
 #include "diagnose/diagnosis.h"
 #include "diagnose/effects/library.h"
 #include "fit/campaign_search.h"
+#include "fit/fit_campaign.h"
 
 namespace selvedge::cli {
 
