@@ -84,21 +84,23 @@ json values_of_fit(const json& fit) {
 }
 
 // Errors of all trials, from where each moves.
-std::vector<double> errors_of(const model::Simulation& simulation, const model::Residuals& residuals) {
+std::vector<double> errors_of(const model::Simulation& simulation, const model::Residuals& residuals, double moving_s) {
   std::vector<double> out;
   for (size_t i = 0; i < simulation.trials().size(); ++i) {
     const model::ObservedTrial& trial = simulation.trials()[i];
-    out.push_back(
-        model::rms_mm(trial, residuals.mm[i], simulation.time_s(i), trial.still ? -1e300 : model::first_move_s(trial)));
+    const double from_s = trial.still ? -1e300 : model::first_move_s(trial),
+                 to_s = trial.still ? 1e300 : from_s + moving_s;
+    out.push_back(model::rms_mm(trial, residuals.mm[i], simulation.time_s(i), from_s, to_s));
   }
   return out;
 }
 
-// Of each trial what the diagnosis forecasts.
+// Of each trial what the diagnosis forecasts, and a little more: clocks that drift and shutters that roll look ahead.
 std::vector<model::ObservedTrial> forecast_of(const std::vector<model::ObservedTrial>& trials, double moving_s) {
+  constexpr double kAhead_s = 0.1;
   std::vector<model::ObservedTrial> out;
   for (const model::ObservedTrial& trial : trials)
-    out.push_back(trial.still ? trial : model::beginning_of(trial, model::first_move_s(trial) + moving_s));
+    out.push_back(model::beginning_of(trial, model::first_move_s(trial) + moving_s + kAhead_s));
   return out;
 }
 
@@ -195,7 +197,7 @@ Confirmation found_by(const FirstAnswers& answers, const trial::Campaign& second
                        [&] {
     write_simulated_motions({simulation, state, parameters, with}, second, folder);
   });
-  const auto errors = [&](const model::Residuals& r) { return errors_of(compared, r); };
+  const auto errors = [&](const model::Residuals& r) { return errors_of(compared, r, out.moving_s); };
   const std::vector<double> fit_mm = errors(by[0]), base_mm = errors(by[1]), with_mm = errors(by[2]);
   for (size_t i = 0; i < with_mm.size(); ++i)
     out.trials.push_back({simulation.trials()[i].name, fit_mm[i], base_mm[i], with_mm[i]});
