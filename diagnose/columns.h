@@ -65,8 +65,8 @@ double neutral_of(const model::Parameter& p);
 void list_columns(const Study& study, Linearisation& out);
 
 // What is negligible of each effect, by its scale, by what another form of a law shows as it, and by what a unit of it
-// leaves beyond a refit of the base. Of starts that add up that alone counts, shared among them: a scale of one leaves
-// ten times what it does of another.
+// leaves beyond a refit of the base; of a mass, which leaves nothing there, by its scale alone. Of starts that add up
+// that alone counts, shared among them: a scale of one leaves ten times what it does of another.
 void set_negligible(const Study& study, Linearisation& out);
 
 // An effect of several parameters has directions that hardly show: a projector's shift along its rows is one across

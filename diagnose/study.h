@@ -23,7 +23,7 @@ namespace selvedge::diagnose {
 struct Study {
   std::string campaign;
   Protocol protocol;
-  double right_scale = 1;  // median of s (evidence.h) in a right model of what was recorded so
+  double right_scale = protocol.right_scale;  // median of s (evidence.h) in a right model of what was recorded so
   std::vector<Effect> effects;
   std::vector<model::Parameter> parameters;  // base, then every effect's, then one a smooth force
   size_t base_count = 0, first_force = 0;

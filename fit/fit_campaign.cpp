@@ -84,16 +84,6 @@ void hold_out_trials(FitOutcome& out, const std::vector<model::Parameter>& param
   }
 }
 
-// Another simulator's grid is its own: there is none finer to look at.
-estimate::LeastSquaresResult fit_as_it_is(FitOutcome& out, const std::vector<model::ObservedTrial>& trials,
-                                          const std::vector<model::Parameter>& parameters, const VectorXd& at,
-                                          int cells, estimate::LeastSquaresOptions search, const FitOptions& options) {
-  search.progress = part_of(options.progress, 0.25, 0.8, options.simulator->name());
-  out.simulation = std::make_shared<model::Simulation>(trials, on_grid_of(cells, options));
-  out.state = out.simulation->state_at(parameters, at);
-  return minimise_on_branches(*out.simulation, out.state, parameters, at, search);
-}
-
 // One that diverges at its usual values would leave nothing to fit.
 void expect_it_runs(const std::vector<model::ObservedTrial>& trials, const std::vector<model::Parameter>& parameters,
                     int cells, const FitOptions& options) {
@@ -195,34 +185,38 @@ int cells_of_last(const std::vector<model::ObservedTrial>& trials, const std::ve
 }
 
 // A search in the place of least squares, and derivatives where it ends.
-OnGrids fit_by_search(FitOutcome& out, const std::vector<model::Parameter>& parameters, const VectorXd& at,
-                      estimate::LeastSquaresOptions last, const FitOptions& options) {
-  out.state = out.simulation->state_at(parameters, at);
+estimate::LeastSquaresResult fit_by_search(FitOutcome& out, const std::vector<model::Parameter>& parameters,
+                                           const VectorXd& at, estimate::LeastSquaresOptions last,
+                                           const FitOptions& options, int& evaluations) {
   const estimate::SearchResult searched =
       options.search(*out.simulation, out.state, parameters, at,
                      search_options(options, out.cut_s, part_of(options.progress, 0.25, 0.75, "search"), nullptr));
   out.trace = searched.trace;
+  evaluations += searched.evaluations;
   last.max_iterations = 0;  // derivatives alone
   last.progress = part_of(options.progress, 0.75, 0.8, "derivatives");
-  OnGrids done{minimise(*out.simulation, out.state, parameters, searched.point, last), VectorXd::Zero(at.size()), 0};
-  done.evaluations = searched.evaluations + done.fit.evaluations;
-  return done;
+  return minimise(*out.simulation, out.state, parameters, searched.point, last);
 }
 
-OnGrids fit_last(FitOutcome& out, const std::vector<model::ObservedTrial>& trials,
-                 const std::vector<model::Parameter>& parameters, const Start& found, const FitOptions& options,
-                 const std::shared_ptr<estimate::FitJournal>& journal) {
+LastStage fit_last(FitOutcome& out, const std::vector<model::ObservedTrial>& trials,
+                   const std::vector<model::Parameter>& parameters, const Start& found, const FitOptions& options,
+                   const std::shared_ptr<estimate::FitJournal>& journal) {
   const VectorXd& at = found.coordinates;
   const int cells = cells_of_last(trials, parameters, at, options);
-  const estimate::LeastSquaresOptions last = search_options(options, out.cut_s, options.progress, journal);
+  estimate::LeastSquaresOptions last = search_options(options, out.cut_s, options.progress, journal);
+  if (!options.search && !options.simulator) return fit_on_grids(out, trials, parameters, at, cells, last, options);
   out.grid_mm = std::numeric_limits<double>::quiet_NaN();
+  out.simulation = std::make_shared<model::Simulation>(trials, on_grid_of(cells, options));
+  out.state = out.simulation->state_at(parameters, at);
+  LastStage done{{}, VectorXd::Zero(at.size()), 0};
   if (options.search) {
-    out.simulation = std::make_shared<model::Simulation>(trials, on_grid_of(cells, options));
-    return fit_by_search(out, parameters, at, last, options);
+    done.fit = fit_by_search(out, parameters, at, last, options, done.evaluations);
+  } else {
+    // Another simulator's grid is its own: there is none finer to look at.
+    last.progress = part_of(options.progress, 0.25, 0.8, options.simulator->name());
+    done.fit = minimise_on_branches(*out.simulation, out.state, parameters, at, last);
   }
-  if (!options.simulator) return fit_on_grids(out, trials, parameters, at, cells, last, options);
-  OnGrids done{fit_as_it_is(out, trials, parameters, at, cells, last, options), VectorXd::Zero(at.size()), 0};
-  done.evaluations = done.fit.evaluations;
+  done.evaluations += done.fit.evaluations;
   return done;
 }
 
@@ -266,7 +260,7 @@ FitOutcome fit_campaign(const trial::Campaign& campaign, const FitOptions& optio
   if (!options.journal.empty())
     journal = estimate::FitJournal::shared(options.journal, identity_of(options, recordings), options.ranks);
   const Start found = found_start(out, trials, parameters, options, journal);
-  const OnGrids last = fit_last(out, trials, parameters, found, options, journal);
+  const LastStage last = fit_last(out, trials, parameters, found, options, journal);
   out.model = options.simulator ? options.simulator->name()
                                 : fmt::format("Baraff-Witkin on bicubic splines, {}, {} cells along the width",
                                               drag_text(options.drag), out.simulation->options().cells);

@@ -63,7 +63,7 @@ GridChange change_on_finer(const FitOutcome& out, const std::vector<model::Param
 // where it led them, until that is hardly further.
 void fit_with_finer(FitOutcome& out, const std::vector<model::Parameter>& parameters, int finer_cells,
                     estimate::LeastSquaresOptions search, const FitOptions& options, GridChange& change,
-                    OnGrids& done) {
+                    LastStage& done) {
   constexpr int kMostRounds = 6;
   constexpr double kHardly = 0.05;  // of the cost
   const auto at_round = [](int k) { return 0.75 + 0.05 * k / kMostRounds; };
@@ -89,10 +89,10 @@ model::SimulationOptions on_grid_of(int cells, const FitOptions& options) {
   return o;
 }
 
-OnGrids fit_on_grids(FitOutcome& out, const std::vector<model::ObservedTrial>& trials,
-                     const std::vector<model::Parameter>& parameters, VectorXd at, int cells,
-                     estimate::LeastSquaresOptions search, const FitOptions& options) {
-  OnGrids done;
+LastStage fit_on_grids(FitOutcome& out, const std::vector<model::ObservedTrial>& trials,
+                       const std::vector<model::Parameter>& parameters, VectorXd at, int cells,
+                       estimate::LeastSquaresOptions search, const FitOptions& options) {
+  LastStage done;
   GridChange change;
   // The end need not be exact here: it is fitted once more.
   const double enough = search.least_decrease;

@@ -67,7 +67,7 @@ TEST_F(Judged, WhereNoneIsLikeliestWithoutTheSetItIsNone) {
   EXPECT_NEAR(sum(v), 1, 1e-12);
 }
 
-// Model error of 0.5 is a right model's where markers are held, and four times as much where only cameras look.
+// A model error of 0.5 is a right model's where these err by as much, and four times that where they err by 0.125.
 TEST_F(Judged, WhatIsUnknownBeginsAtTwiceWhatARightModelErrsBy) {
   scales_ = {0.125, 0.5};
   EffectSet none, first;
