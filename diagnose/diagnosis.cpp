@@ -118,17 +118,17 @@ class Run {
     std::map<std::vector<size_t>, GapTaken> taken;
     for (const LookedAt& l : looked_at_)
       if (!l.arm.effects.empty()) taken[l.arm.effects] = taken_by(l, weighed_->noise, study().protocol);
-    verdict_ = judge(study(), weighing_->sets, weighed_->evidence().error().scales, taken,
-                     p_of_gap(likeliest().before, weighed_->noise, study().protocol));
-    const auto borne_out = [&](const LookedAt& l) {
+    taken[{}].p_of_right = p_of_gap(likeliest().before, weighed_->noise, study().protocol);
+    verdict_ = judge(study(), weighing_->sets, weighed_->evidence().error().scales, taken);
+    const auto is_named = [&](const LookedAt& l) {
       double sum = 0;
       for (const Weight& w : verdict_.weights)
-        if (w.effects == l.arm.effects) sum += w.borne_out;
+        if (w.effects == l.arm.effects) sum += w.probability * w.all_take;
       return sum;
     };
     const auto first =
         std::max_element(looked_at_.begin(), looked_at_.end(),
-                         [&](const LookedAt& a, const LookedAt& b) { return borne_out(a) < borne_out(b); });
+                         [&](const LookedAt& a, const LookedAt& b) { return is_named(a) < is_named(b); });
     std::rotate(looked_at_.begin(), first, first + 1);
   }
 

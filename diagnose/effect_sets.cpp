@@ -72,33 +72,44 @@ EffectSet over_ways(const Scales& scales, const std::vector<EffectSet>& ways) {
   return out;
 }
 
-// Probabilities as far as what sets take of the gap bears them out. The rest of a set's goes to the others as they are
-// likely without it, again as far as they are borne out, and else to unknown: to `left`.
-std::vector<double> borne_out(const std::vector<Weight>& weights, const std::map<std::vector<size_t>, GapTaken>& taken,
-                              double explains, double& left) {
-  std::vector<double> out, share, receives;  // share: that is borne out
-  for (const Weight& w : weights) {
-    const auto given = taken.find(w.effects);
-    const bool is_known = given != taken.end();
-    share.push_back(is_known ? std::clamp(given->second.explained / explains, 0.0, 1.0) : 1);
-    receives.push_back(is_known || w.effects.empty() ? share.back() : 0);
-    out.push_back(w.probability * share.back());
+// How much what is left of held-out trials leaves of a set's odds, with nothing unknown beside.
+class Odds {
+ public:
+  explicit Odds(const std::map<std::vector<size_t>, GapTaken>& taken) : taken_(taken) {
+    for (const auto& [effects, t] : taken)
+      if (!effects.empty()) not_looked_at_ = std::min(not_looked_at_, least_factor(t.p_of_right));
   }
-  for (size_t i = 0; i < weights.size(); ++i) {
-    const double rest = weights[i].probability * (1 - share[i]);
-    if (rest <= 0) continue;
-    double others = 0, given = 0;
-    for (const Weight& w : weights)
-      if (w.effects != weights[i].effects) others += w.probability;
-    for (size_t j = 0; j < weights.size() && others > 0; ++j) {
-      if (weights[j].effects == weights[i].effects) continue;
-      const double gains = rest * receives[j] * weights[j].probability / others;
-      out[j] += gains;
-      given += gains;
-    }
-    left += rest - given;
+  double of(const std::vector<size_t>& effects) const {
+    const auto place = taken_.find(effects);
+    if (place != taken_.end()) return least_factor(place->second.p_of_right);
+    return effects.empty() ? 1 : not_looked_at_;
   }
-  return out;
+
+ private:
+  const std::map<std::vector<size_t>, GapTaken>& taken_;
+  double not_looked_at_ = 1;
+};
+
+// Adds a hypothesis to what is told: its effects as far as they take a part of the gap, by their parts; else none or
+// unknown. none: what held-out trials leave of none's odds.
+void tell(const Study& study, const GapTaken& taken, double none, Weight& w, Verdict& out) {
+  double sum = 0, no_effect = 1;
+  std::vector<double> parts = taken.parts;
+  if (std::none_of(parts.begin(), parts.end(), [](double part) { return part > 0; })) parts.assign(w.effects.size(), 1);
+  for (size_t k = 0; k < w.effects.size(); ++k) {
+    const double takes = taken.takes.empty() ? 1 : taken.takes[k];
+    parts[k] = takes * std::max(0.0, parts[k]);
+    sum += parts[k];
+    w.all_take *= takes;
+    no_effect *= 1 - takes;
+    out.inclusion[study.effects[w.effects[k]].name] += w.probability * takes;
+  }
+  if (!(sum > 0)) no_effect = 1;
+  const double is_none = w.and_unknown ? 0 : w.effects.empty() ? 1 : none;
+  out.probability["none"] += w.probability * no_effect * is_none;
+  out.probability["unknown"] += w.probability * no_effect * (1 - is_none);
+  for (size_t k = 0; k < parts.size() && sum > 0; ++k)
+    out.probability[study.effects[w.effects[k]].name] += w.probability * (1 - no_effect) * parts[k] / sum;
 }
 
 }  // namespace
@@ -182,13 +193,14 @@ std::vector<EffectSet> weigh_sets(const Study& study, const Evidence& evidence, 
 }
 
 Verdict judge(const Study& study, const std::vector<EffectSet>& sets, const std::vector<double>& scales,
-              const std::map<std::vector<size_t>, GapTaken>& taken, double p_of_right) {
+              const std::map<std::vector<size_t>, GapTaken>& taken) {
   const Protocol& p = study.protocol;
   const ScalePriors priors = scale_priors(study, scales);
+  const Odds odds(taken);
   const auto n = static_cast<double>(study.effects.size());
   const double one = 1 - p.prior_none - p.prior_unknown - p.prior_two - p.prior_three;
   const auto prior_of = [&](const EffectSet& set, bool and_unknown) {
-    if (set.effects.empty()) return and_unknown ? p.prior_unknown : p.prior_none * least_factor(p_of_right);
+    if (set.effects.empty()) return and_unknown ? p.prior_unknown : p.prior_none;
     const double beside = and_unknown ? p.prior_beside : 1 - p.prior_beside;
     if (set.effects.size() == 1) return beside * one / n;
     if (set.effects.size() == 2) return beside * p.prior_two / std::max(1.0, n * (n - 1) / 2);
@@ -201,30 +213,18 @@ Verdict judge(const Study& study, const std::vector<EffectSet>& sets, const std:
       std::vector<double> over_s;
       for (size_t s = 0; s < scales.size(); ++s)
         over_s.push_back(set.log_evidence[s] + (and_unknown ? priors.unknown : priors.right)[s]);
-      logs.push_back(p.tempering * log_sum(over_s) + std::log(std::max(prior_of(set, and_unknown), 1e-12)));
+      const double prior = prior_of(set, and_unknown) * (and_unknown ? 1 : odds.of(set.effects));
+      logs.push_back(p.tempering * log_sum(over_s) + std::log(std::max(prior, 1e-12)));
       out.weights.push_back({set.effects, and_unknown, 0,
-                             static_cast<size_t>(std::max_element(over_s.begin(), over_s.end()) - over_s.begin()), 0});
+                             static_cast<size_t>(std::max_element(over_s.begin(), over_s.end()) - over_s.begin())});
     }
   const double all = log_sum(logs);
   for (size_t i = 0; i < logs.size(); ++i) out.weights[i].probability = std::exp(logs[i] - all);
   out.probability["none"] = out.probability["unknown"] = 0;
   for (const Effect& e : study.effects) out.inclusion[e.name] = out.probability[e.name] = 0;
-  const std::vector<double> masses = borne_out(out.weights, taken, p.explains, out.probability["unknown"]);
-  for (size_t i = 0; i < masses.size(); ++i) {
-    Weight& w = out.weights[i];
-    w.borne_out = masses[i];
-    if (w.effects.empty()) out.probability[w.and_unknown ? "unknown" : "none"] += masses[i];
-    const auto given = taken.find(w.effects);
-    double sum = 0;
-    if (given != taken.end())
-      for (const double part : given->second.parts) sum += std::max(0.0, part);
-    for (size_t k = 0; k < w.effects.size(); ++k) {
-      const std::string& name = study.effects[w.effects[k]].name;
-      out.inclusion[name] += masses[i];
-      const double share =
-          sum > 0 ? std::max(0.0, given->second.parts[k]) / sum : 1.0 / static_cast<double>(w.effects.size());
-      out.probability[name] += masses[i] * share;
-    }
+  for (Weight& w : out.weights) {
+    const auto place = taken.find(w.effects);
+    tell(study, place == taken.end() ? GapTaken{} : place->second, odds.of({}), w, out);
   }
   for (auto& [name, p] : out.inclusion) p = std::min(p, 1.0);  // sums round
   std::stable_sort(out.weights.begin(), out.weights.end(),

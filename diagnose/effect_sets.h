@@ -40,28 +40,29 @@ struct Weight {
   std::vector<size_t> effects;
   bool and_unknown = false;
   double probability = 0;
-  size_t scale = 0;      // the likeliest s
-  double borne_out = 0;  // what is left of the probability, or added to it, by what sets take of the gap
+  size_t scale = 0;     // the likeliest s
+  double all_take = 1;  // that each of its effects takes a part of the gap, as far as groups of trials tell
 };
 
 struct Verdict {
   std::vector<Weight> weights;                // by probability
-  std::map<std::string, double> inclusion;    // of every effect
+  std::map<std::string, double> inclusion;    // of every effect: that it is there and takes a part of the gap
   std::map<std::string, double> probability;  // none, unknown, every effect; a set's mass by its effects' shares; adds
                                               // up to 1
 };
 
-// What a set takes of the gap in trials that it was not fitted to.
+// What trials that a set was not fitted to say of it.
 struct GapTaken {
-  std::vector<double> parts;  // an effect's each, in the set's order
-  double explained = 1;       // all of it, of what a right model would take
+  std::vector<double> parts;  // of the gap, an effect's each, in the set's order
+  std::vector<double> takes;  // least_factor() of each: that it takes Protocol::least_part
+  double p_of_right = 1;      // how likely a right model leaves as much as the set does
 };
 
-// Probabilities of the sets. p_of_right: how likely a right model leaves as much of held-out trials as the base does;
-// it speaks against none, as little as such a p can. taken: by the set's effects; missing: all of it, by each effect
-// alike. A set that takes less than Protocol::explains leaves so much of its probability to the others, as they are
-// likely without it and as far as they do take it, and else to unknown.
+// Probabilities of the sets. taken: by the set's effects, of none by no effect. What a right model would hardly leave
+// speaks against a set, and against none, as little as such a p can, where nothing unknown is beside; sets that were
+// not looked at have the least such factor of those that were. An effect that takes nothing is not named: its set's
+// mass is that of the set without it, and of unknown, where a right model would hardly leave what none leaves.
 Verdict judge(const Study& study, const std::vector<EffectSet>& sets, const std::vector<double>& scales,
-              const std::map<std::vector<size_t>, GapTaken>& taken, double p_of_right = 1);
+              const std::map<std::vector<size_t>, GapTaken>& taken);
 
 }  // namespace selvedge::diagnose

@@ -35,6 +35,12 @@ double half_interval(size_t groups, const std::function<double(const std::vector
   return quantile(students_t(static_cast<double>(groups - 1)), 0.95) * jackknife_sd(without);
 }
 
+double p_so_low(double found, double half_interval, size_t groups, double is) {
+  if (groups < 2 || !(half_interval > 0)) return 1;
+  const students_t t(static_cast<double>(groups - 1));
+  return cdf(complement(t, (is - found) / half_interval * quantile(t, 0.95)));
+}
+
 double p_above_zero(const std::vector<double>& values) {
   const auto n = static_cast<double>(values.size());
   if (n < 2) return 1;

@@ -17,6 +17,10 @@ double jackknife_sd(const Eigen::VectorXd& without);
 // Half of a figure's 90 % interval by the jackknife; NaN where there is but one group. figure: of some groups.
 double half_interval(size_t groups, const std::function<double(const std::vector<size_t>&)>& figure);
 
+// How likely a figure that is `is` is found so low, by its 90 % interval by the jackknife: one-sided t test; 1 where
+// there is no interval.
+double p_so_low(double found, double half_interval, size_t groups, double is);
+
 // How likely values that scatter about zero are to lie so far above it: one-sided t test; 1 where there are too few.
 double p_above_zero(const std::vector<double>& values);
 

@@ -131,12 +131,26 @@ double p_of_gap(const HeldOut& before, const HeldOut& noise, const Protocol& pro
   return p_above_zero(excess);
 }
 
-// Where the base leaves little more than a right model does, nothing is left to take.
+namespace {
+
+// What a right model would take of the gap above the sensor's noise.
+double right_takes(const HeldOut& before, const HeldOut& noise, const Protocol& protocol) {
+  const auto square = [](double mm) { return mm * mm; };
+  const double gap = square(before.mm()) - square(noise.mm());
+  return gap > 0 ? std::max(0.0, square(before.mm()) - square(right_mm(noise, protocol))) / gap : 0;
+}
+
+}  // namespace
+
 GapTaken taken_by(const LookedAt& l, const HeldOut& noise, const Protocol& protocol) {
   GapTaken out;
-  for (const Share& part : l.parts) out.parts.push_back(part.value);
-  const double before = std::pow(l.before.mm(), 2), right = std::pow(right_mm(noise, protocol), 2);
-  if (before > protocol.explains_over * right) out.explained = (before - std::pow(l.after.mm(), 2)) / (before - right);
+  const auto groups = static_cast<size_t>(l.before.rows.size());
+  const double least = protocol.least_part * right_takes(l.before, noise, protocol);
+  for (const Share& part : l.parts) {
+    out.parts.push_back(part.value);
+    out.takes.push_back(least_factor(p_so_low(part.value, part.high - part.value, groups, least)));
+  }
+  out.p_of_right = p_of_gap(l.after, noise, protocol);
   return out;
 }
 

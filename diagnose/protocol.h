@@ -80,10 +80,8 @@ struct Protocol {
   long pairs_tried = 5;                         // that a third effect is tried beside
 
   // What is told.
-  // Of what a right model would take of the gap: a set that takes less leaves room for unknown. That is asked where the
-  // base leaves so many times the square that a right model does.
-  double explains = 0.5, explains_over = 1.2;
-  long leaders = 6;      // sets of effects that are sized, and whose reduction is found
+  double least_part = 0.1;  // of what a right model would take of the gap: an effect that takes less is not named
+  long leaders = 6;         // sets of effects that are sized, and whose reduction is found
   double form_mm = 0.4;  // in space, that a right model leaves beside the sensor's noise, of predictions free_s ahead
   // Standard deviation of a named effect's size about the true one, over that, beside what the evidence shows: of the
   // rig, its clock and the air, and of what the fabric is.
