@@ -84,15 +84,35 @@ class Odds {
     if (place != taken_.end()) return least_factor(place->second.p_of_right);
     return effects.empty() ? 1 : not_looked_at_;
   }
+  // That each of its effects takes a part of the gap, as was seen.
+  double all_take(const std::vector<size_t>& effects) const {
+    const auto place = taken_.find(effects);
+    if (place == taken_.end()) return effects.empty() ? 1 : 0;
+    double out = 1;
+    for (const double takes : place->second.takes) out *= takes;
+    return out;
+  }
 
  private:
   const std::map<std::vector<size_t>, GapTaken>& taken_;
   double not_looked_at_ = 1;
 };
 
+// The evidence of a set over all s, by their priors.
+struct OverScales {
+  OverScales(const EffectSet& set, const std::vector<double>& log_priors, double tempering) {
+    std::vector<double> logs;
+    for (size_t s = 0; s < log_priors.size(); ++s) logs.push_back(set.log_evidence[s] + log_priors[s]);
+    log_evidence = tempering * log_sum(logs);
+    scale = static_cast<size_t>(std::max_element(logs.begin(), logs.end()) - logs.begin());
+  }
+  double log_evidence = 0;
+  size_t scale = 0;  // the likeliest
+};
+
 // Adds a hypothesis to what is told: its effects as far as they take a part of the gap, by their parts; else none or
 // unknown. none: what held-out trials leave of none's odds.
-void tell(const Study& study, const GapTaken& taken, double none, Weight& w, Verdict& out) {
+void tell(const Study& study, const GapTaken& taken, double none, const Weight& w, Verdict& out) {
   double sum = 0, no_effect = 1;
   std::vector<double> parts = taken.parts;
   if (std::none_of(parts.begin(), parts.end(), [](double part) { return part > 0; })) parts.assign(w.effects.size(), 1);
@@ -100,7 +120,6 @@ void tell(const Study& study, const GapTaken& taken, double none, Weight& w, Ver
     const double takes = taken.takes.empty() ? 1 : taken.takes[k];
     parts[k] = takes * std::max(0.0, parts[k]);
     sum += parts[k];
-    w.all_take *= takes;
     no_effect *= 1 - takes;
     out.inclusion[study.effects[w.effects[k]].name] += w.probability * takes;
   }
@@ -208,21 +227,21 @@ Verdict judge(const Study& study, const std::vector<EffectSet>& sets, const std:
   };
   Verdict out;
   std::vector<double> logs;
-  for (const EffectSet& set : sets)
-    for (const bool and_unknown : {false, true}) {
-      std::vector<double> over_s;
-      for (size_t s = 0; s < scales.size(); ++s)
-        over_s.push_back(set.log_evidence[s] + (and_unknown ? priors.unknown : priors.right)[s]);
-      const double prior = prior_of(set, and_unknown) * (and_unknown ? 1 : odds.of(set.effects));
-      logs.push_back(p.tempering * log_sum(over_s) + std::log(std::max(prior, 1e-12)));
-      out.weights.push_back({set.effects, and_unknown, 0,
-                             static_cast<size_t>(std::max_element(over_s.begin(), over_s.end()) - over_s.begin())});
-    }
+  for (const EffectSet& set : sets) {
+    const OverScales right(set, priors.right, p.tempering), unknown(set, priors.unknown, p.tempering);
+    const double held_out = odds.of(set.effects), all_take = odds.all_take(set.effects),
+                 hidden = right.log_evidence + std::log((1 - held_out) * all_take);
+    logs.push_back(right.log_evidence + std::log(prior_of(set, false) * held_out));
+    logs.push_back(log_sum({unknown.log_evidence, hidden}) + std::log(prior_of(set, true)));
+    out.weights.push_back({set.effects, false, 0, right.scale, all_take});
+    out.weights.push_back(
+        {set.effects, true, 0, hidden > unknown.log_evidence ? right.scale : unknown.scale, all_take});
+  }
   const double all = log_sum(logs);
   for (size_t i = 0; i < logs.size(); ++i) out.weights[i].probability = std::exp(logs[i] - all);
   out.probability["none"] = out.probability["unknown"] = 0;
   for (const Effect& e : study.effects) out.inclusion[e.name] = out.probability[e.name] = 0;
-  for (Weight& w : out.weights) {
+  for (const Weight& w : out.weights) {
     const auto place = taken.find(w.effects);
     tell(study, place == taken.end() ? GapTaken{} : place->second, odds.of({}), w, out);
   }

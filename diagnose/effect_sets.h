@@ -59,9 +59,11 @@ struct GapTaken {
 };
 
 // Probabilities of the sets. taken: by the set's effects, of none by no effect. What a right model would hardly leave
-// speaks against a set, and against none, as little as such a p can, where nothing unknown is beside; sets that were
-// not looked at have the least such factor of those that were. An effect that takes nothing is not named: its set's
-// mass is that of the set without it, and of unknown, where a right model would hardly leave what none leaves.
+// speaks against a set, and against none, as little as such a p can (f = least_factor), where nothing unknown is
+// beside; with something unknown beside, which held-out trials alone may show, it counts 1 − f of that evidence, too,
+// if its effects were seen to take a part there. Sets that were not looked at have the least f of those that were. An
+// effect that takes nothing is not named: its set's mass is that of the set without it, and of unknown, where a right
+// model would hardly leave what none leaves.
 Verdict judge(const Study& study, const std::vector<EffectSet>& sets, const std::vector<double>& scales,
               const std::map<std::vector<size_t>, GapTaken>& taken);
 
