@@ -110,6 +110,17 @@ struct OverScales {
   size_t scale = 0;  // the likeliest
 };
 
+double prior_of_set(const Study& study, const EffectSet& set, bool and_unknown) {
+  const Protocol& p = study.protocol;
+  const auto n = static_cast<double>(study.effects.size());
+  const double one = 1 - p.prior_none - p.prior_unknown - p.prior_two - p.prior_three,
+               beside = and_unknown ? p.prior_beside : 1 - p.prior_beside;
+  if (set.effects.empty()) return and_unknown ? p.prior_unknown : p.prior_none;
+  if (set.effects.size() == 1) return beside * one / n;
+  if (set.effects.size() == 2) return beside * p.prior_two / std::max(1.0, n * (n - 1) / 2);
+  return beside * p.prior_three / std::max(1.0, n * (n - 1) * (n - 2) / 6);
+}
+
 // Adds a hypothesis to what is told: its effects as far as they take a part of the gap, by their parts; else none or
 // unknown. none: what held-out trials leave of none's odds.
 void tell(const Study& study, const GapTaken& taken, double none, const Weight& w, Verdict& out) {
@@ -213,26 +224,17 @@ std::vector<EffectSet> weigh_sets(const Study& study, const Evidence& evidence, 
 
 Verdict judge(const Study& study, const std::vector<EffectSet>& sets, const std::vector<double>& scales,
               const std::map<std::vector<size_t>, GapTaken>& taken) {
-  const Protocol& p = study.protocol;
   const ScalePriors priors = scale_priors(study, scales);
   const Odds odds(taken);
-  const auto n = static_cast<double>(study.effects.size());
-  const double one = 1 - p.prior_none - p.prior_unknown - p.prior_two - p.prior_three;
-  const auto prior_of = [&](const EffectSet& set, bool and_unknown) {
-    if (set.effects.empty()) return and_unknown ? p.prior_unknown : p.prior_none;
-    const double beside = and_unknown ? p.prior_beside : 1 - p.prior_beside;
-    if (set.effects.size() == 1) return beside * one / n;
-    if (set.effects.size() == 2) return beside * p.prior_two / std::max(1.0, n * (n - 1) / 2);
-    return beside * p.prior_three / std::max(1.0, n * (n - 1) * (n - 2) / 6);
-  };
   Verdict out;
   std::vector<double> logs;
   for (const EffectSet& set : sets) {
-    const OverScales right(set, priors.right, p.tempering), unknown(set, priors.unknown, p.tempering);
+    const OverScales right(set, priors.right, study.protocol.tempering),
+        unknown(set, priors.unknown, study.protocol.tempering);
     const double held_out = odds.of(set.effects), all_take = odds.all_take(set.effects),
                  hidden = right.log_evidence + std::log((1 - held_out) * all_take);
-    logs.push_back(right.log_evidence + std::log(prior_of(set, false) * held_out));
-    logs.push_back(log_sum({unknown.log_evidence, hidden}) + std::log(prior_of(set, true)));
+    logs.push_back(right.log_evidence + std::log(prior_of_set(study, set, false) * held_out));
+    logs.push_back(log_sum({unknown.log_evidence, hidden}) + std::log(prior_of_set(study, set, true)));
     out.weights.push_back({set.effects, false, 0, right.scale, all_take});
     out.weights.push_back(
         {set.effects, true, 0, hidden > unknown.log_evidence ? right.scale : unknown.scale, all_take});
