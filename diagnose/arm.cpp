@@ -165,6 +165,7 @@ void descend(const Study& study, const Evidence& evidence, const Linearisation& 
     const double now = step(study, evidence, simulate_at, last, anew && by_about, arm, scale);
     if (last - now < 2 * study.protocol.moves_on) return;
     last = now;
+    study.on_share(static_cast<double>(round + 1) / static_cast<double>(study.protocol.most_rounds));
   }
 }
 

@@ -17,12 +17,19 @@ std::string ahead(const Diagnosis& d) {
   return d.is_ahead ? fmt::format(", predicted {:g} s ahead,", d.protocol.free_s) : "";
 }
 
+// That there is none of these is not known.
+std::string unseen(const Diagnosis& d) {
+  return d.cannot_tell.empty()
+             ? ""
+             : fmt::format(" At their usual size these trials could not show {}.", fmt::join(d.cannot_tell, ", "));
+}
+
 std::string answer_in_words(const Diagnosis& d) {
   const std::string sizes =
       fmt::format("The base model ({}) leaves {:.2f} mm of held-out trials{} where the sensor alone leaves {:.2f} mm.",
                   d.base, d.before_mm, ahead(d), d.noise_floor_mm);
   const double p = d.probability.at(d.cause);
-  if (d.cause == "none") return fmt::format("No effect is needed (probability {}). {}", percent(p), sizes);
+  if (d.cause == "none") return fmt::format("No effect is needed (probability {}). {}{}", percent(p), sizes, unseen(d));
   if (d.cause == "unknown")
     return fmt::format("There is a gap, and no effect of the library closes it: unknown (probability {}). {}",
                        percent(p), sizes);

@@ -2,7 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <numeric>
+
+#include <tbb/parallel_for.h>
 
 namespace selvedge::diagnose {
 
@@ -24,13 +27,32 @@ VectorXd change_by_mass(const Study& study, const VectorXd& x, Index coordinate,
   return factor.scale / (1 + model::to_value(factor, x(coordinate))) * out;
 }
 
-// What a finer grid adds at x; nothing to trials whose simulation diverged. residual: on the usual grid.
-VectorXd grid_change(Study& study, const Windows& windows, const model::State& branches, const VectorXd& x,
-                     const VectorXd& residual) {
-  const model::State state = study.fine->state_of(*study.simulation, branches);
-  const VectorXd change = windows.residuals(*study.fine, state, study.parameters, x).col(0) - residual;
-  ++study.evaluations;
-  return change.array().isFinite().select(change, 0);
+// Residuals, which the study does not count.
+MatrixXd residuals_on(const Study& study, const Windows& windows, const model::State& branches, const MatrixXd& sets,
+                      On on) {
+  constexpr Index kAtOnce = 32;  // between two words of progress
+  const model::Simulation& simulation = on == On::usual  ? *study.simulation
+                                        : on == On::fine ? *study.fine
+                                                         : *study.coarse;
+  const model::State state = on == On::usual ? branches : simulation.state_of(*study.simulation, branches);
+  MatrixXd out(windows.rows(), sets.cols());
+  for (Index first = 0; first < sets.cols(); first += kAtOnce) {
+    const Index count = std::min(kAtOnce, sets.cols() - first);
+    out.middleCols(first, count) =
+        windows.residuals(simulation, state, study.parameters, sets.middleCols(first, count));
+    if (sets.cols() > kAtOnce) study.on_share(static_cast<double>(first + count) / static_cast<double>(sets.cols()));
+  }
+  return out;
+}
+
+// Side by side, for one set of few trials leaves a processor idle; ranks take one call at a time.
+void at_once(const Study& study, const std::vector<std::function<void()>>& runs) {
+  if (study.simulation->options().ranks) {
+    for (const auto& run : runs) run();
+  } else {
+    tbb::parallel_for(
+        size_t{0}, runs.size(), [&](size_t i) { runs[i](); }, tbb::simple_partitioner());
+  }
 }
 
 // A set of coordinates at which a column is one unit of it from x, and that unit: the other way where there is no room.
@@ -78,12 +100,17 @@ void differentiate(Study& study, const Windows& windows, const model::State& bra
   const auto n = static_cast<Index>(study.base_count);
   const double h = study.protocol.base_difference;
   const Sets sets = sets_about(study, out, x, effects);
-  const MatrixXd r = simulated(study, windows, branches, sets.at, On::coarse);
+  MatrixXd r;
+  VectorXd finer;
+  at_once(study, {[&] { finer = residuals_on(study, windows, branches, x, On::fine); },
+                  [&] { out.residual = residuals_on(study, windows, branches, x, On::usual); },
+                  [&] { r = residuals_on(study, windows, branches, sets.at, On::coarse); }});
+  study.evaluations += static_cast<int>(sets.at.cols()) + 2;
   const auto finite = [](const VectorXd& v) { return v.allFinite() ? v : VectorXd(VectorXd::Zero(v.size())); };
   out.x = x;
   out.branches = branches;
-  out.residual = simulated(study, windows, branches, x).col(0);
-  out.grid = grid_change(study, windows, branches, x, out.residual);
+  // To trials that diverge on the finer grid it adds nothing.
+  out.grid = (finer - out.residual).array().isFinite().select(finer - out.residual, 0);
   out.second.resize(r.rows(), n);
   for (Index k = 0; k < n; ++k) {
     const VectorXd up = r.col(1 + k), down = r.col(1 + n + k);
@@ -160,19 +187,8 @@ model::State branches_at(const Study& study, model::State these, const VectorXd&
 }
 
 MatrixXd simulated(Study& study, const Windows& windows, const model::State& branches, const MatrixXd& sets, On on) {
-  constexpr Index kAtOnce = 32;  // between two words of progress
-  const model::Simulation& simulation = on == On::usual ? *study.simulation : *study.coarse;
-  const model::State state = on == On::usual ? branches : study.coarse->state_of(*study.simulation, branches);
   study.evaluations += static_cast<int>(sets.cols());
-  MatrixXd out;
-  for (Index first = 0; first < sets.cols(); first += kAtOnce) {
-    const Index count = std::min(kAtOnce, sets.cols() - first);
-    const MatrixXd some = windows.residuals(simulation, state, study.parameters, sets.middleCols(first, count));
-    if (first == 0) out.resize(some.rows(), sets.cols());
-    out.middleCols(first, count) = some;
-    if (sets.cols() > kAtOnce) study.on_share(static_cast<double>(first + count) / static_cast<double>(sets.cols()));
-  }
-  return out;
+  return residuals_on(study, windows, branches, sets, on);
 }
 
 MatrixXd responses_to_forces(Study& study, const Windows& windows) {

@@ -19,8 +19,8 @@
 
 namespace selvedge::diagnose {
 
-// On which grid something is simulated (Study::coarse, Study::simulation).
-enum class On : char { coarse, usual };
+// On which grid something is simulated (Study::coarse, Study::simulation, Study::fine).
+enum class On : char { coarse, usual, fine };
 
 // Coordinates of an effect whose columns, which have units, are at d: the sum of their first parameters, the others in
 // the mean weighted by these. deviation: of the sum, from the columns' posterior.

@@ -1,6 +1,7 @@
 #include "diagnose/weighing.h"
 
 #include <algorithm>
+#include <functional>
 #include <stdexcept>
 #include <utility>
 
@@ -49,11 +50,19 @@ std::vector<size_t> taken_again(const Study& study, const Evidence& evidence, co
 // Moves a set of effects to where it is likeliest and takes derivatives there.
 Linearisation linearised_at(Study& study, const Windows& windows, const Evidence& evidence, const Linearisation& about,
                             const EffectSet& set) {
+  const std::function<void(double)> on_share = study.on_share;
+  const auto from = [&](double begin, double end) {
+    study.on_share = [=](double share) { on_share(begin + (end - begin) * share); };
+  };
   Arm arm = arm_at(about, set.chosen);
+  from(0, 0.4);
   approach(study, windows, evidence, about, arm, set.scale);
+  from(0.4, 0.7);
   fit_arm(study, windows, evidence, about, arm, set.scale);
+  from(0.7, 1);
   Linearisation out = linearise_again(study, windows, branches_at(study, arm.branches, arm.x), arm.x, about,
                                       taken_again(study, evidence, about, set, arm));
+  study.on_share = on_share;
   return out.residual.allFinite() ? out : about;
 }
 

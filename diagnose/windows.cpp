@@ -7,8 +7,6 @@
 #include <map>
 #include <utility>
 
-#include <tbb/parallel_for.h>
-
 namespace selvedge::diagnose {
 
 using Eigen::Index;
@@ -107,26 +105,20 @@ int Windows::phase_at(const model::ObservedTrial& trial, double t_s) const {
 MatrixXd Windows::residuals(const model::Simulation& simulation, const model::State& state,
                             const std::vector<model::Parameter>& parameters, const MatrixXd& coordinates) const {
   MatrixXd out = MatrixXd::Constant(rows(), coordinates.cols(), std::numeric_limits<double>::quiet_NaN());
-  const size_t count = simulation.trials().size();
-  std::array<std::vector<model::Residuals>, kPhases> runs;
-  const auto run = [&](int phase) {
-    std::vector<size_t> wanted;
-    for (size_t t = 0; t < count; ++t)
+  std::vector<model::Asked> asked;
+  std::array<size_t, kPhases> place{};  // of each phase, in these
+  for (int phase = 0; phase < kPhases; ++phase) {
+    std::vector<size_t> trials;
+    for (size_t t = 0; t < simulation.trials().size(); ++t)
       if (std::any_of(slices_.begin(), slices_.end(), [&](const Slice& s) { return s.trial == t && s.phase == phase; }))
-        wanted.push_back(t);
-    if (!wanted.empty())
-      runs[static_cast<size_t>(phase)] =
-          simulation.evaluate(held(simulation, state, phase), parameters, coordinates, wanted);
-  };
-  // One set of few trials leaves a processor idle; ranks take one call at a time.
-  if (simulation.options().ranks) {
-    for (int phase = 0; phase < kPhases; ++phase) run(phase);
-  } else {
-    tbb::parallel_for(0, kPhases, run);
+        trials.push_back(t);
+    place[static_cast<size_t>(phase)] = asked.size();
+    if (!trials.empty()) asked.push_back({held(simulation, state, phase), trials});
   }
+  const std::vector<std::vector<model::Residuals>> runs = simulation.evaluate(asked, parameters, coordinates);
   for (Index row = 0; row < rows(); ++row) {
     const Slice& s = slices_[static_cast<size_t>(row)];
-    const std::vector<model::Residuals>& free = runs[static_cast<size_t>(s.phase)];
+    const std::vector<model::Residuals>& free = runs[place[static_cast<size_t>(s.phase)]];
     for (size_t set = 0; set < free.size(); ++set)
       if (const VectorXd& mm = free[set].mm[s.trial]; mm.size() > 0) out(row, static_cast<Index>(set)) = mm(s.place);
   }

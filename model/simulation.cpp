@@ -195,13 +195,14 @@ Eigen::VectorXd Simulation::residual_of(size_t index, const ObservedTrial& trial
   return r;
 }
 
-double Simulation::common_step_s(const State& state, const std::vector<Parameter>& parameters,
-                                 const Eigen::MatrixXd& coordinates, const std::vector<size_t>& trials) const {
+Prediction Simulation::prediction_of(const Call& call, const Run& run) const {
+  return predictions(call.asked[run.asked].state, call.parameters, call.coordinates, run.trial, run.set, 1).front();
+}
+
+double Simulation::common_step_s(const Call& call, const std::vector<Run>& runs) const {
   std::vector<cloth::Experiment> lanes;
-  for (const size_t trial : trials)
-    if (!trials_[trial].still)
-      for (Prediction& p : predictions(state, parameters, coordinates, trial, 0, coordinates.cols()))
-        lanes.push_back(std::move(p.experiment));
+  for (const Run& run : runs)
+    if (!trials_[run.trial].still) lanes.push_back(prediction_of(call, run).experiment);
   return lanes.empty() ? 0 : cloth::spline::common_step_s(sheet_, lanes, options_.sheet);
 }
 
@@ -248,29 +249,33 @@ std::vector<cloth::Trajectory> Simulation::trajectories_of(const Call& call, con
   return trajectories;
 }
 
-void Simulation::evaluate_runs(const Call& call, const std::vector<Run>& runs, std::vector<Residuals>& out) const {
+void Simulation::evaluate_runs(Call& call, const std::vector<Run>& runs) const {
   std::vector<Prediction> predicted;
-  for (const Run& run : runs)
-    predicted.push_back(predictions(call.state, call.parameters, call.coordinates, run.trial, run.set, 1).front());
+  for (const Run& run : runs) predicted.push_back(prediction_of(call, run));
   const std::vector<cloth::Trajectory> trajectories = trajectories_of(call, runs, predicted);
   tbb::parallel_for(size_t{0}, runs.size(), [&](size_t i) {
-    const auto [trial, set] = runs[i];
-    Residuals& r = out[static_cast<size_t>(set)];
+    const size_t trial = runs[i].trial;
+    Residuals& r = call.of(runs[i]);
     if (!trajectories[i].finite) return;
     r.start[trial] = trajectories[i].start;
     r.mm[trial] = residual_of(trial, trials_[trial], predicted[i], trajectories[i]);
-    if (!call.state.grid_correction_mm.empty())
-      r.mm[trial] += (1 + predicted[i].beyond_mesh) * call.state.grid_correction_mm[trial];
+    const std::vector<Eigen::VectorXd>& correction_mm = call.asked[runs[i].asked].state.grid_correction_mm;
+    if (!correction_mm.empty()) r.mm[trial] += (1 + predicted[i].beyond_mesh) * correction_mm[trial];
   });
   for (const Run& run : runs) cloth::throw_if_stopped(trials_[run.trial].experiment.stop);
 }
 
-void Simulation::evaluate_on_ranks(const Call& call, const std::vector<Group>& groups,
-                                   std::vector<Residuals>& out) const {
+void Simulation::evaluate_on_ranks(Call& call, const std::vector<Run>& runs) const {
+  call.step_s = common_step_s(call, runs);
+  const auto most = static_cast<size_t>(cloth::spline::most_lanes(options_.sheet.precision));
+  std::vector<Group> groups;
+  for (size_t i = 0; i < runs.size(); i += most)
+    groups.emplace_back(runs.begin() + static_cast<std::ptrdiff_t>(i),
+                        runs.begin() + static_cast<std::ptrdiff_t>(std::min(i + most, runs.size())));
   const Eigen::MatrixXd& coordinates = call.coordinates;
   const auto put_group = [&](std::string& bytes, const Group& g) {
     for (const Run& run : g) {
-      const Residuals& r = out[static_cast<size_t>(run.set)];
+      const Residuals& r = call.of(run);
       put(bytes, r.mm[run.trial].data(), r.mm[run.trial].size());
       put(bytes, r.start[run.trial].data(), r.start[run.trial].size());
     }
@@ -284,15 +289,15 @@ void Simulation::evaluate_on_ranks(const Call& call, const std::vector<Group>& g
     std::vector<Group> mine;
     std::string bytes;
     while (!in.at_end()) mine.push_back(groups.at(in.number()));
-    std::vector<Run> runs;
-    for (const Group& g : mine) runs.insert(runs.end(), g.begin(), g.end());
-    evaluate_runs(call, runs, out);
+    std::vector<Run> of_mine;
+    for (const Group& g : mine) of_mine.insert(of_mine.end(), g.begin(), g.end());
+    evaluate_runs(call, of_mine);
     for (const Group& g : mine) put_group(bytes, g);
     return bytes;
   };
   const auto take = [&](TakenBytes& in, const Group& g) {
     for (const Run& run : g) {
-      Residuals& r = out[static_cast<size_t>(run.set)];
+      Residuals& r = call.of(run);
       r.mm[run.trial] = in.numbers();
       r.start[run.trial] = in.numbers().reshaped(3, Eigen::AutoSize);
     }
@@ -319,34 +324,30 @@ void Simulation::evaluate_on_ranks(const Call& call, const std::vector<Group>& g
   ranks.answer(all);
 }
 
+std::vector<std::vector<Residuals>> Simulation::evaluate(const std::vector<Asked>& asked,
+                                                         const std::vector<Parameter>& parameters,
+                                                         const Eigen::MatrixXd& coordinates) const {
+  Residuals nothing;
+  nothing.mm.resize(trials_.size());
+  nothing.start.resize(trials_.size());
+  const std::vector<Residuals> of_sets(static_cast<size_t>(coordinates.cols()), nothing);
+  Call call{asked, parameters, coordinates, {asked.size(), of_sets}};
+  std::vector<Run> runs;
+  for (size_t a = 0; a < asked.size(); ++a)
+    for (const size_t trial : all_or(asked[a].trials))
+      for (Index set = 0; set < coordinates.cols(); ++set) runs.push_back({a, trial, set});
+  if (runs.empty()) return std::move(call.out);
+  if (options_.ranks && !options_.ranks->is_busy()) evaluate_on_ranks(call, runs);
+  else evaluate_runs(call, runs);
+  for (const Run& run : runs)
+    if (Residuals& r = call.of(run); r.start[run.trial].cols() == 0) r.finite = false;
+  return std::move(call.out);
+}
+
 std::vector<Residuals> Simulation::evaluate(const State& state, const std::vector<Parameter>& parameters,
                                             const Eigen::MatrixXd& coordinates,
-                                            const std::vector<size_t>& wanted) const {
-  const std::vector<size_t> trials = all_or(wanted);
-  std::vector<Residuals> out(static_cast<size_t>(coordinates.cols()));
-  for (Residuals& r : out) {
-    r.mm.resize(trials_.size());
-    r.start.resize(trials_.size());
-  }
-  std::vector<Run> runs;
-  for (const size_t trial : trials)
-    for (Index set = 0; set < coordinates.cols(); ++set) runs.push_back({trial, set});
-  Call call{state, parameters, coordinates};
-  if (options_.ranks && !options_.ranks->is_busy()) {
-    call.step_s = common_step_s(state, parameters, coordinates, trials);
-    const auto most = static_cast<size_t>(cloth::spline::most_lanes(options_.sheet.precision));
-    std::vector<Group> groups;
-    for (size_t i = 0; i < runs.size(); i += most)
-      groups.emplace_back(runs.begin() + static_cast<std::ptrdiff_t>(i),
-                          runs.begin() + static_cast<std::ptrdiff_t>(std::min(i + most, runs.size())));
-    evaluate_on_ranks(call, groups, out);
-  } else {
-    evaluate_runs(call, runs, out);
-  }
-  for (Residuals& r : out)
-    for (const size_t trial : trials)
-      if (r.start[trial].cols() == 0) r.finite = false;
-  return out;
+                                            const std::vector<size_t>& trials) const {
+  return evaluate({{state, trials}}, parameters, coordinates).front();
 }
 
 cloth::Trajectory Simulation::trajectory(const State& state, const std::vector<Parameter>& parameters,

@@ -40,6 +40,12 @@ struct State {
   bool is_underway(size_t trial) const { return trial < underway.size() && underway[trial].position.cols() > 0; }
 };
 
+// Trials to be evaluated in a state; none: all.
+struct Asked {
+  State state;
+  std::vector<size_t> trials;
+};
+
 struct Residuals {
   std::vector<Eigen::VectorXd> mm;      // one a trial; NaN where the marker was not seen, empty where a trial was not
                                         // wanted
@@ -92,6 +98,10 @@ class Simulation {
   // coordinates: parameters × sets. trials: which to evaluate (empty: all). One Residuals a set.
   std::vector<Residuals> evaluate(const State& state, const std::vector<Parameter>& parameters,
                                   const Eigen::MatrixXd& coordinates, const std::vector<size_t>& trials = {}) const;
+  // The same in several states, side by side: one list for each.
+  std::vector<std::vector<Residuals>> evaluate(const std::vector<Asked>& asked,
+                                               const std::vector<Parameter>& parameters,
+                                               const Eigen::MatrixXd& coordinates) const;
 
   // Standard deviations beside Residuals::mm of a trial.
   Eigen::VectorXd sd_mm(size_t trial) const;
@@ -113,32 +123,34 @@ class Simulation {
                                       Eigen::Index count) const;
 
  private:
-  // One set of one trial, and as many as go side by side in SIMD lanes.
+  // One set of one trial in one of the states, and as many as go side by side in SIMD lanes.
   struct Run {
-    size_t trial = 0;
+    size_t asked = 0, trial = 0;
     Eigen::Index set = 0;
   };
   using Group = std::vector<Run>;
-  // One call of evaluate().
+  // One call of evaluate(), and its answer.
   struct Call {
-    const State& state;
+    const std::vector<Asked>& asked;
     const std::vector<Parameter>& parameters;
     const Eigen::MatrixXd& coordinates;
+    std::vector<std::vector<Residuals>> out = {};
     double step_s = 0;  // of all runs, where some are simulated elsewhere; 0: as these runs ask
+    Residuals& of(const Run& run) { return out[run.asked][static_cast<size_t>(run.set)]; }
   };
   std::vector<size_t> all_or(const std::vector<size_t>& wanted) const;  // all trials where none is named
-  double common_step_s(const State& state, const std::vector<Parameter>& parameters, const Eigen::MatrixXd& coordinates,
-                       const std::vector<size_t>& trials) const;
+  double common_step_s(const Call& call, const std::vector<Run>& runs) const;
   // Motions of the runs, each from where it begins.
   std::vector<cloth::Trajectory> trajectories_of(const Call& call, const std::vector<Run>& runs,
                                                  const std::vector<Prediction>& predicted) const;
   // Fills in the residuals of these runs; an empty start shape: it diverged.
-  void evaluate_runs(const Call& call, const std::vector<Run>& runs, std::vector<Residuals>& out) const;
-  void evaluate_on_ranks(const Call& call, const std::vector<Group>& groups, std::vector<Residuals>& out) const;
+  void evaluate_runs(Call& call, const std::vector<Run>& runs) const;
+  void evaluate_on_ranks(Call& call, const std::vector<Run>& runs) const;
   // Where the runs begin: equilibria, of which those that differ in parameters of motion alone share one, sought once;
   // pieces that are underway as they are.
   std::vector<cloth::Rest> rests_of(const Call& call, const std::vector<Run>& runs,
                                     const std::vector<Prediction>& predicted) const;
+  Prediction prediction_of(const Call& call, const Run& run) const;
   // The shape that is left where markers, or the surface that stripes show (seen_surface.h), pull the sheet to where
   // they were first seen and let go of it bit by bit: it depends neither on where the sheet hung before nor on which
   // way a long step fell.

@@ -115,14 +115,18 @@ std::vector<cloth::Rest> Simulation::rests_of(const Call& call, const std::vecto
   Eigen::MatrixXd at_rest = call.coordinates;
   for (Eigen::Index set = 0; set < at_rest.cols(); ++set) {
     // In a draught drag acts on what hangs still, too.
-    if (!predictions(call.state, call.parameters, call.coordinates, 0, set, 1)
-             .front()
-             .experiment.air_velocity_m_s.isZero())
-      continue;
+    if (!prediction_of(call, {0, 0, set}).experiment.air_velocity_m_s.isZero()) continue;
     for (size_t k = 0; k < call.parameters.size(); ++k)
       if (!call.parameters[k].at_rest)
         at_rest(static_cast<Eigen::Index>(k), set) = to_coordinate(call.parameters[k], call.parameters[k].start);
   }
+  const auto begin_alike = [&](const Run& a, const Run& b) {
+    const auto branch = [&](const Run& run) -> const Eigen::Matrix3Xd& {
+      return call.asked[run.asked].state.branch[run.trial];
+    };
+    return a.trial == b.trial && at_rest.col(a.set) == at_rest.col(b.set) &&
+           (a.asked == b.asked || branch(a) == branch(b));
+  };
   std::vector<cloth::Experiment> different;
   std::vector<size_t> sought, rest_of_run;  // places in runs, and in these
   for (size_t i = 0; i < runs.size(); ++i) {
@@ -131,13 +135,12 @@ std::vector<cloth::Rest> Simulation::rests_of(const Call& call, const std::vecto
       rest_of_run.push_back(0);
       continue;
     }
-    const auto same = std::find_if(sought.begin(), sought.end(), [&](size_t j) {
-      return runs[j].trial == run.trial && at_rest.col(runs[j].set) == at_rest.col(run.set);
-    });
+    const auto same = std::find_if(sought.begin(), sought.end(), [&](size_t j) { return begin_alike(runs[j], run); });
     rest_of_run.push_back(static_cast<size_t>(same - sought.begin()));
     if (same != sought.end()) continue;
     sought.push_back(i);
-    different.push_back(predictions(call.state, call.parameters, at_rest, run.trial, run.set, 1).front().experiment);
+    different.push_back(
+        predictions(call.asked[run.asked].state, call.parameters, at_rest, run.trial, run.set, 1).front().experiment);
   }
   const std::vector<cloth::Rest> rests = relaxed(different);
   std::vector<cloth::Rest> out;

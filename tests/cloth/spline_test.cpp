@@ -141,21 +141,26 @@ Experiment waved_from_hung(const SplineSheet& sheet) {
   return e;
 }
 
+// In whichever company, and in vectors of whatever width.
 TEST(SplineLanes, HaveTheBitsOfASingleRun) {
   const SplineSheet sheet = sheet_of(9);
   Experiment e = waved_from_hung(sheet);
   e.material.bend = 2e-5;
-  std::vector<Experiment> lanes(11, e);
+  std::vector<Experiment> lanes(40, e);
   for (size_t i = 0; i < lanes.size(); ++i) lanes[i].material.bend *= 1 + 0.01 * static_cast<double>(i);
   for (const Precision precision : {Precision::single, Precision::twofold}) {
     Options options;
     options.precision = precision;
     options.step_s = common_step_s(sheet, lanes);
-    const auto together = simulate(sheet, lanes, options);
-    for (const size_t i : {size_t{0}, size_t{10}}) {
-      const auto alone = simulate(sheet, {lanes[i]}, options);
-      EXPECT_TRUE(alone[0].finite);
-      for (size_t k = 0; k < e.sample_s.size(); ++k) EXPECT_EQ(together[i].samples[k], alone[0].samples[k]) << i;
+    const auto first = simulate(sheet, {lanes[0]}, options);
+    EXPECT_TRUE(first[0].finite);
+    for (const std::ptrdiff_t count : {3, 7, 11, 40}) {
+      const std::vector<Experiment> some(lanes.begin(), lanes.begin() + count);
+      const auto together = simulate(sheet, some, options), last = simulate(sheet, {some.back()}, options);
+      for (size_t k = 0; k < e.sample_s.size(); ++k) {
+        EXPECT_EQ(together.front().samples[k], first[0].samples[k]) << count;
+        EXPECT_EQ(together.back().samples[k], last[0].samples[k]) << count;
+      }
     }
   }
 }

@@ -5,6 +5,8 @@
 
 #include <gtest/gtest.h>
 
+#include "diagnose/diagnosis_verdict.h"
+
 namespace selvedge::diagnose {
 namespace {
 
@@ -38,6 +40,18 @@ TEST(DiagnosisWords, ADelayIsAClockThatIsLateOrEarly) {
   EXPECT_EQ(in_words({"local_u", "m", 0.05, 0.02, 0.11}), "local u 0.05 m (0.02 to 0.11)");
   EXPECT_EQ(in_words({"local_mass", "kg", 2e-4, 1e-4, 3e-4}), "local mass 0.2 g (0.1 to 0.3)");
   EXPECT_EQ(in_words({"jitter_share", "", 1, 0.5, 2}), "jitter share 1 (0.5 to 2)");
+}
+
+TEST(DiagnosisWords, NoneSaysWhichEffectsTheTrialsCouldNotShow) {
+  Diagnosis d = of_groups(3, 0.05);
+  d.cause = "none";
+  d.probability["none"] = 0.89;
+  d.p_value = 0.9;
+  EXPECT_EQ(verdict_of(d).sentence.find("could not show"), std::string::npos);
+  d.cannot_tell = {"anisotropy", "mass_error"};
+  const report::Verdict told = verdict_of(d);
+  EXPECT_NE(told.sentence.find("could not show anisotropy, mass_error."), std::string::npos) << told.sentence;
+  EXPECT_EQ(told.trust, report::Trust::full);
 }
 
 }  // namespace

@@ -222,5 +222,20 @@ TEST_F(Search, EachTrialIsPulledAsHardAsItIsToBe) {
   EXPECT_LT(error(1), 0.5 * waved_mm);
 }
 
+TEST_F(Search, StatesSideBySideGiveWhatEachGivesAlone) {
+  const model::Simulation s = simulation();
+  const model::State free = s.state_at(parameters_, start_), nudged = s.state_at(parameters_, start_, 20);
+  const std::vector<std::vector<model::Residuals>> both = s.evaluate({{free, {1}}, {nudged, {}}}, parameters_, start_);
+  ASSERT_EQ(both.size(), 2U);
+  const model::Residuals freely = s.evaluate(free, parameters_, start_).front(),
+                         held = s.evaluate(nudged, parameters_, start_).front();
+  EXPECT_EQ(both[0].front().mm[0].size(), 0) << "which was not asked for";
+  EXPECT_EQ(both[0].front().mm[1], freely.mm[1]);
+  EXPECT_EQ(both[1].front().mm, held.mm);
+  EXPECT_EQ(both[1].front().start, held.start);
+  EXPECT_NE(freely.mm[1], held.mm[1]);
+  EXPECT_TRUE(s.evaluate(std::vector<model::Asked>{}, parameters_, start_).empty());
+}
+
 }  // namespace
 }  // namespace selvedge::fit
