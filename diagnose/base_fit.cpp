@@ -107,39 +107,41 @@ estimate::LeastSquaresOptions search_options(int max_iterations, double least_de
   return o;
 }
 
-// Least squares from x, where there are markers nudged towards them, else from where a start was found.
-BaseFit fit_base(const std::vector<model::ObservedTrial>& observed, const Measured& measured,
-                 const std::vector<model::Parameter>& base, VectorXd x, const StudyOptions& options, int& evaluations) {
+// Where least squares begin: x brought nearer on a coarse grid, where there are markers nudged towards them.
+fit::Start start_on_coarse(const std::vector<model::ObservedTrial>& observed, const Measured& measured,
+                           const std::vector<model::Parameter>& base, const VectorXd& x, const StudyOptions& options) {
   const Protocol& protocol = options.protocol;
-  std::vector<model::ObservedTrial> trials = looked_at_on(protocol.coarse_cells, protocol, measured, observed);
-  const bool nudged = has_markers(trials);
-  if (nudged) {
-    const model::Simulation coarse(trials, on_grid_of(protocol.coarse_cells));
-    model::State on_coarse = coarse.state_at(base, x, protocol.nudging_per_s);
-    for (size_t i = 0; i < trials.size();
-         ++i)  // harder, so that a fit that starts far off is led by forces, not by folds
-      if (!trials[i].still) on_coarse.nudging_per_s[i] = protocol.harder * protocol.nudging_per_s;
-    estimate::LeastSquaresOptions start = search_options(8, protocol.near_enough);
-    start.progress = fit::part_of(options.progress, 0.05, 0.4, "coarse grid");
-    const estimate::LeastSquaresResult found = minimise(coarse, on_coarse, base, x, start);
-    evaluations += found.evaluations;
-    x = found.coordinates;
-  } else {
-    estimate::LeastSquaresOptions start;
-    start.progress = fit::part_of(options.progress, 0.05, 0.4, "coarse grid");
-    x = fit::find_start(trials, on_grid_of(protocol.coarse_cells),
-                        protocol.cells > 0 ? static_cast<int>(protocol.coarse_cells) : fit::kMostCellsAtFirst, base,
-                        start)
-            .coordinates;
-  }
-  const long cells = usual_cells(protocol, trials, base, x);
-  trials = looked_at_on(cells, protocol, measured, observed);
+  const std::vector<model::ObservedTrial> trials = looked_at_on(protocol.coarse_cells, protocol, measured, observed);
+  const model::SimulationOptions grid = on_grid_of(protocol.coarse_cells);
+  const report::ProgressCallback progress = fit::part_of(options.progress, 0.05, 0.4, "coarse grid");
+  estimate::LeastSquaresOptions search;
+  search.progress = progress;
+  const int most_cells = protocol.cells > 0 ? grid.cells : fit::kMostCellsAtFirst;
+  if (!has_markers(trials)) return fit::find_start(trials, grid, most_cells, base, search);
+  search = search_options(8, protocol.near_enough);
+  search.progress = progress;
+  const model::Simulation coarse(trials, grid);
+  model::State on_coarse = coarse.state_at(base, x, protocol.nudging_per_s);
+  // Nudged harder, so that a fit that starts far off is led by forces, not by folds.
+  for (size_t i = 0; i < trials.size(); ++i)
+    if (!trials[i].still) on_coarse.nudging_per_s[i] = protocol.harder * protocol.nudging_per_s;
+  const estimate::LeastSquaresResult found = minimise(coarse, on_coarse, base, x, search);
+  return {found.coordinates, found.evaluations};
+}
+
+BaseFit fit_base(const std::vector<model::ObservedTrial>& observed, const Measured& measured,
+                 const std::vector<model::Parameter>& base, const fit::Start& start, const StudyOptions& options,
+                 int& evaluations) {
+  const Protocol& protocol = options.protocol;
+  const long cells = usual_cells(protocol, observed, base, start.coordinates);
+  const std::vector<model::ObservedTrial> trials = looked_at_on(cells, protocol, measured, observed);
   const model::Simulation simulation(trials, on_grid_of(coarser_cells(protocol, cells)));
-  model::State state = simulation.state_at(base, x, nudged ? protocol.nudging_per_s : 0);
+  model::State state = simulation.state_at(base, start.coordinates, has_markers(trials) ? protocol.nudging_per_s : 0);
   estimate::LeastSquaresOptions search = search_options(8, protocol.enough);
   search.progress = fit::part_of(options.progress, 0.4, 0.95, "base fit");
-  const estimate::LeastSquaresResult fitted = fit::minimise_on_branches(simulation, state, base, x, search);
-  evaluations += fitted.evaluations;
+  const estimate::LeastSquaresResult fitted =
+      fit::minimise_on_branches(simulation, state, base, start.coordinates, search);
+  evaluations += start.evaluations + fitted.evaluations;
   if (simulation.options().cells < cells) state.branch.clear();  // of another grid
   return {fitted.coordinates, cells, state.branch};
 }
@@ -179,8 +181,8 @@ std::vector<Index> rows_of_base(const Study& study) {
   return out;
 }
 
-// What a clock does to all markers alike. A fit that cannot move it bends the fabric's parameters in its place: with
-// stamps a fifth of a second late a base ended with a tenth of the shear and ten times the stretch stiffness.
+// What a clock does to all that is seen alike. A fit that cannot move it bends the fabric's parameters in its place:
+// with stamps a fifth of a second late a base ended with a tenth of the shear and ten times the stretch stiffness.
 std::vector<Index> rows_of_clock(const Study& study) {
   std::vector<Index> out;
   for (size_t k = study.base_count; k < study.first_force; ++k)
@@ -188,13 +190,16 @@ std::vector<Index> rows_of_clock(const Study& study) {
   return out;
 }
 
-BaseFit fit_base_with_clock(const std::vector<model::ObservedTrial>& trials, const Study& study,
-                            const StudyOptions& options, int& evaluations) {
+BaseFit fit_base_with_clock(const std::vector<model::ObservedTrial>& trials, Study& study,
+                            const StudyOptions& options) {
   std::vector<Index> rows = rows_of_base(study);
-  const std::vector<Index> clock = has_markers(trials) ? rows_of_clock(study) : std::vector<Index>{};
+  const std::vector<Index> clock = rows_of_clock(study);
   rows.insert(rows.end(), clock.begin(), clock.end());
   const std::vector<model::Parameter> fitted = model::only(study.parameters, rows, study.base);
-  BaseFit out = fit_base(trials, study.measured, fitted, study.base(rows), options, evaluations);
+  fit::Start start{study.base(rows)};
+  if (options.fitted) start.coordinates.head(options.fitted->size()) = *options.fitted;
+  else start = start_on_coarse(trials, study.measured, fitted, start.coordinates, options);
+  BaseFit out = fit_base(trials, study.measured, fitted, start, options, study.evaluations);
   for (size_t k = 0; k < clock.size(); ++k)
     out.clock[fitted[study.base_count + k].name] = out.coordinates(static_cast<Index>(study.base_count + k));
   out.coordinates.conservativeResize(static_cast<Index>(study.base_count));
@@ -272,8 +277,7 @@ FittedStudy make_study(const trial::Campaign& campaign, const std::vector<Effect
   study.base = model::usual_coordinates(study.parameters);
   begin_with_measured(study, trials);
   if (options.base_fit) out.base_fit = *options.base_fit;
-  else if (options.fitted) out.base_fit = {*options.fitted, 0, {}};
-  else out.base_fit = fit_base_with_clock(trials, study, options, study.evaluations);
+  else out.base_fit = fit_base_with_clock(trials, study, options);
   BaseFit& fit = out.base_fit;
   for (const Index row : rows_of_clock(study))
     if (const auto found = fit.clock.find(study.parameters[static_cast<size_t>(row)].name); found != fit.clock.end())
@@ -283,9 +287,7 @@ FittedStudy make_study(const trial::Campaign& campaign, const std::vector<Effect
   study.protocol.cells = fit.cells;
   trials = looked_at_on(fit.cells, study.protocol, study.measured, trials);
   study.base.head(fit.coordinates.size()) = near_usual(study.protocol, base, fit.coordinates);
-  const auto simulation_on = [&](long cells) {
-    return std::make_shared<const model::Simulation>(trials, on_grid_of(cells));
-  };
+  const auto simulation_on = [&](long n) { return std::make_shared<const model::Simulation>(trials, on_grid_of(n)); };
   study.simulation = simulation_on(fit.cells);
   study.state = study.simulation->state_at(base, fit.coordinates);
   if (!fit.branch.empty()) study.simulation->take_branches(study.state, fit.branch);

@@ -22,7 +22,7 @@ struct BaseFit {
   Eigen::VectorXd coordinates;
   long cells = 0;                        // of the usual grid, along the width; 0: to be chosen
   std::vector<Eigen::Matrix3Xd> branch;  // of each trial on the usual grid; empty: to be found, or fitted on a coarser
-  // What the markers' clock was fitted to beside them, by name: their delay and its growth; empty: it was not.
+  // What the sensors' clock was fitted to beside them, by name: its delay and how that grows; empty: it was not.
   std::map<std::string, double> clock = {};
 };
 
@@ -34,7 +34,7 @@ std::optional<BaseFit> read_base_fit(const std::filesystem::path& file, const st
 struct StudyOptions {
   model::Drag drag = model::Drag::nonlinear;
   Protocol protocol;
-  std::optional<Eigen::VectorXd> fitted;  // coordinates of the base that a fit found
+  std::optional<Eigen::VectorXd> fitted;  // coordinates of the base that a fit without a clock found: it begins there
   std::optional<BaseFit> base_fit;        // found before: it is taken as it is
   // Replaces what was seen of the trials by something else that moved so; empty: nothing does.
   std::function<void(std::vector<model::ObservedTrial>&)> seen_instead;
@@ -47,7 +47,8 @@ struct FittedStudy {
   BaseFit base_fit;
 };
 
-// Takes the base as it was fitted, or fits it; effects that the campaign cannot show are left out.
+// Takes the base as it was found before, or fits it with the sensors' clock; effects that the campaign cannot show are
+// left out.
 FittedStudy make_study(const trial::Campaign& campaign, const std::vector<Effect>& effects,
                        const StudyOptions& options);
 

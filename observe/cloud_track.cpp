@@ -197,7 +197,7 @@ struct Scanned {
   bool is_dense = false;  // squares have points enough for a parabola; those of the rim that have not are left out
 };
 
-// What a square tells, if it is one surface.
+// What a square tells, if it is one surface and tells more than one of its points does.
 std::optional<DepthPoint> depth_point(const Scanned& by, const std::vector<Seen>& points, const Vector2d& middle_px) {
   constexpr double kMostLeft = 3, kMostLeft_m = 1.5e-3;  // times the noise, and of narrow folds
   DepthPoint out;
@@ -205,7 +205,7 @@ std::optional<DepthPoint> depth_point(const Scanned& by, const std::vector<Seen>
   if (by.is_dense) {
     if (points.size() < kForParabola) return std::nullopt;
     const Parabola p = parabola_through(points, by.side_px);
-    if (p.left_m > std::max(kMostLeft * by.noise_m, kMostLeft_m)) return std::nullopt;
+    if (p.leverage > 1 || p.left_m > std::max(kMostLeft * by.noise_m, kMostLeft_m)) return std::nullopt;
     out.pixel = p.middle_px;
     out.depth_m = p.depth_m;
     sd_m = std::max(by.noise_m, p.left_m) * std::sqrt(p.leverage);
@@ -219,8 +219,9 @@ std::optional<DepthPoint> depth_point(const Scanned& by, const std::vector<Seen>
   return out;
 }
 
-// The rim of the area that the points cover, and half of what lies beyond: the next points missed the fabric.
-// spacing_px: between neighbouring ones.
+// The rim of the area that the points cover, and half of what lies beyond: the next points missed the fabric. Where
+// between the two its edge lies nothing says, so it is known as what is spread evenly over a spacing.
+// spacing_px: between neighbouring points.
 std::vector<OutlinePoint> outline_of(const geometry::Projection& camera, const Matrix3Xd& points, double spacing_px) {
   cv::Mat covered = cv::Mat::zeros(camera.height_px, camera.width_px, CV_8U);
   double depth_m = 0;
@@ -236,10 +237,10 @@ std::vector<OutlinePoint> outline_of(const geometry::Projection& camera, const M
   const Image picture = Eigen::Map<const Image>(covered.data, covered.rows, covered.cols);
   const std::vector<unsigned char> inside(picture.data(), picture.data() + picture.size());
   const double mm_per_px = 1e3 * depth_m / geometry::decompose(camera).intrinsics(0, 0);
+  const double sd_mm = std::max(1.0, spacing_px) * mm_per_px / std::sqrt(12);
   std::vector<OutlinePoint> out;
   for (const SilhouettePoint& p : outline_points(picture, inside, {0, 1}))
-    out.push_back(
-        {p.pixel + 0.5 * spacing_px * p.normal, p.normal, mm_per_px, 0.5 * std::max(1.0, spacing_px) * mm_per_px});
+    out.push_back({p.pixel + 0.5 * spacing_px * p.normal, p.normal, mm_per_px, sd_mm});
   return every_nth(out, kOutlinePoints);
 }
 

@@ -7,7 +7,7 @@
 // A square of a picture gives one depth, by a parabola through its points (least squares), and so the instrument's
 // noise is averaged; what the parabola leaves is that noise. Squares whose points no parabola meets (an edge, a layer
 // behind another, points that hang in the air beside it) are left out. The rim of what was seen gives outline points,
-// known to half the distance between neighbouring points; of clouds too sparse for parabolas there are none, and each
+// known to a third of the distance between neighbouring points; of clouds too sparse for parabolas there are none, each
 // square gives the point that is nearest to its middle.
 #pragma once
 

@@ -143,6 +143,17 @@ TEST(Diagnosis, ALateClockIsFoundByTheBaseFit) {
   EXPECT_NEAR(finding(d, "camera_delay").size[0].value, 0.08, 0.002);
 }
 
+// A fit.json has none, and its parameters stand in for what the clock does.
+TEST(Diagnosis, TheClockIsMovedFromAFitToo) {
+  SimulatedSwatch late = usual_fabric();
+  late.delay_s = 0.02;
+  DiagnosisOptions options;
+  options.study.fitted = base_of(late, late.material.stretch, late.material.shear);
+  const Diagnosis d = diagnosed(late, {"camera_delay"}, options);
+  EXPECT_NEAR(d.base_fit.clock.at("delay"), 0.02 / 0.005, 0.6) << "in its scale";
+  EXPECT_EQ(d.cause, "camera_delay");
+}
+
 // With one effect alone there is no other to go with it.
 TEST(Diagnosis, OneWrongEffectStaysAlone) {
   SimulatedSwatch late = usual_fabric();

@@ -29,6 +29,7 @@ Diagnosis diagnosed_scan(const trial::Campaign& campaign) {
 TEST(ScannedSurface, ItsDelayIsNamedAndItsNullCampaignIsNot) {
   const Diagnosis late = diagnosed_scan(scanned_campaign(0.02));
   EXPECT_EQ(late.cause, "camera_delay");
+  EXPECT_NEAR(late.base_fit.clock.at("delay"), 0.02 / 0.005, 1.2) << "in its scale, before effects are weighed";
   EXPECT_EQ(late.inclusion.count("projector_moved"), 0u) << "there is no projector";
   EXPECT_EQ(late.inclusion.count("smoothing"), 0u) << "there is no tracker's filter";
   EXPECT_EQ(late.inclusion.count("depth_bias"), 1u);

@@ -1,5 +1,6 @@
 // `./selvedge prove surface`: fabrics that a depth camera scanned, of points that are others at each time. They move on
 // finer cells than the fit chooses.
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <string>
@@ -91,23 +92,43 @@ void fit_figures(double bending_length_m, const FigureOptions& options, std::vec
   options.tell(fmt::format("{}{} simulations in {:.0f} s", what, out.evaluations, out.wall_s));
 }
 
-void delay_figures(const FigureOptions& options, std::vector<Figure>& figures) {
-  const DepthCamera camera{.noise_m = kCameraNoise_m, .delay_s = kDelay_s};
+// Of an effect that did not make the clouds.
+double most_of_others(const diagnose::Diagnosis& d, const std::string& made_it) {
+  double most = 0;
+  for (const auto& [name, inclusion] : d.inclusion)
+    if (name != made_it) most = std::max(most, inclusion);
+  return most;
+}
+
+diagnose::Diagnosis diagnosed(double delay_s, const FigureOptions& options) {
+  const DepthCamera camera{.noise_m = kCameraNoise_m, .delay_s = delay_s};
   diagnose::DiagnosisOptions how;
   how.study.progress = options.progress;
-  const diagnose::Diagnosis d =
+  diagnose::Diagnosis d =
       diagnose::diagnose(scanned(swatch_of(0.018), camera, options.seed), diagnose::effect_library(), how);
-  std::string answer = "late by 20 ms: " + d.cause;
+  std::string answer = fmt::format("late by {:.0f} ms: {}", 1e3 * delay_s, d.cause);
   for (const auto& [name, probability] : d.probability)
     if (probability > 0.05) answer += fmt::format(", {} {:.2f}", name, probability);
   options.tell(fmt::format("{}; likeliest {}, p {:.2g}, {:.0f} s", answer, d.likeliest, d.p_value, d.wall_s));
-  figures.push_back({"a camera that is late by 20 ms: probability of camera_delay", d.inclusion.at("camera_delay"), 0.5,
-                     "1", Relation::at_least, "what made the clouds"});
-  for (const diagnose::EffectFinding& f : d.effects) {
+  return d;
+}
+
+void delay_figures(const FigureOptions& options, std::vector<Figure>& figures) {
+  const diagnose::Diagnosis late = diagnosed(kDelay_s, options);
+  figures.push_back({"a camera that is late by 20 ms: probability of camera_delay", late.inclusion.at("camera_delay"),
+                     0.5, "1", Relation::at_least, "what made the clouds"});
+  figures.push_back({"most probable of what is not there", most_of_others(late, "camera_delay"), 0.5, "1",
+                     Relation::at_most, "what made the clouds"});
+  for (const diagnose::EffectFinding& f : late.effects) {
     if (f.name != "camera_delay" || f.size.empty()) continue;
     figures.push_back({"its delay off by", 1e3 * std::abs(f.size[0].value - kDelay_s), 4, "ms", Relation::at_most,
                        "what made the clouds"});
   }
+  const diagnose::Diagnosis right = diagnosed(0, options);
+  figures.push_back({"a camera that is not: probability of none", right.probability.at("none"), 0.5, "1",
+                     Relation::at_least, "what made the clouds"});
+  figures.push_back({"what is left of held-out trials", right.before_mm, 1.2 * right.noise_floor_mm, "mm",
+                     Relation::at_most, "its noise floor, and a fifth"});
 }
 
 }  // namespace
