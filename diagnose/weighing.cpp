@@ -74,6 +74,13 @@ std::vector<const Way*> ways_found_with_base(const Study& study, const Linearisa
   return out;
 }
 
+// Whether the base was moved with all of these effects: then it stands where they are likeliest.
+bool is_moved_with_base(const Study& study, const std::vector<size_t>& effects) {
+  const std::vector<size_t> with = found_with_base(study);
+  return std::all_of(effects.begin(), effects.end(),
+                     [&](size_t e) { return std::find(with.begin(), with.end(), e) != with.end(); });
+}
+
 // All sets about the base.
 void weigh_all(const Study& study, Weighing& out) {
   out.sets = weigh_sets(study, *out.evidence, out.none);
@@ -182,7 +189,7 @@ Weighing weigh(Study& study, const Windows& windows, const WeighingOptions& opti
 
   for (long valley = 0; valley < study.protocol.valleys; ++valley) {
     out.first = leader(study, out);
-    if (out.first.empty()) break;
+    if (out.first.empty() || is_moved_with_base(study, out.first)) break;
     const double share = 0.42 / static_cast<double>(study.protocol.valleys),
                  from = 0.58 + share * static_cast<double>(valley);
     begin(from, from + share, "again about " + name_of(study, out.first));
@@ -196,7 +203,7 @@ Weighing weigh(Study& study, const Windows& windows, const WeighingOptions& opti
     take_those_that_meet(study, about_first, out);
     break;
   }
-  if (!out.first.empty()) options.ends("again about the likeliest set");
+  if (out.there) options.ends("again about the likeliest set");
   study.on_share = [](double) {};
   return out;
 }

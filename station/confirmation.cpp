@@ -176,13 +176,14 @@ Confirmation found_by(const FirstAnswers& answers, const trial::Campaign& second
   out.cause = answers.diagnosis["cause"];
   out.likeliest = answers.diagnosis["likeliest"];
   take_forecast(out, answers.diagnosis["forecast"], diagnosis_file(folder.parent_path()));
-  out.cells = std::max(answers.fit["grid"].at("cells").get<int>(), answers.diagnosis["grid_cells"].at(1).get<int>());
-  model::SimulationOptions grid;
+  const json& diagnosed_on = answers.diagnosis["grid_cells"];
+  out.cells = std::max(answers.fit["grid"].at("cells").get<int>(), diagnosed_on.at(1).get<int>());
+  model::SimulationOptions grid, usual;
   grid.cells = out.cells;
+  usual.cells = diagnosed_on.at(0).get<int>();
   const fit::FitOptions how;
-  const model::Simulation simulation(
-      fit::observe_campaign(second, how.rate_hz, how.image_rate_hz, fit::part_of(progress, 0, 0.1, "second session")),
-      grid);
+  const std::vector<model::ObservedTrial> trials =
+      fit::observe_campaign(second, how.rate_hz, how.image_rate_hz, fit::part_of(progress, 0, 0.1, "second session"));
   const std::vector<model::Parameter> parameters = parameters_of(answers.diagnosis);
   progress(0.1, "predicting the second session");
   MatrixXd sets(static_cast<Eigen::Index>(parameters.size()), 3);
@@ -190,17 +191,17 @@ Confirmation found_by(const FirstAnswers& answers, const trial::Campaign& second
   sets.col(1) = coordinates_at(parameters, answers.diagnosis["fit"].at("none"));
   const VectorXd with = coordinates_at(parameters, answers.diagnosis["fit"].at(out.likeliest));
   sets.col(2) = with;
-  const model::State state = simulation.state_at(parameters, with);
-  const model::Simulation compared(forecast_of(simulation.trials(), out.moving_s), grid);
+  const model::Simulation compared(forecast_of(trials, out.moving_s), grid);
+  // The whole motion is only looked at: the finest grid would take four times as long for it.
+  const model::Simulation shown(trials, usual);
   std::vector<model::Residuals> by;
-  tbb::parallel_invoke([&] { by = compared.evaluate(compared.state_of(simulation, state), parameters, sets); },
+  tbb::parallel_invoke([&] { by = compared.evaluate(compared.state_at(parameters, with), parameters, sets); },
                        [&] {
-    write_simulated_motions({simulation, state, parameters, with}, second, folder);
+    write_simulated_motions({shown, shown.state_at(parameters, with), parameters, with}, second, folder);
   });
   const auto errors = [&](const model::Residuals& r) { return errors_of(compared, r, out.moving_s); };
   const std::vector<double> fit_mm = errors(by[0]), base_mm = errors(by[1]), with_mm = errors(by[2]);
-  for (size_t i = 0; i < with_mm.size(); ++i)
-    out.trials.push_back({simulation.trials()[i].name, fit_mm[i], base_mm[i], with_mm[i]});
+  for (size_t i = 0; i < with_mm.size(); ++i) out.trials.push_back({trials[i].name, fit_mm[i], base_mm[i], with_mm[i]});
   out.before_mm = pooled(out.trials, &ConfirmedTrial::fit_mm);
   out.base_mm = pooled(out.trials, &ConfirmedTrial::base_mm);
   out.after_mm = pooled(out.trials, &ConfirmedTrial::with_mm);
