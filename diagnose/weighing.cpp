@@ -203,7 +203,7 @@ Weighing weigh(Study& study, const Windows& windows, const WeighingOptions& opti
     take_those_that_meet(study, about_first, out);
     break;
   }
-  if (out.there) options.ends("again about the likeliest set");
+  if (!out.first.empty()) options.ends("again about the likeliest set");
   study.on_share = [](double) {};
   return out;
 }

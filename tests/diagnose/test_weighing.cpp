@@ -79,6 +79,19 @@ TEST(Weighing, TheBaseStandsAtTheBottom) {
   }
 }
 
+// The base is moved with the clock, so where a delay is the likeliest there is no other place to look at.
+TEST(Weighing, StandsWhereTheClockDoes) {
+  SimulatedSwatch late = usual_fabric();
+  late.delay_s = 0.012;
+  Study study = study_of(late, named({"camera_delay", "creep"}), 6);
+  const Windows windows(*study.simulation, study.protocol);
+  const Weighing weighing = weigh(study, windows, {});
+  ASSERT_EQ(weighing.first.size(), 1u);
+  EXPECT_EQ(study.effects[weighing.first[0]].name, "camera_delay");
+  EXPECT_FALSE(weighing.there.has_value());
+  EXPECT_NEAR(weighing.none.x(static_cast<Eigen::Index>(study.first_parameter[weighing.first[0]])), 0.012 / 0.005, 0.4);
+}
+
 // Where all that is found of the fabric must grow alike, it grows: a mass that is not as it was weighed does the same
 // to motion, but it was weighed.
 TEST(Weighing, LeavesToTheBaseWhatItDoesAlike) {
