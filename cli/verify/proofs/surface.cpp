@@ -14,6 +14,8 @@
 #include "diagnose/effects/library.h"
 #include "fit/campaign_search.h"
 #include "fit/fit_campaign.h"
+#include "fit/stages.h"
+#include "report/progress.h"
 
 namespace selvedge::cli {
 
@@ -70,10 +72,12 @@ double motion_error_mm(const fit::FitOutcome& out, const SimulatedSwatch& truth)
   return 1e3 * std::sqrt(square / count);
 }
 
-void fit_figures(double bending_length_m, const FigureOptions& options, std::vector<Figure>& figures) {
+void fit_figures(double bending_length_m, const FigureOptions& options, const report::ProgressCallback& progress,
+                 std::vector<Figure>& figures) {
   const SimulatedSwatch truth = swatch_of(bending_length_m);
   const DepthCamera camera{.noise_m = kCameraNoise_m, .px_apart_m = options.quick ? 5e-3 : 3e-3};
   fit::FitOptions how;
+  how.progress = progress;
   if (options.quick) {
     how.coarse_cells = 8;
     how.max_iterations = 5;
@@ -100,10 +104,10 @@ double most_of_others(const diagnose::Diagnosis& d, const std::string& made_it) 
   return most;
 }
 
-diagnose::Diagnosis diagnosed(double delay_s, const FigureOptions& options) {
+diagnose::Diagnosis diagnosed(double delay_s, const FigureOptions& options, const report::ProgressCallback& progress) {
   const DepthCamera camera{.noise_m = kCameraNoise_m, .delay_s = delay_s};
   diagnose::DiagnosisOptions how;
-  how.study.progress = options.progress;
+  how.study.progress = progress;
   diagnose::Diagnosis d =
       diagnose::diagnose(scanned(swatch_of(0.018), camera, options.seed), diagnose::effect_library(), how);
   std::string answer = fmt::format("late by {:.0f} ms: {}", 1e3 * delay_s, d.cause);
@@ -114,7 +118,7 @@ diagnose::Diagnosis diagnosed(double delay_s, const FigureOptions& options) {
 }
 
 void delay_figures(const FigureOptions& options, std::vector<Figure>& figures) {
-  const diagnose::Diagnosis late = diagnosed(kDelay_s, options);
+  const diagnose::Diagnosis late = diagnosed(kDelay_s, options, fit::part_of(options.progress, 0.4, 0.7, "late"));
   figures.push_back({"a camera that is late by 20 ms: probability of camera_delay", late.inclusion.at("camera_delay"),
                      0.5, "1", Relation::at_least, "what made the clouds"});
   figures.push_back({"most probable of what is not there", most_of_others(late, "camera_delay"), 0.5, "1",
@@ -124,7 +128,7 @@ void delay_figures(const FigureOptions& options, std::vector<Figure>& figures) {
     figures.push_back({"its delay off by", 1e3 * std::abs(f.size[0].value - kDelay_s), 4, "ms", Relation::at_most,
                        "what made the clouds"});
   }
-  const diagnose::Diagnosis right = diagnosed(0, options);
+  const diagnose::Diagnosis right = diagnosed(0, options, fit::part_of(options.progress, 0.7, 1, "not late"));
   figures.push_back({"a camera that is not: probability of none", right.probability.at("none"), 0.5, "1",
                      Relation::at_least, "what made the clouds"});
   figures.push_back({"what is left of held-out trials", right.before_mm, 1.2 * right.noise_floor_mm, "mm",
@@ -135,9 +139,13 @@ void delay_figures(const FigureOptions& options, std::vector<Figure>& figures) {
 
 std::vector<Figure> prove_surface(const FigureOptions& options) {
   std::vector<Figure> figures;
-  for (const double length_m : options.quick ? std::vector{0.03} : std::vector{0.022, 0.018})
-    fit_figures(length_m, options, figures);
-  if (!options.quick) delay_figures(options, figures);
+  if (options.quick) {
+    fit_figures(0.03, options, options.progress, figures);
+    return figures;
+  }
+  fit_figures(0.022, options, fit::part_of(options.progress, 0, 0.2, "22 mm"), figures);
+  fit_figures(0.018, options, fit::part_of(options.progress, 0.2, 0.4, "18 mm"), figures);
+  delay_figures(options, figures);
   return figures;
 }
 
