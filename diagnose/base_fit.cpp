@@ -113,13 +113,11 @@ fit::Start start_on_coarse(const std::vector<model::ObservedTrial>& observed, co
   const Protocol& protocol = options.protocol;
   const std::vector<model::ObservedTrial> trials = looked_at_on(protocol.coarse_cells, protocol, measured, observed);
   const model::SimulationOptions grid = on_grid_of(protocol.coarse_cells);
-  const report::ProgressCallback progress = fit::part_of(options.progress, 0.05, 0.4, "coarse grid");
-  estimate::LeastSquaresOptions search;
-  search.progress = progress;
+  const bool nudged = has_markers(trials);
+  auto search = nudged ? search_options(8, protocol.near_enough) : estimate::LeastSquaresOptions{};
+  search.progress = fit::part_of(options.progress, 0.05, 0.4, "coarse grid");
   const int most_cells = protocol.cells > 0 ? grid.cells : fit::kMostCellsAtFirst;
-  if (!has_markers(trials)) return fit::find_start(trials, grid, most_cells, base, search);
-  search = search_options(8, protocol.near_enough);
-  search.progress = progress;
+  if (!nudged) return fit::find_start(trials, grid, most_cells, base, search);
   const model::Simulation coarse(trials, grid);
   model::State on_coarse = coarse.state_at(base, x, protocol.nudging_per_s);
   // Nudged harder, so that a fit that starts far off is led by forces, not by folds.

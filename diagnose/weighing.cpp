@@ -18,7 +18,7 @@ using Eigen::VectorXd;
 namespace {
 
 bool meet(const std::vector<size_t>& a, const std::vector<size_t>& b) {
-  return std::any_of(a.begin(), a.end(), [&](size_t x) { return std::find(b.begin(), b.end(), x) != b.end(); });
+  return std::any_of(a.begin(), a.end(), [&](size_t x) { return holds(b, x); });
 }
 
 std::vector<EffectSet>::const_iterator place_of(const std::vector<EffectSet>& sets,
@@ -77,8 +77,7 @@ std::vector<const Way*> ways_found_with_base(const Study& study, const Linearisa
 // Whether the base was moved with all of these effects: then it stands where they are likeliest.
 bool is_moved_with_base(const Study& study, const std::vector<size_t>& effects) {
   const std::vector<size_t> with = found_with_base(study);
-  return std::all_of(effects.begin(), effects.end(),
-                     [&](size_t e) { return std::find(with.begin(), with.end(), e) != with.end(); });
+  return std::all_of(effects.begin(), effects.end(), [&](size_t e) { return holds(with, e); });
 }
 
 // All sets about the base.
