@@ -63,7 +63,7 @@ struct TrialError {
   double held_out_mm = 0;           // NaN where nothing of this trial was held out
   std::optional<model::Interval> held_out_interval_mm;           // 90 %; absent where too little was held out for one
   std::optional<double> held_out_in_noise;                       // markers: in deviations of each one's measured noise
-  std::optional<double> rigid_plate_mm;                          // the same samples, a plate hanging from the bar
+  std::optional<double> rigid_plate_mm;                          // the same samples, what does not move in itself
   std::optional<double> velocity_start_mm_s, velocity_end_mm_s;  // markers alone
   size_t frames = 0;                                             // compared times
 };

@@ -92,7 +92,7 @@ void write_fit(const FitOutcome& out, const trial::Campaign& campaign, const std
   html.input(out.input);
   html.paragraph(fmt::format(
       "Model: {}. Held-out error {}, root mean square{}.", out.model, mm_text(held_out_mm(out)),
-      rigid_plate_mm(out) ? fmt::format("; of a rigid plate on the same bar {}", mm_text(rigid_plate_mm(out))) : ""));
+      rigid_plate_mm(out) ? fmt::format("; of a rigid plate, carried along, {}", mm_text(rigid_plate_mm(out))) : ""));
   add_parameters(html, out);
   add_errors(html, out);
   add_pictures(html, out, campaign);

@@ -63,7 +63,7 @@ std::string outcome_text(const FitOutcome& out) {
   const double held_out = held_out_mm(out);
   text += std::isfinite(held_out) ? fmt::format("\nheld-out error {:.2f} mm", held_out) : "\nnothing was held out";
   if (const auto plate = rigid_plate_mm(out); plate && std::isfinite(*plate))
-    text += fmt::format(", a rigid plate on the same bar {:.2f} mm", *plate);
+    text += fmt::format(", a rigid plate, carried along, {:.2f} mm", *plate);
   text += fmt::format("; {} simulations in {:.0f} s\n{}\n", out.evaluations, out.wall_s, grid_sentence(out));
   for (const std::string& remark : remarks_of(out)) text += remark + "\n";
   return text;

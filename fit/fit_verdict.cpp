@@ -44,8 +44,9 @@ void weigh_held_out(const FitOutcome& out, report::Verdict& verdict) {
     verdict.lower(Trust::none,
                   fmt::format("what it did not see it misses by {:.1f} mm, over a tenth of the swatch", held_out));
   if (const auto plate = rigid_plate_mm(out); plate && held_out >= *plate)
-    verdict.lower(Trust::none, fmt::format("a rigid plate on the same bar comes as near: {:.1f} mm beside {:.1f}",
-                                           *plate, held_out));
+    verdict.lower(Trust::none,
+                  fmt::format("a rigid plate, carried along by what is held, comes as near: {:.1f} mm beside {:.1f}",
+                              *plate, held_out));
   if (held_out > kTimesFitted * fitted)
     verdict.lower(Trust::limited, fmt::format("what it did not see it misses by {:.1f} times what it was fitted to",
                                               held_out / fitted));

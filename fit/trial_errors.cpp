@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include <Eigen/Geometry>
+
 #include "model/trial_error.h"
 
 namespace selvedge::fit {
@@ -34,25 +36,44 @@ std::optional<double> velocity_error(const model::ObservedTrial& trial, const Ve
   return std::sqrt(sum / static_cast<double>(count));
 }
 
-// A plate that hangs straight down from the bar between the two held points, no stretch, no swing.
+// How the two held points lie: their middle, and axes of which one leads from the one to the other and one lies level.
+Eigen::Isometry3d pose_of(const Eigen::Matrix<double, 3, 2>& held, const Eigen::Vector3d& down) {
+  const Eigen::Vector3d across = (held.col(1) - held.col(0)).normalized();
+  const Eigen::Vector3d level = down.cross(across).normalized();
+  Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
+  pose.linear() << across, level, across.cross(level);
+  pose.translation() = held.rowwise().mean();
+  return pose;
+}
+
+// Root mean square distance, mm, of what was seen of a moving trial from what does not move in itself: held by an edge,
+// a plate that hangs straight down from it; held by its corners, the fabric as it was first seen, carried along by
+// them.
 std::optional<double> plate_error(const model::ObservedTrial& trial) {
-  if (!trial.markers || trial.experiment.path.hold == cloth::Hold::corners) return std::nullopt;
+  const cloth::HeldPath& path = trial.experiment.path;
+  const bool by_corners = path.hold == cloth::Hold::corners;
+  if (!trial.markers || (by_corners && trial.still)) return std::nullopt;
   const observe::MarkerTrack& m = *trial.markers;
   const Eigen::Vector3d down = trial.experiment.gravity_m_s2.normalized();
+  std::vector<std::optional<Eigen::Vector3d>> first(m.uv.size());  // seen, from the pose of the held points
   double sum = 0;
   size_t count = 0;
   for (size_t j = 0; j < m.time_s.size(); ++j) {
-    const Eigen::Matrix<double, 3, 2> bar = trial.experiment.path.at(m.time_s[j]);
+    const Eigen::Matrix<double, 3, 2> held = path.at(m.time_s[j]);
+    const Eigen::Isometry3d pose = pose_of(held, down);
     for (size_t k = 0; k < m.uv.size(); ++k) {
       const Eigen::Vector3d seen = m.position.col(static_cast<Index>(k * m.time_s.size() + j));
       if (!seen.allFinite()) continue;
+      if (by_corners && !first[k]) first[k] = pose.inverse() * seen;
       const Eigen::Vector3d plate =
-          bar.col(0) + m.uv[k].x() / trial.width_m * (bar.col(1) - bar.col(0)) + m.uv[k].y() * down;
+          by_corners ? Eigen::Vector3d(pose * *first[k])
+                     : held.col(0) + m.uv[k].x() / trial.width_m * (held.col(1) - held.col(0)) + m.uv[k].y() * down;
       sum += (seen - plate).squaredNorm();
       ++count;
     }
   }
-  return 1e3 * std::sqrt(sum / static_cast<double>(std::max<size_t>(count, 1)));
+  if (count == 0) return std::nullopt;
+  return 1e3 * std::sqrt(sum / static_cast<double>(count));
 }
 
 template <class Get>

@@ -82,7 +82,7 @@ void weigh_sides(const json& pair, Verdict& verdict) {
     const json &plate = pair["rigid_plate_mm"][key], &error = pair["held_out_mm"][key];
     // A fit that has a verdict says so itself.
     if (pair["verdicts"]["fit"][key].is_null() && plate.is_number() && error.is_number() && error >= plate)
-      verdict.lower(Trust::none, fmt::format("a rigid plate on the same bar comes as near as {}: {} mm beside {}", side,
+      verdict.lower(Trust::none, fmt::format("a rigid plate, carried along, comes as near as {}: {} mm beside {}", side,
                                              number_text(plate), number_text(error)));
   }
 }

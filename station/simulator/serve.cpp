@@ -47,8 +47,7 @@ struct ServedRun {
   std::shared_ptr<const ServedTrial> trial;
   cloth::Experiment experiment;
   std::string error;
-  std::vector<float> positions;
-  std::vector<double> rest;  // positions of an equilibrium alone: what begins there must not begin beside it
+  std::vector<double> positions;
 };
 
 // Lines of a file, whatever pieces they come in.
@@ -156,7 +155,7 @@ std::shared_ptr<const ServedTrial> served_trial(const json& told, int cells) {
 
 ServedRun served_run(const json& told, const std::shared_ptr<const ServedTrial>& trial,
                      const std::vector<model::Parameter>& parameters) {
-  ServedRun run{told.at("run"), trial, {}, {}, {}, {}};
+  ServedRun run{told.at("run"), trial, {}, {}, {}};
   model::Prediction prediction;
   prediction.experiment = trial->experiment;
   for (const model::Parameter& p : parameters) p.apply(prediction, told.at("parameters").value(p.name, p.start));
@@ -173,15 +172,15 @@ ServedRun served_run(const json& told, const std::shared_ptr<const ServedTrial>&
   return run;
 }
 
-template <class Number>
-void take_positions(const ServedRun& run, const std::vector<Matrix3Xd>& samples, std::vector<Number>& into) {
-  into.resize(3 * run.trial->points.size() * samples.size());
-  Number* at = into.data();
+// In doubles: by what floats round off, derivatives of what hardly shows err, and a fit takes other steps than here.
+void take_positions(ServedRun& run, const std::vector<Matrix3Xd>& samples) {
+  run.positions.resize(3 * run.trial->points.size() * samples.size());
+  double* at = run.positions.data();
   for (const Matrix3Xd& x : samples)
     for (const cloth::SurfacePoint& point : run.trial->points) {
       Eigen::Vector3d sum = Eigen::Vector3d::Zero();
       for (size_t k = 0; k < point.weights.size(); ++k) sum += point.weights[k] * x.col(point.vertices[k]);
-      for (Index axis = 0; axis < 3; ++axis) *at++ = static_cast<Number>(sum(axis));
+      for (Index axis = 0; axis < 3; ++axis) *at++ = sum(axis);
     }
 }
 
@@ -200,8 +199,7 @@ void simulate_alike(const std::vector<ServedRun*>& runs) {
   tbb::parallel_for(size_t{0}, runs.size(), [&](size_t i) {
     const std::vector<Matrix3Xd>& samples = trajectories[i].samples;
     if (!trajectories[i].finite) runs[i]->error = "diverged";
-    else if (samples.size() == 1) take_positions(*runs[i], samples, runs[i]->rest);
-    else take_positions(*runs[i], samples, runs[i]->positions);
+    else take_positions(*runs[i], samples);
   });
 }
 
@@ -218,13 +216,11 @@ void simulate_all(std::vector<ServedRun>& runs) {
 void answer(int out, const ServedRun& run) {
   json head = {{"run", run.number}};
   if (!run.error.empty()) head["error"] = run.error;
-  else if (!run.rest.empty()) head["doubles"] = run.rest.size();
-  else head["floats"] = run.positions.size();
+  else head["doubles"] = run.positions.size();
   const std::string text = head.dump() + '\n';
   write_all(out, text.data(), text.size());
   if (!run.error.empty()) return;
-  write_all(out, reinterpret_cast<const char*>(run.rest.data()), sizeof(double) * run.rest.size());
-  write_all(out, reinterpret_cast<const char*>(run.positions.data()), sizeof(float) * run.positions.size());
+  write_all(out, reinterpret_cast<const char*>(run.positions.data()), sizeof(double) * run.positions.size());
 }
 
 SimulatorHello own_hello(const std::vector<model::Parameter>& parameters, model::Drag drag) {

@@ -188,6 +188,32 @@ TEST_F(FitCampaign, StillTrialAloneLeavesDampingUndetermined) {
     EXPECT_EQ(p.upper_interval, p.parameter.upper) << p.parameter.name;
   }
   EXPECT_TRUE(std::isnan(held_out_mm(out)));
+  EXPECT_FALSE(rigid_plate_mm(out));
+}
+
+// Somebody's export in which all markers jump about together, as a board would.
+TEST_F(FitCampaign, AFitThatABoardBeatsIsNotToBeBelieved) {
+  trial::Campaign campaign;
+  campaign.folder = folder_;
+  campaign.trials.push_back(simulated_trial("jumps", 0, 0.9, 7));
+  trial::Trial& t = campaign.trials.front();
+  t.experiment = trial::Experiment::waving;
+  const auto jump_m = [](double time_s) { return 0.02 * std::round(2 * std::sin(40 * time_s)); };
+  for (size_t i = 0; i < t.corners.time_s.size(); ++i) {
+    const auto at = static_cast<Eigen::Index>(i);
+    t.corners.left(0, at) += jump_m(t.corners.time_s[i]);
+    t.corners.right(0, at) += jump_m(t.corners.time_s[i]);
+  }
+  for (size_t i = 0; i < t.markers->time_s.size(); ++i)
+    t.markers->position(0, static_cast<Eigen::Index>(i)) += jump_m(t.markers->time_s[i]);
+  FitOptions options;
+  options.coarse_cells = options.cells = 6;
+  options.max_iterations = 2;
+  const FitOutcome out = fit_campaign(campaign, options);
+  EXPECT_LT(rigid_plate_mm(out).value(), 0.5 * held_out_mm(out));
+  const report::Verdict verdict = verdict_of(out);
+  EXPECT_EQ(verdict.trust, report::Trust::none);
+  EXPECT_NE(verdict.because.front().find("rigid plate"), std::string::npos) << verdict.because.front();
 }
 
 // Of still trials alone, which cost little: the grid follows the fabric, and the fit says what it leaves open.
