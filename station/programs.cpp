@@ -8,10 +8,8 @@ namespace selvedge::station {
 
 namespace fs = std::filesystem;
 
-fs::path own_program() { return fs::read_symlink("/proc/self/exe"); }
-
 std::optional<fs::path> find_program(const std::string& name) {
-  const fs::path folder = own_program().parent_path();
+  const fs::path folder = files::own_program().parent_path();
   std::error_code error;
   for (const fs::path& candidate : {folder / name, folder.parent_path() / "lib" / "selvedge" / name,
                                     folder.parent_path().parent_path() / "bin" / name})
@@ -23,7 +21,7 @@ fs::path program(const std::string& name) {
   const auto found = find_program(name);
   if (!found)
     refuse(name, "found no such program beside {}, expected it to be built or installed with it",
-           own_program().string());
+           files::own_program().string());
   return *found;
 }
 

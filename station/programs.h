@@ -6,14 +6,13 @@
 #include <optional>
 #include <string>
 
+#include "files/shared_files.h"
+
 namespace selvedge::station {
 
 inline constexpr const char* kLabProgram = "selvedge";             // the devices' daemons and all that a lab runs
 inline constexpr const char* kSimulationProgram = "selvedge-sim";  // simulated devices and worlds
 inline constexpr const char* kVerifyProgram = "selvedge-verify";   // proofs, timings, soak runs, blind checks
-
-// Path of the program that runs now.
-std::filesystem::path own_program();
 
 // nullopt where it is not installed.
 std::optional<std::filesystem::path> find_program(const std::string& name);

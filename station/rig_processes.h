@@ -17,7 +17,7 @@ namespace selvedge::station {
 
 struct DaemonState {
   std::string kind;                                     // camera, tracker, projector, arm
-  std::optional<pid_t> pid;                             // of the running process
+  std::optional<pid_t> pid;                             // of the process that rig_up started
   std::optional<selvedge_rig::device_status_t> status;  // newest on the bus
   std::filesystem::path log;
 };

@@ -92,7 +92,7 @@ void SlurmSteps::submit_alike(const std::vector<Step>& steps, JobArray::Submit w
   std::vector<ArrayTask> tasks;
   for (const Step& s : steps)
     tasks.push_back({index_of(s),
-                     {own_program().string(), "session", "run", fs::absolute(file_.path).string(), "--out",
+                     {files::own_program().string(), "session", "run", fs::absolute(file_.path).string(), "--out",
                       folder_.string(), "--step", s.id(file_)},
                      array_before(s)});
   if (tasks.empty()) return;

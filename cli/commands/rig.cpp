@@ -15,8 +15,7 @@ namespace {
 using selvedge_rig::device_status_t;
 
 const char* state_text(const station::DaemonState& state) {
-  if (!state.pid) return "not started";
-  if (!state.status) return "silent";
+  if (!state.status) return state.pid ? "silent" : "not started";
   switch (state.status->state) {
     case device_status_t::STARTING: return "starting";
     case device_status_t::RUNNING: return "running";
@@ -27,7 +26,7 @@ const char* state_text(const station::DaemonState& state) {
 }
 
 bool runs(const station::DaemonState& state) {
-  return state.pid && state.status &&
+  return state.status &&
          (state.status->state == device_status_t::RUNNING || state.status->state == device_status_t::DEGRADED);
 }
 
@@ -43,7 +42,7 @@ bool print(const std::vector<station::DaemonState>& states) {
     all = all && runs(state);
   }
   for (const station::DaemonState& state : states)
-    if (!runs(state)) fmt::print("{}: see {}\n", state.kind, state.log.string());
+    if (!runs(state) && exists(state.log)) fmt::print("{}: see {}\n", state.kind, state.log.string());
   return all;
 }
 

@@ -10,7 +10,7 @@
 
 #include "cli/command.h"
 #include "cli/output_folder.h"
-#include "cli/shared_files.h"
+#include "files/shared_files.h"
 #include "cli/slurm_options.h"
 #include "report/progress.h"
 #include "rig/network.h"
@@ -43,7 +43,7 @@ int run_session(const SessionArguments& a) {
   const station::SessionFile file = station::read_session_file(a.file);
   station::Journal journal(folder, file.text);
   log_to(folder);
-  station::StationSteps steps(file, journal, folder, shared_folder());
+  station::StationSteps steps(file, journal, folder, files::shared_folder());
   station::SlurmSteps by_array(steps, file, journal, folder, a.slurm);
   station::SessionSteps& used = a.slurm.used ? static_cast<station::SessionSteps&>(by_array) : steps;
   int status = 0;

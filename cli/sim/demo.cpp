@@ -12,7 +12,7 @@
 
 #include "cli/command.h"
 #include "cli/output_folder.h"
-#include "cli/shared_files.h"
+#include "files/shared_files.h"
 #include "files/bad_input.h"
 #include "files/lock.h"
 #include "files/whole_file.h"
@@ -33,8 +33,8 @@ namespace fs = std::filesystem;
 struct DemoArguments {
   std::string name;
   fs::path runs = "runs";
-  fs::path rig = shared_folder() / "examples" / "demo-rig.toml";
-  fs::path world = shared_folder() / "examples" / "demo-world.toml";
+  fs::path rig = files::shared_folder() / "examples" / "demo-rig.toml";
+  fs::path world = files::shared_folder() / "examples" / "demo-world.toml";
   int cells = 0;
 };
 
@@ -114,7 +114,7 @@ int run_demo(const DemoArguments& a) {
   spdlog::set_default_logger(spdlog::basic_logger_mt("session", (folder / "logs" / "session.log").string()));
   spdlog::flush_on(spdlog::level::info);
   station::Journal journal(folder, file.text);
-  station::StationSteps steps(file, journal, folder, shared_folder());
+  station::StationSteps steps(file, journal, folder, files::shared_folder());
   try {
     station::run_steps(
         file, journal, steps, [](const std::string&) { return station::Answer::stop; },

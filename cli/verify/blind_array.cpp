@@ -20,7 +20,7 @@ size_t answer_by_array(const fs::path& folder, const station::SlurmOptions& opti
   for (size_t i = 0; i < ids.size(); ++i)
     if (!is_answered(ids[i]))
       tasks.push_back(
-          {i, {station::own_program().string(), "blind", "answer", whole.string(), "--campaign", ids[i]}, ""});
+          {i, {files::own_program().string(), "blind", "answer", whole.string(), "--campaign", ids[i]}, ""});
   if (!tasks.empty()) {
     const station::JobArray array(whole / "slurm", "blind", tasks, options);
     std::vector<size_t> indices;

@@ -7,6 +7,7 @@
 #include <kdl/chainiksolvervel_wdls.hpp>
 
 #include "files/bad_input.h"
+#include "files/shared_files.h"
 #include "files/toml_text.h"
 
 namespace selvedge::arm {
@@ -113,7 +114,8 @@ struct ArmModel::Chain {
   KDL::Chain chain;
 };
 
-ArmModel ArmModel::read(const std::filesystem::path& path) {
+ArmModel ArmModel::read(const std::filesystem::path& named) {
+  const std::filesystem::path path = files::or_shared(named);
   const toml::table root = files::read_toml(path);
   ArmModel model;
   Keys keys(path.string(), root);

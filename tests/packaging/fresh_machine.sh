@@ -1,8 +1,9 @@
 #!/usr/bin/env bash
 # fresh_machine.sh BUILD FOLDER: the packages on a Debian 12 that has nothing else, made by debootstrap in FOLDER: they
-# install with what the archive has, the demo runs as a user who is nobody else, the C++ example is built against
-# selvedge-dev, the notebooks run, so do the tutorials' commands, a first version is upgraded, and removal leaves what
-# users made. Needs root and the archive; says how long each step took. Exit 1 where one fails.
+# install with what the archive has, the demo runs as a user who is nobody else, the daemons run under systemd on a
+# processor without AVX, the C++ example is built against selvedge-dev, the notebooks run, so do the tutorials'
+# commands, a first version is upgraded, and removal leaves what users made. Needs root and the archive; says how long
+# each step took. Exit 1 where one fails.
 set -euo pipefail
 build=$(readlink -f "$1") folder=$2
 here=$(cd "$(dirname "$(readlink -f "${BASH_SOURCE[0]}")")" && pwd)
@@ -16,6 +17,11 @@ done_with() { printf '%4d s  %s\n' $((SECONDS - began)) "$*"; began=$SECONDS; }
 inside() { chroot "$root" /usr/bin/env -i PATH=/usr/sbin:/usr/bin:/sbin:/bin HOME=/root LANG=C.UTF-8 \
   DEBIAN_FRONTEND=noninteractive "$@"; }
 as_user() { inside runuser -u weaver -- env HOME=/home/weaver bash -euc "cd; $*"; }
+enter() {
+  mount -t proc proc "$root/proc"
+  mount --rbind /dev "$root/dev"
+  mount --make-rslave "$root/dev"
+}
 leave() {
   umount -R "$root/dev" 2>/dev/null || true
   umount "$root/proc" 2>/dev/null || true
@@ -30,9 +36,7 @@ done_with "packages"
 debootstrap --variant=minbase bookworm "$root" "$mirror" >"$folder/debootstrap.log" 2>&1 ||
   { tail -20 "$folder/debootstrap.log" >&2; exit 1; }
 trap leave EXIT
-mount -t proc proc "$root/proc"
-mount --rbind /dev "$root/dev"
-mount --make-rslave "$root/dev"
+enter
 inside useradd --create-home weaver
 done_with "Debian 12"
 
@@ -45,6 +49,13 @@ done_with "selvedge and what it needs are installed"
 as_user 'selvedge demo >demo.log 2>&1' || { tail -30 "$root/home/weaver/demo.log" >&2; exit 1; }
 as_user 'find runs/demo -name report.html | grep -q .'
 done_with "the demo, by a user"
+
+inside apt-get -qq install --no-install-recommends -y systemd systemd-sysv dbus udev iproute2 procps \
+  linux-image-cloud-amd64 >"$folder/systemd.log" 2>&1 || { tail -30 "$folder/systemd.log" >&2; exit 1; }
+leave
+"$here/booted_machine.sh" "$root" "$folder/booted" || { tail -30 "$folder/booted/console.log" >&2; exit 1; }
+enter
+done_with "booted: the daemons under systemd, on a processor without AVX"
 
 inside apt-get -qq install --no-install-recommends -y "$(package selvedge-dev)" cmake g++ make \
   >"$folder/develop.log" 2>&1 || { tail -30 "$folder/develop.log" >&2; exit 1; }

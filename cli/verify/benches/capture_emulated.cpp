@@ -216,7 +216,7 @@ std::vector<Figure> under_wrapper(const std::string& bench, Comparison compare_t
       preloaded != nullptr && std::strstr(preloaded, "umockdev") != nullptr) {
     figures = compare_there(options, folder);
   } else {
-    const std::string self = station::own_program(), json = folder / "figures.json", log = folder / "bench.log";
+    const std::string self = files::own_program(), json = folder / "figures.json", log = folder / "bench.log";
     const std::string command = fmt::format("umockdev-wrapper '{}' bench {} {}--json '{}' > '{}' 2>&1", self, bench,
                                             options.quick ? "--quick " : "", json, log);
     if (std::system(command.c_str()) != 0)

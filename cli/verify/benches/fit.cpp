@@ -7,7 +7,7 @@
 #include <fmt/format.h>
 
 #include "cli/verify/figures.h"
-#include "cli/shared_files.h"
+#include "files/shared_files.h"
 #include "experiments/simulated_trials.h"
 #include "fit/fit_campaign.h"
 
@@ -18,7 +18,7 @@ std::vector<Figure> bench_fit(const FigureOptions& options) {
       std::filesystem::temp_directory_path() /
       fmt::format("selvedge_bench_fit_{}", std::chrono::steady_clock::now().time_since_epoch().count());
   const experiments::ExperimentFile file =
-      experiments::read_experiment(shared_folder() / "examples" / "experiments" / "waving.toml");
+      experiments::read_experiment(files::shared_folder() / "examples" / "experiments" / "waving.toml");
   const experiments::Fabric knit = file.fabrics.back();
   experiments::TrialProtocol record = file.protocol;
   record.trials.resize(1);

@@ -9,7 +9,7 @@
 
 #include "cli/command.h"
 #include "cli/output_folder.h"
-#include "cli/shared_files.h"
+#include "files/shared_files.h"
 #include "cli/verify/soak/recorder.h"
 #include "cli/verify/soak/soak.h"
 #include "cli/stop_signals.h"
@@ -40,7 +40,7 @@ void add_soak(CLI::App& app, int& exit_status) {
   auto* command = app.add_subcommand(
       "soak", "run a simulated rig under faults; exit 1 where a written frame is lost or the arm moves after a stop");
   auto options = std::make_shared<SoakOptions>();
-  const std::filesystem::path source = shared_folder();
+  const std::filesystem::path source = files::shared_folder();
   options->rig = source / "data" / "soak" / "rig.toml";
   options->world = source / "data" / "soak" / "world.toml";
   options->arms = source / "data" / "arms";

@@ -9,7 +9,7 @@
 
 #include "cli/verify/figures.h"
 #include "cli/verify/proofs/stopped_trials.h"
-#include "cli/shared_files.h"
+#include "files/shared_files.h"
 #include "hardware_sim/running_arm/running_arm.h"
 #include "rig/arm/real_time.h"
 #include "rig/network.h"
@@ -221,7 +221,7 @@ std::vector<Figure> prove_arm(const FigureOptions& options) {
     options.progress(0.6 * done, what);
   });
   {
-    RunningArm arm(shared_folder() / "data" / "arms" / "ur5e.toml");
+    RunningArm arm(files::shared_folder() / "data" / "arms" / "ur5e.toml");
     prove_flood(arm, options.quick ? 5 : 100,
                 {options.quick, options.seed,
                  [&](double done, const std::string& what) { options.progress(0.6 + done, what); }},

@@ -15,7 +15,7 @@
 #include <unistd.h>
 
 #include "capture/session/run_trial.h"
-#include "cli/shared_files.h"
+#include "files/shared_files.h"
 #include "console/bus_rig_link.h"
 #include "console/gate.h"
 #include "console/server.h"
@@ -102,7 +102,7 @@ geometry::Projection projection_of(const nlohmann::json& json) {
 }  // namespace
 
 ConsoleRun run_console_with_pages(double seconds, const report::ProgressCallback& progress) {
-  const fs::path source = shared_folder(),
+  const fs::path source = files::shared_folder(),
                  folder = fs::temp_directory_path() / fmt::format("selvedge-console-run-{}", ::getpid());
   fs::create_directories(folder);
   ConsoleRun out;

@@ -10,7 +10,7 @@
 #include <fmt/ranges.h>
 
 #include "cli/verify/figures.h"
-#include "cli/shared_files.h"
+#include "files/shared_files.h"
 #include "experiments/experiment_report.h"
 #include "experiments/simulated_trials.h"
 #include "report/text_table.h"
@@ -61,7 +61,7 @@ IdentificationOptions annealing_of(int evaluations, unsigned seed) {
 }
 
 FitBench prepare_bench(const FigureOptions& options) {
-  const std::filesystem::path files = shared_folder() / "examples" / "experiments";
+  const std::filesystem::path files = files::shared_folder() / "examples" / "experiments";
   FitBench bench{
       experiments::read_experiment(files / "static.toml"), experiments::read_experiment(files / "waving.toml"), {}};
   experiments::TrialProtocol protocol = bench.waving_file.protocol;

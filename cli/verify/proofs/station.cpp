@@ -12,7 +12,8 @@
 
 #include "cli/verify/figures.h"
 #include "cli/verify/proofs/console_run.h"
-#include "cli/shared_files.h"
+#include "files/shared_files.h"
+#include "cli/console_web.h"
 #include "files/whole_file.h"
 #include "rig/network.h"
 #include "station/child_process.h"
@@ -32,7 +33,7 @@ int run(const std::string& command, const fs::path& log) {
 }
 
 std::vector<Figure> prove_session(const fs::path& folder, bool quick, const report::ProgressCallback& progress) {
-  const fs::path source = shared_folder(),
+  const fs::path source = files::shared_folder(),
                  file = quick ? source / "tests/end_to_end/short-session.toml" : source / "examples/four-fabrics.toml";
   progress(0.05, "an unattended session over " + file.stem().string());
   const auto begin = std::chrono::steady_clock::now();
@@ -68,7 +69,7 @@ std::vector<Figure> prove_session(const fs::path& folder, bool quick, const repo
 
 std::vector<Figure> prove_browser(const fs::path& folder, const report::ProgressCallback& progress) {
   progress(0.9, "walking the console in a browser");
-  const fs::path source = shared_folder(), build = console_web_folder().parent_path();
+  const fs::path source = files::shared_folder(), build = console_web_folder().parent_path();
   const fs::path walk = source / "tests/console/browser.sh";
   if (!fs::exists(walk))
     files::write_whole(folder / "browser.log",

@@ -15,7 +15,7 @@
 #include <unistd.h>
 
 #include "capture/session/run_trial.h"
-#include "cli/shared_files.h"
+#include "files/shared_files.h"
 #include "hardware_sim/simulated_rig.h"
 #include "rig/arm/control_link.h"
 #include "rig/camera/frame_ring.h"
@@ -151,7 +151,7 @@ class Rig {
 
  private:
   void prepare() {
-    const fs::path source = shared_folder() / "data";
+    const fs::path source = files::shared_folder() / "data";
     fs::create_directories(folder_);
     station::write_simulated_rig({source / "soak" / "rig.toml", source / "soak" / "world.toml", source / "arms"},
                                  folder_);

@@ -94,7 +94,7 @@ class Soak {
             configuration_, bus_, arm_, log_of("console"), [this] { kill_now("console"); }, options.seed) {
     result_.small_disk = small_disk;
     listen();
-    const std::string lab = station::program(station::kLabProgram).string(), self = station::own_program().string(),
+    const std::string lab = station::program(station::kLabProgram).string(), self = files::own_program().string(),
                       rig = (options.folder / "rig.toml").string();
     const auto start = [&](const std::string& name, const std::vector<std::string>& command) {
       processes_.emplace(name, std::make_unique<Supervised>(name, command, log_of(name)));
