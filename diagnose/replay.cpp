@@ -7,41 +7,17 @@
 #include <utility>
 #include <vector>
 
+#include "fit/shown_motion.h"
+
 namespace selvedge::diagnose {
 
 using Eigen::Index;
-using Eigen::Matrix3Xd;
 using Eigen::VectorXd;
 
 namespace {
 
-constexpr int kSheetAcross = 10;  // points of a sheet that is shown, each way
-constexpr size_t kMostTrials = 8, kMostTimes = 48;
+constexpr size_t kMostTrials = 8;
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-
-void add(report::Points& points, const Eigen::Vector3d& p) {
-  for (const double value : p) points.push_back(static_cast<float>(value));
-}
-
-// Times to show, as places among those of the markers, or among the samples where there are none.
-std::vector<size_t> shown_times(size_t count) {
-  std::vector<size_t> out;
-  const size_t wanted = std::min(count, kMostTimes);
-  for (size_t i = 0; i < wanted; ++i) out.push_back(i * (count - 1) / std::max<size_t>(1, wanted - 1));
-  return out;
-}
-
-// The markers at one time: where they were seen, off by `off_mm` (3 a marker and time; empty: not at all).
-report::Points markers_at(const observe::MarkerTrack& track, size_t time, const VectorXd& off_mm) {
-  report::Points out;
-  for (size_t k = 0; k < track.uv.size(); ++k) {
-    const auto at = static_cast<Index>(k * track.time_s.size() + time);
-    Eigen::Vector3d p = track.position.col(at);
-    if (off_mm.size() > 0) p += 1e-3 * off_mm.segment<3>(3 * at);
-    add(out, p);
-  }
-  return out;
-}
 
 // How a trial moves under one model, in each of the runs of its windows.
 using Runs = std::vector<cloth::Trajectory>;
@@ -72,30 +48,10 @@ std::vector<std::vector<Runs>> runs_of(const Study& study, const Windows& window
 // The swatch at these times, each from the run that is free then.
 report::SheetView view_of(const Study& study, const Windows& windows, const std::string& name, const Runs& runs,
                           size_t trial, const std::vector<double>& times) {
-  const model::Simulation& simulation = *study.simulation;
-  const model::ObservedTrial& seen = simulation.trials()[trial];
-  std::vector<cloth::SurfacePoint> points;
-  for (int r = 0; r < kSheetAcross; ++r)
-    for (int c = 0; c < kSheetAcross; ++c)
-      points.push_back(surface_point(simulation.sheet(),
-                                     {seen.width_m * c / (kSheetAcross - 1), seen.height_m * r / (kSheetAcross - 1)}));
-  const std::vector<double>& sample_s = seen.experiment.sample_s;
+  const fit::ShownSwatch swatch(*study.simulation, trial);
+  const model::ObservedTrial& seen = study.simulation->trials()[trial];
   report::SheetView out{name, {}, {}};
-  for (const double t : times) {
-    const cloth::Trajectory& run = runs[static_cast<size_t>(windows.phase_at(seen, t))];
-    const auto after = static_cast<size_t>(std::lower_bound(sample_s.begin(), sample_s.end(), t) - sample_s.begin());
-    const size_t at = std::min(after, run.samples.size() - 1);
-    report::Points sheet;
-    for (const cloth::SurfacePoint& p : points)
-      add(sheet, run.finite ? position_of(p, run.samples[at]) : Eigen::Vector3d::Constant(kNaN));
-    out.sheet.push_back(std::move(sheet));
-  }
-  return out;
-}
-
-report::Points flat(const Matrix3Xd& columns) {
-  report::Points out;
-  for (Index i = 0; i < columns.cols(); ++i) add(out, columns.col(i));
+  for (const double t : times) out.sheet.push_back(swatch.at(runs[static_cast<size_t>(windows.phase_at(seen, t))], t));
   return out;
 }
 
@@ -105,21 +61,21 @@ report::MovingSheet replay_of(const Study& study, const std::vector<std::vector<
                               const std::function<report::SheetView(size_t, const std::vector<double>&)>& view_of) {
   const model::ObservedTrial& seen = study.simulation->trials()[trial];
   const std::vector<double>& all = seen.markers ? seen.markers->time_s : seen.experiment.sample_s;
-  const std::vector<size_t> places = shown_times(all.size());
+  const std::vector<size_t> places = fit::shown_times(all.size());
   report::MovingSheet out;
   out.name = seen.name;
-  out.across = kSheetAcross;
+  out.across = fit::kSheetAcross;
   std::vector<double> times;
   for (const size_t at : places) {
     times.push_back(all[at]);
     out.time_s.push_back(static_cast<float>(all[at]));
-    out.seen.push_back(seen.markers ? markers_at(*seen.markers, at, {}) : report::Points());
+    out.seen.push_back(seen.markers ? fit::markers_at(*seen.markers, at, {}) : report::Points());
   }
   for (size_t k = 0; k < left_mm.size(); ++k) {
     report::SheetView view = view_of(k, times);
     if (seen.markers) {
       const VectorXd& off_mm = left_mm[k][trial];
-      for (const size_t at : places) view.expected.push_back(markers_at(*seen.markers, at, off_mm));
+      for (const size_t at : places) view.expected.push_back(fit::markers_at(*seen.markers, at, off_mm));
     }
     out.views.push_back(std::move(view));
   }
@@ -130,7 +86,7 @@ report::MovingSheet replay_of(const Study& study, const std::vector<std::vector<
   for (const MissingForce::Window& w : force.windows)
     if (w.trial == seen.name)
       out.arrows.push_back(
-          {static_cast<float>(w.from_s), static_cast<float>(w.to_s), flat(w.mean_n_m2), flat(w.sd_n_m2)});
+          {static_cast<float>(w.from_s), static_cast<float>(w.to_s), fit::flat(w.mean_n_m2), fit::flat(w.sd_n_m2)});
   return out;
 }
 

@@ -3,16 +3,19 @@
 #include <algorithm>
 #include <cmath>
 #include <set>
+#include <utility>
 
 #include <fmt/format.h>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
 #include "fit/fold_metric.h"
+#include "fit/shown_motion.h"
 #include "observe/stripe_observation.h"
 #include "observe/stripe_residual.h"
 #include "render/row_map.h"
 #include "render/stripe_renderer.h"
+#include "report/flipped_pictures.h"
 
 namespace selvedge::fit {
 
@@ -58,20 +61,16 @@ cv::Mat difference(const AngleMap& a, const AngleMap& b) {
   return out;
 }
 
-cloth::Trajectory fitted_run(const FitOutcome& out, size_t trial) {
-  std::vector<model::Parameter> parameters;
-  for (const FittedParameter& p : out.parameters) parameters.push_back(p.parameter);
-  return out.simulation->trajectory(out.state, parameters, out.coordinates, trial);
-}
-
-void add_frames(report::HtmlReport& html, const FitOutcome& out, const trial::Trial& trial, size_t index) {
+void add_frames(report::HtmlReport& html, const FitOutcome& out, const trial::Trial& trial, size_t index,
+                const cloth::Trajectory& run) {
   const model::ObservedTrial& observed = out.simulation->trials()[index];
   const observe::StripeTrack& track = *observed.stripes;
-  const cloth::Trajectory run = fitted_run(out, index);
   render::StripeRenderer renderer(track.camera, track.projector);
   renderer.set_pattern(track.pattern);
   render::RowMap map(track.camera, track.projector);
   FoldMetric metric;
+  std::vector<report::PicturePair> pairs;
+  std::vector<std::pair<std::vector<std::string>, std::vector<std::string>>> maps;  // pictures, captions
   for (const size_t k : std::set<size_t>{0, track.frames.size() / 2, track.frames.size() - 1}) {
     if (k > 0 && observed.still) break;
     const observe::StripeFrame& frame = track.frames[k];
@@ -85,91 +84,78 @@ void add_frames(report::HtmlReport& html, const FitOutcome& out, const trial::Tr
         observe::observe_stripes(recorded, track.camera, track.projector, track.pattern);
     const AngleMap a = metric.angle_map(recorded, seen.inside), b = metric.angle_map(simulated, inside);
     const FoldError error = metric.compare(a, b);
-    html.picture_row(
-        {png_of(grey(recorded)), png_of(grey(simulated)), png_of(hues(a)), png_of(hues(b)), png_of(difference(a, b))},
-        {fmt::format("{}, frame {}: recorded", trial.name, frame.number), "simulated", "angle map, recorded",
-         "angle map, simulated",
-         fmt::format("difference of the angles (white: 20° and more); error of the folds {:.1f}, of the outline {:.0f} "
-                     "px, both "
-                     "together {:.1f}",
-                     error.fold, error.silhouette, error.total)});
+    const std::string name = fmt::format("{}, frame {}", trial.name, frame.number);
+    pairs.push_back({name, png_of(grey(recorded)), png_of(grey(simulated))});
+    maps.push_back(
+        {{png_of(hues(a)), png_of(hues(b)), png_of(difference(a, b))},
+         {name + ": angle map, recorded", "angle map, simulated",
+          fmt::format("difference of the angles (white: 20° and more); error of the folds {:.1f}, of the outline "
+                      "{:.0f} px, both together {:.1f}",
+                      error.fold, error.silhouette, error.total)}});
   }
+  html.interactive(report::flipped_pictures(pairs), trial.name + ": recorded and simulated pictures");
+  for (const auto& [pictures, captions] : maps) html.picture_row(pictures, captions);
 }
 
-// Front and side view of dots (circles) and simulated sheet (lines) at one time.
-cv::Mat draw_dots(const model::Simulation& objective, const Eigen::Matrix3Xd& sheet, const Eigen::Matrix3Xd& dots,
-                  int radius_px, int across) {
-  const int size = 360;
-  cv::Mat image(size, size, CV_8UC3, cv::Scalar(255, 255, 255));
-  const Eigen::Vector3d low = sheet.rowwise().minCoeff(), high = sheet.rowwise().maxCoeff(), middle = (low + high) / 2;
-  const double scale = 0.85 * size / std::max({high.x() - low.x(), high.y() - low.y(), high.z() - low.z()});
-  const auto at = [&](const Eigen::Vector3d& p) {
-    return cv::Point(static_cast<int>(size / 2 + scale * (p(across) - middle(across))),
-                     static_cast<int>(size / 2 - scale * (p.z() - middle.z())));
+// What was seen of a surface in one frame, at most so many points of it.
+report::Points surface_at(const observe::StripeTrack& track, const observe::StripeFrame& frame) {
+  constexpr size_t kMost = 400;
+  const size_t every = 1 + frame.depth.size() / kMost;
+  Eigen::Matrix3Xd seen(3, static_cast<Eigen::Index>((frame.depth.size() + every - 1) / every));
+  for (Eigen::Index i = 0; i < seen.cols(); ++i)
+    seen.col(i) = place_of(track.camera, frame.depth[static_cast<size_t>(i) * every]);
+  return flat(seen);
+}
+
+report::MovingSheet motion_of(const FitOutcome& out, size_t index, const cloth::Trajectory& run) {
+  const model::ObservedTrial& trial = out.simulation->trials()[index];
+  const ShownSwatch swatch(*out.simulation, index);
+  report::MovingSheet shown;
+  shown.name = trial.name;
+  shown.across = kSheetAcross;
+  report::SheetView fitted{"fitted", {}, {}};
+  const auto add = [&](double time_s, report::Points seen) {
+    shown.time_s.push_back(static_cast<float>(time_s));
+    shown.seen.push_back(std::move(seen));
+    fitted.sheet.push_back(swatch.at(run, time_s));
   };
-  for (const auto& t : objective.view().mesh().triangles)
-    for (size_t k = 0; k < 3; ++k)
-      cv::line(image, at(sheet.col(t[k])), at(sheet.col(t[(k + 1) % 3])), cv::Scalar(200, 180, 150), 1, cv::LINE_AA);
-  for (Eigen::Index i = 0; i < dots.cols(); ++i)
-    if (dots.col(i).allFinite())
-      cv::circle(image, at(dots.col(i)), radius_px, cv::Scalar(20, 20, 200), std::min(radius_px, 2), cv::LINE_AA);
-  return image;
-}
-
-// What was seen at one time.
-struct SeenThen {
-  double time_s = 0;
-  Eigen::Matrix3Xd position;  // m
-};
-
-SeenThen markers_then(const observe::MarkerTrack& m, double share) {
-  const auto times = static_cast<Eigen::Index>(m.time_s.size());
-  const auto j = static_cast<Eigen::Index>(share * static_cast<double>(times));
-  SeenThen out{m.time_s[static_cast<size_t>(j)], Eigen::Matrix3Xd(3, static_cast<Eigen::Index>(m.uv.size()))};
-  for (Eigen::Index k = 0; k < out.position.cols(); ++k) out.position.col(k) = m.position.col(k * times + j);
-  return out;
-}
-
-SeenThen surface_then(const observe::StripeTrack& track, double share) {
-  const observe::StripeFrame& f = track.frames[static_cast<size_t>(share * static_cast<double>(track.frames.size()))];
-  SeenThen out{f.time_s, Eigen::Matrix3Xd(3, static_cast<Eigen::Index>(f.depth.size()))};
-  for (size_t k = 0; k < f.depth.size(); ++k)
-    out.position.col(static_cast<Eigen::Index>(k)) = place_of(track.camera, f.depth[k]);
-  return out;
-}
-
-void add_dots(report::HtmlReport& html, const FitOutcome& out, size_t index) {
-  const model::ObservedTrial& observed = out.simulation->trials()[index];
-  const cloth::Trajectory run = fitted_run(out, index);
-  std::vector<std::string> pictures, captions;
-  for (const double share : {0.0, 0.35, 0.7}) {
-    if (share > 0 && observed.still) break;
-    const SeenThen seen =
-        observed.markers ? markers_then(*observed.markers, share) : surface_then(*observed.stripes, share);
-    const Eigen::Matrix3Xd x = out.simulation->view().of(model::position_at(observed.experiment, run, seen.time_s));
-    for (const int across : {0, 1}) {
-      pictures.push_back(png_of(draw_dots(*out.simulation, x, seen.position, observed.markers ? 4 : 1, across)));
-      captions.push_back(fmt::format("{}, {:.2f} s, {} view", observed.name, seen.time_s, across == 0 ? "x-z" : "y-z"));
+  if (trial.markers) {
+    for (const size_t at : shown_times(trial.markers->time_s.size())) {
+      add(trial.markers->time_s[at], markers_at(*trial.markers, at, {}));
+      fitted.expected.push_back(markers_at(*trial.markers, at, out.residuals.mm[index]));
     }
+  } else {
+    for (const size_t at : shown_times(trial.stripes->frames.size()))
+      add(trial.stripes->frames[at].time_s, surface_at(*trial.stripes, trial.stripes->frames[at]));
   }
-  html.picture_row(pictures, captions);
+  shown.views = {std::move(fitted)};
+  return shown;
 }
 
 }  // namespace
 
 void add_pictures(report::HtmlReport& html, const FitOutcome& out, const trial::Campaign& campaign) {
-  html.heading("Recorded and simulated");
-  bool markers = false, clouds = false;
+  std::vector<model::Parameter> parameters;
+  for (const FittedParameter& p : out.parameters) parameters.push_back(p.parameter);
+  std::vector<cloth::Trajectory> runs;
+  std::vector<report::MovingSheet> motions;
   for (size_t i = 0; i < out.simulation->trials().size(); ++i) {
-    const model::ObservedTrial& t = out.simulation->trials()[i];
-    const bool is_cloud = t.stripes && t.stripes->of_cloud;
-    if (t.stripes && !is_cloud) add_frames(html, out, campaign.trials[i], i);
-    if (t.markers || is_cloud) add_dots(html, out, i);
-    markers = markers || t.markers;
-    clouds = clouds || is_cloud;
+    runs.push_back(out.simulation->trajectory(out.state, parameters, out.coordinates, i));
+    motions.push_back(motion_of(out, i, runs.back()));
   }
-  if (markers) html.paragraph("Circles: tracked markers. Lines: the simulated sheet.");
-  if (clouds) html.paragraph("Dots: the scanned surface. Lines: the simulated sheet.");
+  html.heading("In motion");
+  html.interactive(
+      report::moving_sheets(motions, "", ""),
+      "The fitted sheet, and dots where markers or the surface were recorded. Lines: from markers to where "
+      "the fit has them (blue: none off, red: 4 mm and more). Drag or press the arrow keys to turn, turn "
+      "the wheel or press + to come nearer.");
+  bool begun = false;
+  for (size_t i = 0; i < runs.size(); ++i) {
+    const model::ObservedTrial& t = out.simulation->trials()[i];
+    if (!t.stripes || t.stripes->of_cloud) continue;
+    if (!std::exchange(begun, true)) html.heading("Recorded and simulated");
+    add_frames(html, out, campaign.trials[i], i, runs[i]);
+  }
 }
 
 }  // namespace selvedge::fit

@@ -1,5 +1,5 @@
-// Recorded beside simulated: frames, angle maps and their difference for trials with images; dots and the
-// simulated sheet for trials with markers.
+// Recorded beside simulated: each trial in motion, with the markers or points of the surface that were recorded; for
+// trials with images frames that one can flip through, angle maps and their difference.
 #pragma once
 
 #include "fit/fit_outcome.h"

@@ -108,10 +108,10 @@ for (const figure of document.querySelectorAll('.moving-sheets')) {
       sum += mm * mm;
       ++count;
       const at = seen(p, canvas), to = seen(p.map((v, k) => v + factor * off[k]), canvas);
-      line(c, at, to, colour(mm), 2.5);
-      c.fillStyle = colour(mm);
+      if (view.expected.length) line(c, at, to, colour(mm), 2.5);
+      c.fillStyle = view.expected.length ? colour(mm) : 'rgb(190 30 90)';
       c.beginPath();
-      c.arc(at[0], at[1], 4, 0, 7);
+      c.arc(at[0], at[1], view.expected.length ? 4 : 2, 0, 7);
       c.fill();
     }
     return count && view.expected.length ? `${Math.sqrt(sum / count).toFixed(2)} mm off` : '';

@@ -73,7 +73,9 @@ TEST_F(FitCampaign, RecoversWhatTheTrialsDetermine) {
   EXPECT_TRUE(fit.at("trials").at("waving-1").contains("error_end"));
   const std::string html = files::read_whole(folder_ / "out" / "report.html");
   EXPECT_NE(html.find("<div class=\"verdict"), std::string::npos);
-  EXPECT_NE(html.find("data:image/png;base64"), std::string::npos);
+  EXPECT_NE(html.find("<div class=\"moving-sheets\">"), std::string::npos);  // and in it both trials in motion
+  for (const char* name : {"static-1", "waving-1"})
+    EXPECT_NE(html.find(std::string(R"("name":")") + name + "\""), std::string::npos) << name;
   EXPECT_NE(html.find("<svg"), std::string::npos);
   keep_page(folder_ / "out" / "report.html", "fit");
   // Parameters between their bounds, which of them go together, what was held out, and of what input all this is.

@@ -10,8 +10,30 @@ const axe = createRequire(import.meta.url).resolve("axe-core/axe.min.js");
 const folder = join(build, "report-pages"), shots = join(build, "report-screens");
 mkdirSync(shots, { recursive: true });
 const names = readdirSync(folder).filter((name) => name.endsWith(".html"));
-for (const wanted of ["fit", "diagnosis", "comparison", "calibration", "import"])
+for (const wanted of ["fit", "diagnosis", "comparison", "calibration", "import", "pictures"])
   assert(names.includes(wanted + ".html"), `no page ${wanted}.html was kept`);
+
+// What lies over what, and how much of it shows, as the reader asks for it.
+async function flip() {
+  const page = await browser.newPage();
+  await page.goto(`file://${join(folder, "pictures.html")}`);
+  const over = () => page.$eval(".pair:not([hidden]) > div + div", (e) => getComputedStyle(e).opacity);
+  assert.equal(await over(), "0.5");
+  assert.equal(await page.$$eval(".pair[hidden]", (all) => all.length), 1);
+  await page.click(".flip");
+  const first = await over();
+  await page.waitForFunction((was) =>
+    getComputedStyle(document.querySelector(".pair:not([hidden]) > div + div")).opacity !== was, {}, first);
+  assert.deepEqual([first, await over()].sort(), ["0", "1"]);
+  await page.click(".differ");
+  assert.equal(await page.$eval(".flipped", (e) => e.dataset.shown), "difference");
+  assert.equal(await page.$eval(".flip", (e) => e.textContent), "Flip");
+  await page.select(".which", "1");
+  assert.equal(await page.$eval(".pair:not([hidden])", (e) => e.dataset.name), "waving-1, frame 9");
+  await page.emulateMediaType("print");
+  assert.equal(await page.$$eval(".pair", (all) => all.filter((e) => e.offsetWidth > 0).length), 2);
+  await page.close();
+}
 
 const browser = await launch(), wrong = [];
 try {
@@ -38,6 +60,7 @@ try {
         if ((await ground()) !== "rgb(255, 255, 255)") wrong.push(`${where}: printed on ${await ground()}`);
         await page.close();
       }
+  await flip();
 } finally {
   await browser.close();
 }

@@ -14,5 +14,6 @@ made fit FitCampaign.RecoversWhatTheTrialsDetermine
 made diagnose Diagnosis.NamesADelayAndMeasuresIt
 made station ComparisonTest.DrawsBothMapsOfTheFabricOnOneScale
 made calib AfterCalibration.report_draws_and_stands_alone
+made report FlippedPictures.StandInTheReportWithTheirNames
 made exchange Exchange.ImportsMarkersWithOtherUnitsAndAxes
 exec "$source/tests/console/browser.sh" "$build/bin/selvedge" "$source" "$build" pages.mjs
