@@ -92,10 +92,10 @@ void add_replay(report::HtmlReport& html, const Diagnosis& d) {
   html.interactive(
       report::moving_sheets(d.replay, "missing force", "N/m²"),
       fmt::format(
-          "Dots: where markers were recorded; lines: to where the model has them, in trials that it was not "
-          "fitted to (blue: none off, red: 4 mm and more). Arrows: the force that the model still lacks; faint "
-          "where it is less than two standard deviations. {}Drag or press the arrow keys to turn, turn the wheel "
-          "or press + to come nearer.",
+          "Dots: where markers, or points of the surface, were recorded; lines: from markers to where the model has "
+          "them, in trials that it was not fitted to (blue: none off, red: 4 mm and more). Arrows: the force that the "
+          "model still lacks; faint where it is less than two standard deviations. {}Drag or press the arrow keys to "
+          "turn, turn the wheel or press + to come nearer.",
           d.is_ahead ? fmt::format("The sheet is held near the markers, then predicted for {:g} s, and so on. ",
                                    d.protocol.free_s)
                      : ""));

@@ -60,16 +60,17 @@ report::MovingSheet replay_of(const Study& study, const std::vector<std::vector<
                               const MissingForce& force, size_t trial,
                               const std::function<report::SheetView(size_t, const std::vector<double>&)>& view_of) {
   const model::ObservedTrial& seen = study.simulation->trials()[trial];
-  const std::vector<double>& all = seen.markers ? seen.markers->time_s : seen.experiment.sample_s;
-  const std::vector<size_t> places = fit::shown_times(all.size());
+  const size_t seen_times = seen.markers ? seen.markers->time_s.size() : seen.stripes->frames.size();
+  const std::vector<size_t> places = fit::shown_times(seen_times);
   report::MovingSheet out;
   out.name = seen.name;
   out.across = fit::kSheetAcross;
   std::vector<double> times;
   for (const size_t at : places) {
-    times.push_back(all[at]);
-    out.time_s.push_back(static_cast<float>(all[at]));
-    out.seen.push_back(seen.markers ? fit::markers_at(*seen.markers, at, {}) : report::Points());
+    times.push_back(seen.markers ? seen.markers->time_s[at] : seen.stripes->frames[at].time_s);
+    out.time_s.push_back(static_cast<float>(times.back()));
+    out.seen.push_back(seen.markers ? fit::markers_at(*seen.markers, at, {})
+                                    : fit::surface_at(*seen.stripes, seen.stripes->frames[at]));
   }
   for (size_t k = 0; k < left_mm.size(); ++k) {
     report::SheetView view = view_of(k, times);

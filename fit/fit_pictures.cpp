@@ -97,16 +97,6 @@ void add_frames(report::HtmlReport& html, const FitOutcome& out, const trial::Tr
   for (const auto& [pictures, captions] : maps) html.picture_row(pictures, captions);
 }
 
-// What was seen of a surface in one frame, at most so many points of it.
-report::Points surface_at(const observe::StripeTrack& track, const observe::StripeFrame& frame) {
-  constexpr size_t kMost = 400;
-  const size_t every = 1 + frame.depth.size() / kMost;
-  Eigen::Matrix3Xd seen(3, static_cast<Eigen::Index>((frame.depth.size() + every - 1) / every));
-  for (Eigen::Index i = 0; i < seen.cols(); ++i)
-    seen.col(i) = place_of(track.camera, frame.depth[static_cast<size_t>(i) * every]);
-  return flat(seen);
-}
-
 report::MovingSheet motion_of(const FitOutcome& out, size_t index, const cloth::Trajectory& run) {
   const model::ObservedTrial& trial = out.simulation->trials()[index];
   const ShownSwatch swatch(*out.simulation, index);

@@ -41,6 +41,15 @@ report::Points markers_at(const observe::MarkerTrack& track, size_t time, const 
   return out;
 }
 
+report::Points surface_at(const observe::StripeTrack& track, const observe::StripeFrame& frame) {
+  constexpr size_t kMost = 400;
+  const size_t every = 1 + frame.depth.size() / kMost;
+  Eigen::Matrix3Xd seen(3, static_cast<Index>((frame.depth.size() + every - 1) / every));
+  for (Index i = 0; i < seen.cols(); ++i)
+    seen.col(i) = place_of(track.camera, frame.depth[static_cast<size_t>(i) * every]);
+  return flat(seen);
+}
+
 ShownSwatch::ShownSwatch(const model::Simulation& simulation, size_t trial)
     : sample_s_(simulation.trials()[trial].experiment.sample_s) {
   const model::ObservedTrial& seen = simulation.trials()[trial];

@@ -21,6 +21,9 @@ report::Points flat(const Eigen::Matrix3Xd& columns);
 // The markers at one time: where they were seen, off by `off_mm` (3 a marker and time; empty: not at all).
 report::Points markers_at(const observe::MarkerTrack& track, size_t time, const Eigen::VectorXd& off_mm);
 
+// Points of the surface that one frame or cloud showed, some hundreds at most.
+report::Points surface_at(const observe::StripeTrack& track, const observe::StripeFrame& frame);
+
 // The swatch at each of these times, as `run` has it at the sample then or next after; NaN where it diverged.
 class ShownSwatch {
  public:

@@ -37,6 +37,8 @@ TEST(ScannedSurface, ItsDelayIsNamedAndItsNullCampaignIsNot) {
     if (f.name != "camera_delay") continue;
     EXPECT_NEAR(f.size.at(0).value, 0.02, 0.006);
   }
+  ASSERT_FALSE(late.replay.empty());
+  for (const report::Points& seen : late.replay.front().seen) EXPECT_GT(seen.size(), 3u * 50) << "is shown in motion";
   const Diagnosis null_campaign = diagnosed_scan(scanned_campaign(0));
   EXPECT_EQ(null_campaign.cause, "none");
   EXPECT_GT(null_campaign.probability.at("none"), 0.8);
