@@ -249,24 +249,26 @@ Forecast forecast(const Study& study, const PredictedSet& base, const PredictedS
     add(named, named.without[g]);
   }
   const std::vector<Foretold> all = foretold(study, moving, std::move(faster));
-  const auto before_mm = [&](size_t pair) {
+  const auto effect_mm = [&](size_t pair) {
     const Foretold &a = all[2 * pair], &b = all[2 * pair + 1];
-    if (!a.run.finite || !b.run.finite) return std::numeric_limits<double>::quiet_NaN();
-    return std::hypot(apart_mm(a, b), named_left_mm);
+    return a.run.finite && b.run.finite ? apart_mm(a, b) : std::numeric_limits<double>::quiet_NaN();
   };
-  if (std::isnan(before_mm(0))) return out;
+  // Of the base, which lacks so much of what the named set leaves.
+  const auto before_mm = [&](double lacks_mm) { return std::hypot(lacks_mm, named_left_mm); };
+  const double lacks_mm = effect_mm(0);
+  if (std::isnan(lacks_mm)) return out;
   const model::ObservedTrial& like = study.simulation->trials()[moving];
   out.like_trial = like.name;
   out.speed = kFaster;
   out.moving_s = like.experiment.sample_s.back() - model::first_move_s(like);
   out.motion = fmt::format("{} at {:.1f} times its speed", out.like_trial, out.speed);
-  out.before_mm = before_mm(0);
+  out.before_mm = before_mm(lacks_mm);
   out.after_mm = named_left_mm;
   VectorXd folds(static_cast<Index>(base.without.size()));
-  for (Index g = 0; g < folds.size(); ++g) folds(g) = before_mm(1 + static_cast<size_t>(g));
-  const double sd = jackknife_sd(folds);
-  out.low_mm = std::max(out.before_mm - 1.645 * sd, out.after_mm);  // NaN stays: it is the first
-  out.high_mm = out.before_mm + 1.645 * sd;
+  for (Index g = 0; g < folds.size(); ++g) folds(g) = effect_mm(1 + static_cast<size_t>(g));
+  const double half_mm = 1.645 * jackknife_sd(folds);
+  out.low_mm = before_mm(std::max(lacks_mm - half_mm, 0.0));  // NaN stays: it is the first
+  out.high_mm = before_mm(lacks_mm + half_mm);
   return out;
 }
 

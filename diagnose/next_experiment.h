@@ -38,13 +38,14 @@ NextExperiment propose_experiment(const Study& study, const std::vector<Predicte
 
 // A motion that was not recorded, as the base model and the corrected one tell it.
 struct Forecast {
-  std::string motion;              // in words; empty: nothing moves, or what moves faster diverges
-  std::string like_trial;          // the trial that it varies
-  double speed = 1;                // times that trial's
-  double moving_s = 0;             // from its held points' first move on: as long as that trial was looked at
-  double before_mm = 0;            // error that the base model will have
-  double low_mm = 0, high_mm = 0;  // 90 %, jackknife over groups of trials; NaN where one of them diverges
-  double after_mm = 0;             // error that the corrected one will have: what it leaves of held-out trials
+  std::string motion;      // in words; empty: nothing moves, or what moves faster diverges
+  std::string like_trial;  // the trial that it varies
+  double speed = 1;        // times that trial's
+  double moving_s = 0;     // from its held points' first move on: as long as that trial was looked at
+  double before_mm = 0;    // error that the base model will have
+  // 90 %, jackknife over groups of trials of what the base lacks, so no less than after_mm; NaN where one diverges
+  double low_mm = 0, high_mm = 0;
+  double after_mm = 0;  // error that the corrected one will have: what it leaves of held-out trials
 };
 
 // named_left_mm: of held-out trials.

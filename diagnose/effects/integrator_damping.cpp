@@ -4,7 +4,7 @@ namespace selvedge::diagnose::effects {
 
 // What an implicit Euler step h does to every elastic mode: damping in proportion to stiffness, with time constant h.
 // Seen in motion it is a change of the material's own damping, which the base model fits as well. A dashpot behind a
-// spring, where the base has one beside it, is found as 1 to 3 ms in campaigns that lack nothing.
+// spring, where the base has one beside it, is found as 1 to 3 ms in null campaigns.
 Effect integrator_damping() {
   Effect e{"integrator_damping",
            Side::numerical,

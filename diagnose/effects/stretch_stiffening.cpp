@@ -2,7 +2,7 @@
 
 namespace selvedge::diagnose::effects {
 
-// Green's strain, of which σ = k ε (1 + 1.5 ε), is found as 2 to 4 in campaigns that lack nothing.
+// Green's strain, of which σ = k ε (1 + 1.5 ε), is found as 2 to 4 in null campaigns.
 Effect stretch_stiffening() {
   Effect e{"stretch_stiffening",
            Side::elastic,

@@ -43,6 +43,7 @@ TEST_F(ForecastOf, AMotionSaysHowFarTheTwoComeApart) {
   EXPECT_FALSE(f.motion.empty());
   EXPECT_GT(f.before_mm, 0.5);
   EXPECT_LE(f.low_mm, f.before_mm);
+  EXPECT_GE(f.low_mm, f.after_mm);
   EXPECT_GE(f.high_mm, f.before_mm);
   EXPECT_EQ(f.after_mm, 0.5);
   EXPECT_GT(f.moving_s, 0.1);
