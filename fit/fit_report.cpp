@@ -5,8 +5,8 @@
 #include <fmt/format.h>
 
 #include "files/bad_input.h"
-#include "files/json_reader.h"
 #include "files/json_number.h"
+#include "files/json_reader.h"
 #include "files/whole_file.h"
 #include "fit/fit_pictures.h"
 #include "fit/fit_sections.h"

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "files/bad_input.h"
+#include "files/shared_files.h"
 
 namespace selvedge::station {
 

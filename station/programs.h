@@ -6,8 +6,6 @@
 #include <optional>
 #include <string>
 
-#include "files/shared_files.h"
-
 namespace selvedge::station {
 
 inline constexpr const char* kLabProgram = "selvedge";             // the devices' daemons and all that a lab runs

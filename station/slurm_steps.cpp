@@ -6,6 +6,7 @@
 #include <spdlog/spdlog.h>
 
 #include "files/bad_input.h"
+#include "files/shared_files.h"
 #include "files/whole_file.h"
 #include "station/file_steps.h"
 #include "station/programs.h"

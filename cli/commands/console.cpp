@@ -7,8 +7,8 @@
 #include <fmt/format.h>
 
 #include "cli/command.h"
-#include "cli/output_folder.h"
 #include "cli/console_web.h"
+#include "cli/output_folder.h"
 #include "cli/stop_signals.h"
 #include "console/bus_rig_link.h"
 #include "console/gate.h"

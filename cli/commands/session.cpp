@@ -10,8 +10,8 @@
 
 #include "cli/command.h"
 #include "cli/output_folder.h"
-#include "files/shared_files.h"
 #include "cli/slurm_options.h"
+#include "files/shared_files.h"
 #include "report/progress.h"
 #include "rig/network.h"
 #include "station/free_addresses.h"

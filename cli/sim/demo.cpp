@@ -12,9 +12,9 @@
 
 #include "cli/command.h"
 #include "cli/output_folder.h"
-#include "files/shared_files.h"
 #include "files/bad_input.h"
 #include "files/lock.h"
+#include "files/shared_files.h"
 #include "files/whole_file.h"
 #include "report/progress.h"
 #include "rig/network.h"

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "evaluation/blind.h"
+#include "files/shared_files.h"
 #include "station/programs.h"
 
 namespace selvedge::cli {

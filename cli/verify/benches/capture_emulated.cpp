@@ -24,6 +24,7 @@
 #include "cli/verify/benches/arv_camera_test.h"
 #include "cli/verify/benches/children_cpu.h"
 #include "cli/verify/figures.h"
+#include "files/shared_files.h"
 #include "files/whole_file.h"
 #include "hardware_sim/usb3_camera/usb3_camera.h"
 #include "hardware_sim/v4l2_camera/v4l2_camera.h"

@@ -7,8 +7,8 @@
 #include <fmt/format.h>
 
 #include "cli/verify/figures.h"
-#include "files/shared_files.h"
 #include "experiments/simulated_trials.h"
+#include "files/shared_files.h"
 #include "fit/fit_campaign.h"
 
 namespace selvedge::cli {

@@ -9,11 +9,11 @@
 
 #include "cli/command.h"
 #include "cli/output_folder.h"
-#include "files/shared_files.h"
+#include "cli/stop_signals.h"
 #include "cli/verify/soak/recorder.h"
 #include "cli/verify/soak/soak.h"
-#include "cli/stop_signals.h"
 #include "files/bad_input.h"
+#include "files/shared_files.h"
 #include "files/whole_file.h"
 
 namespace selvedge::cli {

@@ -15,10 +15,10 @@
 #include <unistd.h>
 
 #include "capture/session/run_trial.h"
-#include "files/shared_files.h"
 #include "console/bus_rig_link.h"
 #include "console/gate.h"
 #include "console/server.h"
+#include "files/shared_files.h"
 #include "files/whole_file.h"
 #include "rig/channels.h"
 #include "rig/clock.h"

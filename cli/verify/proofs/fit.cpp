@@ -10,9 +10,9 @@
 #include <fmt/ranges.h>
 
 #include "cli/verify/figures.h"
-#include "files/shared_files.h"
 #include "experiments/experiment_report.h"
 #include "experiments/simulated_trials.h"
+#include "files/shared_files.h"
 #include "report/text_table.h"
 
 namespace selvedge::cli {

@@ -10,15 +10,15 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include "cli/console_web.h"
 #include "cli/verify/figures.h"
 #include "cli/verify/proofs/console_run.h"
 #include "files/shared_files.h"
-#include "cli/console_web.h"
 #include "files/whole_file.h"
 #include "rig/network.h"
 #include "station/child_process.h"
-#include "station/programs.h"
 #include "station/free_addresses.h"
+#include "station/programs.h"
 
 namespace selvedge::cli {
 

@@ -15,6 +15,7 @@
 #include "cli/verify/soak/frame_audit.h"
 #include "cli/verify/soak/people.h"
 #include "cli/verify/soak/small_disk.h"
+#include "files/shared_files.h"
 #include "hardware_sim/simulated_rig.h"
 #include "rig/bus.h"
 #include "rig/camera/frame_ring.h"
