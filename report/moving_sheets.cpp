@@ -19,9 +19,9 @@ constexpr const char* kStyle = R"(<style>
 .moving-sheets .stage { display: flex; flex-wrap: wrap; gap: 10px; touch-action: none; cursor: grab; }
 .moving-sheets .stage > div { flex: 1 1 280px; }
 .moving-sheets canvas { width: 100%; height: 340px; background: #f4f6f8; border: 1px solid #bbb; }
-.moving-sheets .controls { display: flex; flex-wrap: wrap; gap: 10px; align-items: center; margin: .5em 0; }
+.moving-sheets .controls { display: none; flex-wrap: wrap; gap: 10px; align-items: center; margin: .5em 0; }
 .moving-sheets .time { flex: 1 1 180px; }
-@media print { .moving-sheets .controls { display: none; } }
+@media screen { .moving-sheets.runs .controls { display: flex; } }
 </style>)";
 
 constexpr const char* kControls = R"(<div class="controls">
@@ -84,7 +84,8 @@ std::string moving_sheets(const std::vector<MovingSheet>& sheets, const std::str
   return std::string(kStyle) + "<div class=\"moving-sheets\">\n" + kControls +
          fmt::format("<label><input class=\"arrows\" type=\"checkbox\" checked> {}</label>\n</div>\n",
                      escape_html(arrow_name)) +
-         "<div class=\"stage\"></div>\n<noscript>The sheet in motion needs a browser that runs scripts.</noscript>\n" +
+         "<div class=\"stage\"></div>\n<noscript>The sheet in motion needs scripts, which a console does not run: "
+         "open the report's file in a browser.</noscript>\n" +
          "<script type=\"application/json\">" + within_script(data.dump()) + "</script>\n</div>\n<script>\n" +
          moving_sheets_script + "</script>\n";
 }

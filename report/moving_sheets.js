@@ -1,5 +1,5 @@
 'use strict';
-for (const figure of document.querySelectorAll('.moving-sheets')) {
+for (const figure of document.querySelectorAll('.moving-sheets:not(.runs)')) {
   const data = JSON.parse(figure.querySelector('script[type="application/json"]').textContent);
   const part = name => figure.querySelector('.' + name);
   const trial = part('trial'), time = part('time'), play = part('play'), stage = part('stage'), note = part('note');
@@ -202,5 +202,6 @@ for (const figure of document.querySelectorAll('.moving-sheets')) {
     draw();
   }, {passive: false});
   window.addEventListener('resize', draw);
+  figure.classList.add('runs');
   choose();
 }

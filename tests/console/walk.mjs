@@ -63,8 +63,10 @@ async function walk(browser, url, stopPort) {
   const errors = [], page = await browser.newPage();
   page.setDefaultNavigationTimeout(180_000);
   page.on("pageerror", (error) => errors.push(error.message));
-  // What is refused on purpose, and what a crowd keeps from its answer, is no fault of the page.
-  const expected = /40[349]|503|favicon|net::ERR_(CONNECTION|EMPTY|TIMED|SOCKET)/;
+  // What is refused on purpose, scripts of a report among it, and what a crowd keeps from its answer, is no fault of
+  // the page.
+  const expected =
+    /40[349]|503|favicon|net::ERR_(CONNECTION|EMPTY|TIMED|SOCKET)|Blocked script execution in '[^']*\/run\//;
   page.on("console", (message) => {
     if (message.type() === "error" && !expected.test(message.text())) errors.push(message.text());
   });
@@ -241,6 +243,8 @@ async function walk(browser, url, stopPort) {
   const frame =
     await until("the report", async () => page.frames().find((f) => f.url().endsWith("/run/console/report.html")));
   await until("the report's words", () => frame.evaluate(() => /90 % interval/.test(document.body?.textContent)));
+  const run = await frame.evaluate(() => document.querySelectorAll(".moving-sheets.runs, .flipped.runs").length);
+  assert.equal(run, 0, "scripts of a report run within the page that stops the arm");
   await shot("results");
 
   // Tablet width: nothing may stick out.

@@ -53,7 +53,8 @@ TEST(ScannedSurface, RecoversWhatItDetermines) {
   write_fit(out, campaign, folder / "fit");
   keep_page(folder / "fit" / "report.html", "fit-surface");
   const std::string page = files::read_whole(folder / "fit" / "report.html");
-  EXPECT_NE(page.find("Dots: the scanned surface."), std::string::npos);
+  EXPECT_NE(page.find("<div class=\"moving-sheets\">"), std::string::npos);
+  EXPECT_EQ(page.find(R"("seen":[[])"), std::string::npos) << "points of the surface are shown in motion";
   EXPECT_EQ(page.find(">nan"), std::string::npos);
   fs::remove_all(folder);
 }
