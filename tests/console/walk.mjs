@@ -243,8 +243,8 @@ async function walk(browser, url, stopPort) {
   const frame =
     await until("the report", async () => page.frames().find((f) => f.url().endsWith("/run/console/report.html")));
   await until("the report's words", () => frame.evaluate(() => /90 % interval/.test(document.body?.textContent)));
-  const run = await frame.evaluate(() => document.querySelectorAll(".moving-sheets.runs, .flipped.runs").length);
-  assert.equal(run, 0, "scripts of a report run within the page that stops the arm");
+  const moving = await frame.evaluate(() => document.querySelectorAll(".moving-sheets.runs, .flipped.runs").length);
+  assert.equal(moving, 0, "scripts of a report run within the page that stops the arm");
   await shot("results");
 
   // Tablet width: nothing may stick out.
