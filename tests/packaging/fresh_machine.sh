@@ -21,6 +21,7 @@ enter() {
   mount -t proc proc "$root/proc"
   mount --rbind /dev "$root/dev"
   mount --make-rslave "$root/dev"
+  mount -t tmpfs tmpfs "$root/dev/shm"  # of its own: frames of a rig of this host, which is another user's, lie there
 }
 leave() {
   umount -R "$root/dev" 2>/dev/null || true
