@@ -1,7 +1,5 @@
 #include "diagnose/replay.h"
 
-#include <algorithm>
-#include <cmath>
 #include <functional>
 #include <limits>
 #include <utility>
@@ -60,26 +58,13 @@ report::MovingSheet replay_of(const Study& study, const std::vector<std::vector<
                               const MissingForce& force, size_t trial,
                               const std::function<report::SheetView(size_t, const std::vector<double>&)>& view_of) {
   const model::ObservedTrial& seen = study.simulation->trials()[trial];
-  const size_t seen_times = seen.markers ? seen.markers->time_s.size() : seen.stripes->frames.size();
-  const std::vector<size_t> places = fit::shown_times(seen_times);
-  report::MovingSheet out;
-  out.name = seen.name;
-  out.across = fit::kSheetAcross;
-  std::vector<double> times;
-  for (const size_t at : places) {
-    times.push_back(seen.markers ? seen.markers->time_s[at] : seen.stripes->frames[at].time_s);
-    out.time_s.push_back(static_cast<float>(times.back()));
-    out.seen.push_back(seen.markers ? fit::markers_at(*seen.markers, at, {})
-                                    : fit::surface_at(*seen.stripes, seen.stripes->frames[at]));
-  }
+  fit::RecordedMotion recorded = fit::recorded_motion(seen);
   for (size_t k = 0; k < left_mm.size(); ++k) {
-    report::SheetView view = view_of(k, times);
-    if (seen.markers) {
-      const VectorXd& off_mm = left_mm[k][trial];
-      for (const size_t at : places) view.expected.push_back(fit::markers_at(*seen.markers, at, off_mm));
-    }
-    out.views.push_back(std::move(view));
+    report::SheetView view = view_of(k, recorded.time_s);
+    view.expected = fit::expected_markers(seen, recorded, left_mm[k][trial]);
+    recorded.shown.views.push_back(std::move(view));
   }
+  report::MovingSheet& out = recorded.shown;
   for (const Eigen::Vector2d& uv : force.uv_m) {
     out.arrow_uv.push_back(static_cast<float>(uv.x() / seen.width_m));
     out.arrow_uv.push_back(static_cast<float>(uv.y() / seen.height_m));
@@ -88,7 +73,7 @@ report::MovingSheet replay_of(const Study& study, const std::vector<std::vector<
     if (w.trial == seen.name)
       out.arrows.push_back(
           {static_cast<float>(w.from_s), static_cast<float>(w.to_s), fit::flat(w.mean_n_m2), fit::flat(w.sd_n_m2)});
-  return out;
+  return std::move(out);
 }
 
 }  // namespace

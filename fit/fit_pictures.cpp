@@ -100,26 +100,11 @@ void add_frames(report::HtmlReport& html, const FitOutcome& out, const trial::Tr
 report::MovingSheet motion_of(const FitOutcome& out, size_t index, const cloth::Trajectory& run) {
   const model::ObservedTrial& trial = out.simulation->trials()[index];
   const ShownSwatch swatch(*out.simulation, index);
-  report::MovingSheet shown;
-  shown.name = trial.name;
-  shown.across = kSheetAcross;
-  report::SheetView fitted{"fitted", {}, {}};
-  const auto add = [&](double time_s, report::Points seen) {
-    shown.time_s.push_back(static_cast<float>(time_s));
-    shown.seen.push_back(std::move(seen));
-    fitted.sheet.push_back(swatch.at(run, time_s));
-  };
-  if (trial.markers) {
-    for (const size_t at : shown_times(trial.markers->time_s.size())) {
-      add(trial.markers->time_s[at], markers_at(*trial.markers, at, {}));
-      fitted.expected.push_back(markers_at(*trial.markers, at, out.residuals.mm[index]));
-    }
-  } else {
-    for (const size_t at : shown_times(trial.stripes->frames.size()))
-      add(trial.stripes->frames[at].time_s, surface_at(*trial.stripes, trial.stripes->frames[at]));
-  }
-  shown.views = {std::move(fitted)};
-  return shown;
+  RecordedMotion recorded = recorded_motion(trial);
+  report::SheetView fitted{"fitted", {}, expected_markers(trial, recorded, out.residuals.mm[index])};
+  for (const double t : recorded.time_s) fitted.sheet.push_back(swatch.at(run, t));
+  recorded.shown.views = {std::move(fitted)};
+  return std::move(recorded.shown);
 }
 
 }  // namespace

@@ -9,27 +9,14 @@ using Eigen::Index;
 
 namespace {
 
-constexpr size_t kMostTimes = 48;
+constexpr int kSheetAcross = 10;  // points of a sheet that is shown, each way
+constexpr size_t kMostTimes = 48, kMostPoints = 400;
 
 void add(report::Points& points, const Eigen::Vector3d& p) {
   for (const double value : p) points.push_back(static_cast<float>(value));
 }
 
-}  // namespace
-
-std::vector<size_t> shown_times(size_t count) {
-  std::vector<size_t> out;
-  const size_t wanted = std::min(count, kMostTimes);
-  for (size_t i = 0; i < wanted; ++i) out.push_back(i * (count - 1) / std::max<size_t>(1, wanted - 1));
-  return out;
-}
-
-report::Points flat(const Eigen::Matrix3Xd& columns) {
-  report::Points out;
-  for (Index i = 0; i < columns.cols(); ++i) add(out, columns.col(i));
-  return out;
-}
-
+// The markers at one time: where they were seen, off by `off_mm` (3 a marker and time; empty: not at all).
 report::Points markers_at(const observe::MarkerTrack& track, size_t time, const Eigen::VectorXd& off_mm) {
   report::Points out;
   for (size_t k = 0; k < track.uv.size(); ++k) {
@@ -41,13 +28,45 @@ report::Points markers_at(const observe::MarkerTrack& track, size_t time, const 
   return out;
 }
 
+// Points of the surface that one frame or cloud showed.
 report::Points surface_at(const observe::StripeTrack& track, const observe::StripeFrame& frame) {
-  constexpr size_t kMost = 400;
-  const size_t every = 1 + frame.depth.size() / kMost;
-  Eigen::Matrix3Xd seen(3, static_cast<Index>((frame.depth.size() + every - 1) / every));
-  for (Index i = 0; i < seen.cols(); ++i)
-    seen.col(i) = place_of(track.camera, frame.depth[static_cast<size_t>(i) * every]);
-  return flat(seen);
+  const size_t every = 1 + frame.depth.size() / kMostPoints;
+  report::Points out;
+  for (size_t i = 0; i < frame.depth.size(); i += every) add(out, place_of(track.camera, frame.depth[i]));
+  return out;
+}
+
+}  // namespace
+
+report::Points flat(const Eigen::Matrix3Xd& columns) {
+  report::Points out;
+  for (Index i = 0; i < columns.cols(); ++i) add(out, columns.col(i));
+  return out;
+}
+
+RecordedMotion recorded_motion(const model::ObservedTrial& trial) {
+  RecordedMotion out;
+  out.shown.name = trial.name;
+  out.shown.across = kSheetAcross;
+  const size_t count = trial.markers ? trial.markers->time_s.size() : trial.stripes->frames.size(),
+               wanted = std::min(count, kMostTimes);
+  for (size_t i = 0; i < wanted; ++i) {
+    const size_t at = i * (count - 1) / std::max<size_t>(1, wanted - 1);
+    out.place.push_back(at);
+    out.time_s.push_back(trial.markers ? trial.markers->time_s[at] : trial.stripes->frames[at].time_s);
+    out.shown.time_s.push_back(static_cast<float>(out.time_s.back()));
+    out.shown.seen.push_back(trial.markers ? markers_at(*trial.markers, at, {})
+                                           : surface_at(*trial.stripes, trial.stripes->frames[at]));
+  }
+  return out;
+}
+
+std::vector<report::Points> expected_markers(const model::ObservedTrial& trial, const RecordedMotion& recorded,
+                                             const Eigen::VectorXd& off_mm) {
+  std::vector<report::Points> out;
+  if (!trial.markers) return out;
+  for (const size_t at : recorded.place) out.push_back(markers_at(*trial.markers, at, off_mm));
+  return out;
 }
 
 ShownSwatch::ShownSwatch(const model::Simulation& simulation, size_t trial)

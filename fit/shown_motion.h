@@ -1,4 +1,4 @@
-// A trial as report::moving_sheets shows it: which times, the swatch at each, what was recorded then.
+// A trial as report::moving_sheets shows it: what was recorded at some of its times, the swatch then.
 #pragma once
 
 #include <vector>
@@ -10,21 +10,23 @@
 
 namespace selvedge::fit {
 
-inline constexpr int kSheetAcross = 10;  // points of a sheet that is shown, each way
-
-// Some of so many times, evenly apart, the first and the last among them.
-std::vector<size_t> shown_times(size_t count);
-
 // Places one after another, x, y, z of each column.
 report::Points flat(const Eigen::Matrix3Xd& columns);
 
-// The markers at one time: where they were seen, off by `off_mm` (3 a marker and time; empty: not at all).
-report::Points markers_at(const observe::MarkerTrack& track, size_t time, const Eigen::VectorXd& off_mm);
+// A recorded trial at some of its times, evenly apart, the first and the last among them: name, times and what was seen
+// then, without any model yet.
+struct RecordedMotion {
+  report::MovingSheet shown;
+  std::vector<double> time_s;  // as exactly as they were recorded
+  std::vector<size_t> place;   // among the times of the markers, or among the frames
+};
+RecordedMotion recorded_motion(const model::ObservedTrial& trial);
 
-// Points of the surface that one frame or cloud showed, some hundreds at most.
-report::Points surface_at(const observe::StripeTrack& track, const observe::StripeFrame& frame);
+// Where a model that leaves off_mm (3 a marker and time) has the markers at these times; empty: none were tracked.
+std::vector<report::Points> expected_markers(const model::ObservedTrial& trial, const RecordedMotion& recorded,
+                                             const Eigen::VectorXd& off_mm);
 
-// The swatch at each of these times, as `run` has it at the sample then or next after; NaN where it diverged.
+// The swatch as `run` has it at the sample then or next after; NaN where it diverged.
 class ShownSwatch {
  public:
   ShownSwatch(const model::Simulation& simulation, size_t trial);

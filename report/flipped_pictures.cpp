@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 
 #include "report/base64.h"
-#include "report/flipped_pictures_script.h"
+#include "report/scripts.h"
 #include "report/html.h"
 
 namespace selvedge::report {

@@ -7,7 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "report/html.h"
-#include "report/moving_sheets_script.h"
+#include "report/scripts.h"
 
 namespace selvedge::report {
 
