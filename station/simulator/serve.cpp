@@ -34,13 +34,22 @@ using nlohmann::json;
 
 constexpr double kSamePoint_m = 1e-9;
 
+// A grid and what is asked of it; trials that are alike in these share it, so that their runs go side by side.
+struct ServedSheet {
+  cloth::spline::Swatch swatch;
+  cloth::Hold hold;
+  std::vector<Eigen::Vector2d> asked;
+  SplineSheet sheet;
+  std::shared_ptr<const cloth::spline::Interpolation> through;  // null where `asked` is not the points of the grid
+  std::vector<cloth::SurfacePoint> points;
+};
+
 // A trial that was told, ready for runs.
 struct ServedTrial {
-  std::shared_ptr<const SplineSheet> sheet;
-  std::shared_ptr<const cloth::spline::Interpolation> through;  // null where the points are not those of the grid
-  std::vector<cloth::SurfacePoint> points;
+  std::shared_ptr<const ServedSheet> on;
   cloth::Experiment experiment;
 };
+using ServedTrials = std::map<int, std::shared_ptr<const ServedTrial>>;
 
 struct ServedRun {
   int number = 0;
@@ -102,12 +111,12 @@ cloth::Hold hold_of(const std::string& text) {
 }
 
 // The even grid whose greville_points these are; else one of `cells`.
-struct ServedSheet {
+struct SheetOf {
   SplineSheet sheet;
   bool is_of_points = false;
 };
-ServedSheet sheet_of(const cloth::spline::Swatch& swatch, cloth::Hold hold, const std::vector<Eigen::Vector2d>& points,
-                     int cells) {
+SheetOf sheet_of(const cloth::spline::Swatch& swatch, cloth::Hold hold, const std::vector<Eigen::Vector2d>& points,
+                 int cells) {
   const auto made = [&](int count) {
     return make_spline_sheet(swatch, make_grid(swatch, hold, swatch.width_m / count));
   };
@@ -124,7 +133,33 @@ ServedSheet sheet_of(const cloth::spline::Swatch& swatch, cloth::Hold hold, cons
   return {made(cells), false};
 }
 
-std::shared_ptr<const ServedTrial> served_trial(const json& told, int cells) {
+std::shared_ptr<const ServedSheet> served_sheet(const cloth::spline::Swatch& swatch, cloth::Hold hold,
+                                                std::vector<Eigen::Vector2d> asked, int cells,
+                                                const ServedTrials& trials) {
+  for (const auto& [number, trial] : trials) {
+    const ServedSheet& on = *trial->on;
+    if (on.swatch.width_m == swatch.width_m && on.swatch.height_m == swatch.height_m && on.hold == hold &&
+        on.asked == asked)
+      return trial->on;
+  }
+  SheetOf found = sheet_of(swatch, hold, asked, cells);
+  auto out =
+      std::make_shared<ServedSheet>(ServedSheet{swatch, hold, std::move(asked), std::move(found.sheet), nullptr, {}});
+  if (found.is_of_points)
+    out->through = std::make_shared<const cloth::spline::Interpolation>(out->sheet.u.basis, out->sheet.v.basis);
+  for (const Eigen::Vector2d& uv : out->asked) {
+    cloth::SurfacePoint& point = out->points.emplace_back();
+    const cloth::SurfacePoint whole = surface_point(out->sheet, uv);
+    for (size_t k = 0; k < whole.vertices.size(); ++k)
+      if (whole.weights[k] != 0) {
+        point.vertices.push_back(whole.vertices[k]);
+        point.weights.push_back(whole.weights[k]);
+      }
+  }
+  return out;
+}
+
+std::shared_ptr<const ServedTrial> served_trial(const json& told, int cells, const ServedTrials& trials) {
   auto out = std::make_shared<ServedTrial>();
   cloth::Experiment& e = out->experiment;
   const cloth::spline::Swatch swatch{told.at("width"), told.at("height")};
@@ -137,19 +172,7 @@ std::shared_ptr<const ServedTrial> served_trial(const json& told, int cells) {
   if (told.contains("clamp_direction")) e.path.clamp_direction = vector_of(told.at("clamp_direction")).normalized();
   std::vector<Eigen::Vector2d> points;
   for (const json& uv : told.at("points")) points.emplace_back(uv.at(0).get<double>(), uv.at(1).get<double>());
-  ServedSheet found = sheet_of(swatch, e.path.hold, points, cells);
-  out->sheet = std::make_shared<const SplineSheet>(std::move(found.sheet));
-  if (found.is_of_points)
-    out->through = std::make_shared<const cloth::spline::Interpolation>(out->sheet->u.basis, out->sheet->v.basis);
-  for (const Eigen::Vector2d& uv : points) {
-    cloth::SurfacePoint& point = out->points.emplace_back();
-    const cloth::SurfacePoint whole = surface_point(*out->sheet, uv);
-    for (size_t k = 0; k < whole.vertices.size(); ++k)
-      if (whole.weights[k] != 0) {
-        point.vertices.push_back(whole.vertices[k]);
-        point.weights.push_back(whole.weights[k]);
-      }
-  }
+  out->on = served_sheet(swatch, e.path.hold, std::move(points), cells, trials);
   return out;
 }
 
@@ -162,10 +185,10 @@ ServedRun served_run(const json& told, const std::shared_ptr<const ServedTrial>&
   run.experiment = std::move(prediction.experiment);
   run.experiment.starts_at_rest = told.value("hangs", true);
   if (!told.contains("shape")) {
-    run.experiment.start_shape = hung_shape(*trial->sheet, run.experiment, 1);
-  } else if (trial->through) {
+    run.experiment.start_shape = hung_shape(trial->on->sheet, run.experiment, 1);
+  } else if (trial->on->through) {
     run.experiment.start_shape = columns_of(told.at("shape"));
-    trial->through->solve(run.experiment.start_shape);
+    trial->on->through->solve(run.experiment.start_shape);
   } else {
     run.error = "it begins at a shape where the points are the Greville points of an even grid alone";
   }
@@ -174,10 +197,10 @@ ServedRun served_run(const json& told, const std::shared_ptr<const ServedTrial>&
 
 // In doubles: by what floats round off, derivatives of what hardly shows err, and a fit takes other steps than here.
 void take_positions(ServedRun& run, const std::vector<Matrix3Xd>& samples) {
-  run.positions.resize(3 * run.trial->points.size() * samples.size());
+  run.positions.resize(3 * run.trial->on->points.size() * samples.size());
   double* at = run.positions.data();
   for (const Matrix3Xd& x : samples)
-    for (const cloth::SurfacePoint& point : run.trial->points) {
+    for (const cloth::SurfacePoint& point : run.trial->on->points) {
       Eigen::Vector3d sum = Eigen::Vector3d::Zero();
       for (size_t k = 0; k < point.weights.size(); ++k) sum += point.weights[k] * x.col(point.vertices[k]);
       for (Index axis = 0; axis < 3; ++axis) *at++ = sum(axis);
@@ -186,7 +209,7 @@ void take_positions(ServedRun& run, const std::vector<Matrix3Xd>& samples) {
 
 // Runs that go through the simulation side by side: of one sheet, alike in how they begin.
 void simulate_alike(const std::vector<ServedRun*>& runs) {
-  const SplineSheet& sheet = *runs.front()->trial->sheet;
+  const SplineSheet& sheet = runs.front()->trial->on->sheet;
   std::vector<cloth::Experiment> lanes;
   for (const ServedRun* run : runs) lanes.push_back(run->experiment);
   std::vector<cloth::Trajectory> trajectories;
@@ -204,12 +227,11 @@ void simulate_alike(const std::vector<ServedRun*>& runs) {
 }
 
 void simulate_all(std::vector<ServedRun>& runs) {
-  using Alike = std::tuple<const SplineSheet*, bool, bool>;
+  using Alike = std::tuple<const ServedSheet*, bool, bool>;
   std::map<Alike, std::vector<ServedRun*>> groups;
   for (ServedRun& run : runs)
     if (run.error.empty())
-      groups[{run.trial->sheet.get(), run.experiment.starts_at_rest, run.experiment.sample_s.size() == 1}].push_back(
-          &run);
+      groups[{run.trial->on.get(), run.experiment.starts_at_rest, run.experiment.sample_s.size() == 1}].push_back(&run);
   for (const auto& [alike, group] : groups) simulate_alike(group);
 }
 
@@ -242,7 +264,7 @@ void serve_simulator(int in, int out, const ServeOptions& options) {
   const std::string hello = hello_line(own_hello(parameters, options.drag)) + '\n';
   write_all(out, hello.data(), hello.size());
   LinesOf lines(in);
-  std::map<int, std::shared_ptr<const ServedTrial>> trials;
+  ServedTrials trials;
   std::vector<ServedRun> runs;
   int number = 0;
   while (const std::optional<std::string> line = lines.next()) {
@@ -251,7 +273,7 @@ void serve_simulator(int in, int out, const ServeOptions& options) {
       files::refuse_deep_json(*line, "told");
       const json told = json::parse(*line);
       if (told.at("do") == "trial") {
-        trials[told.at("trial").get<int>()] = served_trial(told, options.cells);
+        trials[told.at("trial").get<int>()] = served_trial(told, options.cells, trials);
         continue;
       }
       if (told.at("do") != "run") refuse("do", "found {}, expected trial or run", told.at("do").dump());
