@@ -2,12 +2,14 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <cstdlib>
 #include <string>
 
 #include <fmt/format.h>
 
 #include "cli/command_tree.h"
 #include "cli/siblings.h"
+#include "cloth/kernel/processor.h"
 #include "files/bad_input.h"
 #include "files/nearest_name.h"
 #include "report/html.h"
@@ -75,6 +77,14 @@ std::string what_was_meant(const CLI::App& app, bool asks_siblings, int argc, ch
   return "";
 }
 
+// SELVEDGE_PROCESSOR: as if this processor had no more than that kind, to see what another machine computes.
+void choose_processor() {
+  const char* const kind = std::getenv("SELVEDGE_PROCESSOR");
+  if (kind && !cloth::kernel::use_processor_kind(kind))
+    refuse("SELVEDGE_PROCESSOR", "found {}, expected plain, avx2 or avx512, and a processor that has it",
+           in_quotes(kind));
+}
+
 int parse(CLI::App& app, bool asks_siblings, int argc, char** argv) {
   const std::string first = argc > 1 ? argv[1] : "";
   if (first == "--command-tree") {
@@ -105,6 +115,7 @@ int run_program(const std::vector<AddCommand>& commands, bool asks_siblings, int
   int exit_status = 0;
   for (const AddCommand add : commands) add(app, exit_status);
   try {
+    choose_processor();
     const int status = parse(app, asks_siblings, argc, argv);
     return status != 0 ? status : exit_status;
   } catch (const CLI::Success& help) { return app.exit(help); } catch (const CLI::ParseError& error) {

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cstdlib>
 #include <fstream>
 
 #include <gtest/gtest.h>
@@ -39,6 +40,14 @@ TEST_F(CommandLine, ASlipOfTheHandIsAskedAbout) {
   const Ran ran = run("weave");
   expect_refused(ran, "weave");
   EXPECT_EQ(ran.err.find("did you mean"), std::string::npos) << ran.err;
+}
+
+TEST_F(CommandLine, AProcessorThatIsNotHereIsRefused) {
+  ::setenv("SELVEDGE_PROCESSOR", "abacus", 1);
+  expect_refused(run("check ."), "SELVEDGE_PROCESSOR: found \"abacus\", expected plain, avx2 or avx512");
+  ::setenv("SELVEDGE_PROCESSOR", "plain", 1);
+  EXPECT_EQ(run("--help").exit_status, 0);
+  ::unsetenv("SELVEDGE_PROCESSOR");
 }
 
 TEST_F(CommandLine, HelpListsEveryCommand) {
