@@ -153,6 +153,7 @@ HeldOut noise_of(const Study& study, const Windows& windows, const Evidence& evi
 
 std::string cause_of(const std::map<std::string, double>& probability, const std::map<std::string, double>& inclusion,
                      const Budget& budget) {
+  if (probability.at("unknown") > 0.5) return "unknown";
   const BudgetPart* most = nullptr;
   for (const BudgetPart& part : budget.parts)
     if (inclusion.at(part.effect) > 0.5 && (!most || part.share.value > most->share.value)) most = &part;

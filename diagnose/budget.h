@@ -63,8 +63,8 @@ struct Budget {
   Share unexplained;
 };
 
-// The effect that takes most of the budget among those that are likelier there than not; where there is none, the
-// likeliest of none, unknown and every effect.
+// Unknown where that is likelier than not; else the effect that takes most of the budget among those that are likelier
+// there than not; where there is none, the likeliest of none, unknown and every effect.
 std::string cause_of(const std::map<std::string, double>& probability, const std::map<std::string, double>& inclusion,
                      const Budget& budget);
 

@@ -134,6 +134,10 @@ class Run {
 
   void tell_leaders() {
     list_effects(out_, study(), weighing_->none);
+    const EffectSet& set = weighing_->set_of(likeliest().arm.effects);
+    const auto at_most =
+        sizes_at_most(study(), weighed_->evidence(), *likeliest().about, set.chosen, likeliest().scale);
+    for (size_t e = 0; e < at_most.size(); ++e) out_.effects[e].at_most = at_most[e];
     out_.likeliest = name_of(study(), likeliest().arm.effects);
     out_.fit["none"] = values_of(study(), likeliest().without.x);
     predicted_ = {likeliest().without};
@@ -147,7 +151,7 @@ class Run {
         f.weighed = true;
         for (const size_t other : l.arm.effects)
           if (other != e) f.beside.push_back(study().effects[other].name);
-        f.size = size_of(study(), l, e);
+        f.size = size_of(study(), *l.about, l.arm.sizes, l.arm.x, l.posterior, e);
         f.reduction = reduction_of(study(), l, weighed_->noise);
       }
     }
@@ -182,6 +186,7 @@ class Run {
     for (EffectFinding& f : out_.effects) {
       f.probability = out_.probability.at(f.name);
       f.inclusion = out_.inclusion.at(f.name);
+      if (f.inclusion > 0.5) f.at_most.clear();
     }
     out_.cause = cause_of(out_.probability, out_.inclusion, out_.budget);
     out_.side = out_.cause;

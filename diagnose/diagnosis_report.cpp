@@ -105,16 +105,15 @@ void add_effects(report::HtmlReport& html, const Diagnosis& d) {
   html.heading("Which effect");
   std::vector<std::vector<std::string>> rows;
   for (const EffectFinding& f : d.effects) {
-    std::string size;
-    for (const SizedParameter& p : f.size) size += (size.empty() ? "" : "; ") + in_words(p);
+    const std::string size = in_words(f.size);
     rows.push_back({name_in_words(f), to_text(f.side), fmt::format("{:.3f}", f.inclusion),
                     fmt::format("{:.3f}", f.probability), percent(f.absorbed),
                     f.weighed ? before_and_after(f.reduction) : "–", f.weighed ? share_closed(f.reduction) : "–",
-                    size.empty() ? "–" : size});
+                    size.empty() ? "–" : size, unseen_in_words(f)});
   }
   html.table({"effect", "side", "probability that it is there", "probability as the cause",
               "hidden by refitting the base model", "error of the base, and with it, mm",
-              "share of the gap it closes (90 %)", "size (90 %)"},
+              "share of the gap it closes (90 %)", "size (90 %)", "may be there unseen (90 %)"},
              rows);
   html.paragraph(no_effect_in_words(d));
   if (!d.forecast.motion.empty())
@@ -146,12 +145,15 @@ void add_parameters(report::HtmlReport& html, const Diagnosis& d) {
 
 json to_json(const Diagnosis& d) {
   json sides = json::object(), where = json::array(), sizes = json::object(), shrink = json::object(),
-       parameters = json::object(), screened = json::object(), parts = json::array(), sets = json::array();
+       at_most = json::object(), parameters = json::object(), screened = json::object(), parts = json::array(),
+       sets = json::array();
   for (const EffectFinding& f : d.effects) sides[f.name] = to_text(f.side);
   for (const Cell& c : d.where)
     where.push_back({{"axis", c.axis}, {"cell", c.cell}, {"share", c.share}, {"mm", c.mm}, {"p_value", c.p_value}});
   for (const EffectFinding& f : d.effects) {
     screened[f.name] = {{"absorbed", f.absorbed}, {"gain", f.screened_gain}};
+    for (const SizedParameter& p : f.at_most)
+      at_most[f.name][p.name] = {{"unit", p.unit}, {"interval", {p.low, p.high}}};
     if (!f.weighed) continue;
     for (const SizedParameter& p : f.size)
       sizes[f.name][p.name] = {{"value", p.value}, {"unit", p.unit}, {"interval", {p.low, p.high}}};
@@ -202,6 +204,7 @@ json to_json(const Diagnosis& d) {
               {"likeliest", d.likeliest},
               {"parameters", parameters},
               {"cannot_tell", d.cannot_tell},
+              {"size_at_most", at_most},
               {"screened", screened},
               {"fit", d.fit},
               {"sides", sides},

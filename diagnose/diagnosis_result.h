@@ -12,6 +12,7 @@
 #include "diagnose/next_experiment.h"
 #include "diagnose/other_simulator.h"
 #include "diagnose/replay.h"
+#include "diagnose/sizes.h"
 #include "diagnose/where.h"
 
 namespace selvedge::diagnose {
@@ -25,6 +26,7 @@ struct EffectFinding {
   bool weighed = false;             // sized, and its reduction found
   std::vector<std::string> beside;  // the other effects of the set in which that was done
   std::vector<SizedParameter> size;
+  std::vector<SizedParameter> at_most;  // if it is not named; empty: data do not show it however large it is
   GapReduction reduction;
   double probability = 0, inclusion = 0;
 };

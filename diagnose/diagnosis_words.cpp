@@ -48,6 +48,24 @@ std::string in_words(const SizedParameter& p) {
                      unit.empty() ? "" : " ", unit, short_number(factor * p.low, 3), short_number(factor * p.high, 3));
 }
 
+std::string in_words(const std::vector<SizedParameter>& parameters) {
+  std::string out;
+  for (const SizedParameter& p : parameters) out += (out.empty() ? "" : "; ") + in_words(p);
+  return out;
+}
+
+std::string unseen_in_words(const EffectFinding& f) {
+  if (f.inclusion > 0.5) return "–";
+  std::string out;
+  for (const SizedParameter& p : f.at_most) {
+    const auto [unit, factor] = unit_of_page(p);
+    out +=
+        fmt::format("{}{} {} to {}{}{}", out.empty() ? "" : "; ", with_blanks(p.name), short_number(factor * p.low, 2),
+                    short_number(factor * p.high, 2), unit.empty() ? "" : " ", unit);
+  }
+  return out.empty() ? "any" : out;
+}
+
 std::string interval_in_words(double low_mm, double high_mm, int decimals) {
   if (!std::isfinite(low_mm) || !std::isfinite(high_mm) || low_mm == high_mm) return "";
   return fmt::format(" (90 %: {:.{}f} to {:.{}f} mm)", low_mm, decimals, high_mm, decimals);

@@ -121,8 +121,8 @@ double prior_of_set(const Study& study, const EffectSet& set, bool and_unknown) 
   return beside * p.prior_three / std::max(1.0, n * (n - 1) * (n - 2) / 6);
 }
 
-// Adds a hypothesis to what is told: its effects as far as they take a part of the gap, by their parts; else none or
-// unknown. none: what held-out trials leave of none's odds.
+// Adds a hypothesis to what is told: its effects as far as they take a part of the gap, and what is unknown beside, by
+// their parts; else none or unknown. none: what held-out trials leave of none's odds.
 void tell(const Study& study, const GapTaken& taken, double none, const Weight& w, Verdict& out) {
   double sum = 0, no_effect = 1;
   std::vector<double> parts = taken.parts;
@@ -135,10 +135,13 @@ void tell(const Study& study, const GapTaken& taken, double none, const Weight& 
     out.inclusion[study.effects[w.effects[k]].name] += w.probability * takes;
   }
   if (!(sum > 0)) no_effect = 1;
+  const double beside = w.and_unknown ? taken.unexplained : 0;
+  sum += beside;
   const double is_none = w.and_unknown ? 0 : w.effects.empty() ? 1 : none;
   out.probability["none"] += w.probability * no_effect * is_none;
   out.probability["unknown"] += w.probability * no_effect * (1 - is_none);
-  for (size_t k = 0; k < parts.size() && sum > 0; ++k)
+  if (no_effect < 1) out.probability["unknown"] += w.probability * (1 - no_effect) * beside / sum;
+  for (size_t k = 0; k < parts.size() && no_effect < 1; ++k)
     out.probability[study.effects[w.effects[k]].name] += w.probability * (1 - no_effect) * parts[k] / sum;
 }
 

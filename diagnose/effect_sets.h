@@ -47,8 +47,8 @@ struct Weight {
 struct Verdict {
   std::vector<Weight> weights;                // by probability
   std::map<std::string, double> inclusion;    // of every effect: that it is there and takes a part of the gap
-  std::map<std::string, double> probability;  // none, unknown, every effect; a set's mass by its effects' shares; adds
-                                              // up to 1
+  std::map<std::string, double> probability;  // none, unknown, every effect; a set's mass by the shares of its effects
+                                              // and of what is unknown beside; adds up to 1
 };
 
 // What trials that a set was not fitted to say of it.
@@ -56,14 +56,15 @@ struct GapTaken {
   std::vector<double> parts;  // of the gap, an effect's each, in the set's order
   std::vector<double> takes;  // least_factor() of each: that it takes Protocol::least_part
   double p_of_right = 1;      // how likely a right model leaves as much as the set does
+  double unexplained = 0;     // of the gap, beyond what a right model leaves
 };
 
 // Probabilities of the sets. taken: by the set's effects, of none by no effect. What a right model would hardly leave
 // speaks against a set, and against none, as little as such a p can (f = least_factor), where nothing unknown is
 // beside; with something unknown beside, which held-out trials alone may show, it counts 1 − f of that evidence, too,
-// if its effects were seen to take a part there. Sets that were not looked at have the least f of those that were. An
-// effect that takes nothing is not named: its set's mass is that of the set without it, and of unknown, where a right
-// model would hardly leave what none leaves.
+// if its effects were seen to take a part there. Sets that were not looked at have the least f of those that were. What
+// is unknown beside a set takes what nothing explains. An effect that takes nothing is not named: its set's mass is
+// that of the set without it, and of unknown, where a right model would hardly leave what none leaves.
 Verdict judge(const Study& study, const std::vector<EffectSet>& sets, const std::vector<double>& scales,
               const std::map<std::vector<size_t>, GapTaken>& taken);
 

@@ -4,8 +4,6 @@
 #include <cmath>
 #include <map>
 
-#include <boost/math/distributions/normal.hpp>
-
 #include "diagnose/group_statistics.h"
 
 namespace selvedge::diagnose {
@@ -14,11 +12,6 @@ using Eigen::Index;
 using Eigen::VectorXd;
 
 namespace {
-
-double size_share(const Protocol& protocol, Side side) {
-  const bool of_rig = side == Side::measurement || side == Side::boundary || side == Side::aerodynamic;
-  return of_rig ? protocol.rig_size_share : protocol.fabric_size_share;
-}
 
 // A set where it was linearised.
 LookedAt placed(const Weighed& w, const std::vector<size_t>& effects) {
@@ -145,12 +138,13 @@ double right_takes(const HeldOut& before, const HeldOut& noise, const Protocol& 
 GapTaken taken_by(const LookedAt& l, const HeldOut& noise, const Protocol& protocol) {
   GapTaken out;
   const auto groups = static_cast<size_t>(l.before.rows.size());
-  const double least = protocol.least_part * right_takes(l.before, noise, protocol);
+  const double right = right_takes(l.before, noise, protocol), least = protocol.least_part * right;
   for (const Share& part : l.parts) {
     out.parts.push_back(part.value);
     out.takes.push_back(least_factor(p_so_low(part.value, part.high - part.value, groups, least)));
   }
   out.p_of_right = p_of_gap(l.after, noise, protocol);
+  out.unexplained = std::max(0.0, l.unexplained.value - (1 - right));
   return out;
 }
 
@@ -166,36 +160,6 @@ GapReduction reduction_of(const Study& study, const LookedAt& looked_at, const H
   // Trials to come vary as much as these: hence √2.
   const double half = std::sqrt(2.0) * half_interval(groups, fraction);
   return {before.mm(), after.mm(), all, all - half, all + half};
-}
-
-std::vector<SizedParameter> size_of(const Study& study, const LookedAt& looked_at, size_t effect) {
-  const Linearisation& about = *looked_at.about;
-  const Arm& arm = looked_at.arm;
-  const Posterior& posterior = looked_at.posterior;
-  const double k90 = boost::math::quantile(boost::math::normal(), 0.95);
-  const Effect& e = study.effects[effect];
-  const double form_share = k90 * size_share(study.protocol, e.side);
-  std::vector<SizedParameter> out;
-  const auto add = [&](const model::Parameter& p, double coordinate, double deviation) {
-    const double value = model::to_value(p, coordinate),
-                 half = std::hypot(k90 * std::abs(model::to_value(p, deviation)), form_share * std::abs(value));
-    out.push_back({p.name, p.unit, value, std::max(p.lower, value - half), std::min(p.upper, value + half)});
-  };
-  for (const Way& way : about.ways) {
-    if (way.effect != effect || arm.sizes[static_cast<size_t>(way.columns[0])] != Size::free) continue;
-    if (!way.units.empty()) {
-      const VectorXd at = effect_at(study, way, posterior.mean);
-      add(e.parameters[0], at(0), deviation_at(study, way, posterior));
-      for (Index j = 1; j < at.size(); ++j) add(e.parameters[static_cast<size_t>(j)], at(j), 0);
-      continue;
-    }
-    for (const Index k : way.columns) {
-      const Column& c = about.columns[static_cast<size_t>(k)];
-      add(study.parameters[static_cast<size_t>(c.coordinate)],
-          std::clamp(arm.x(c.coordinate) + posterior.mean(k), c.lower, c.upper), posterior.sd(k));
-    }
-  }
-  return out;
 }
 
 }  // namespace selvedge::diagnose

@@ -11,11 +11,6 @@
 
 namespace selvedge::diagnose {
 
-struct SizedParameter {
-  std::string name, unit;
-  double value = 0, low = 0, high = 0;  // 90 %: of the evidence, and Protocol::rig_size_share or fabric_size_share
-};
-
 // Of trials that nothing was fitted to: root mean square, mm, of predictions Protocol::free_s ahead where markers hold
 // the sheet, else of motions that run free.
 struct GapReduction {
@@ -58,9 +53,5 @@ double p_of_gap(const HeldOut& before, const HeldOut& noise, const Protocol& pro
 GapTaken taken_by(const LookedAt& looked_at, const HeldOut& noise, const Protocol& protocol);
 
 GapReduction reduction_of(const Study& study, const LookedAt& looked_at, const HeldOut& noise);
-
-// Of one of its effects: the evidence's interval, joined with what a model of another form than nature's is usually off
-// by.
-std::vector<SizedParameter> size_of(const Study& study, const LookedAt& looked_at, size_t effect);
 
 }  // namespace selvedge::diagnose

@@ -54,10 +54,9 @@ void print_diagnosis(const diagnose::Diagnosis& d) {
              "size (90 %)");
   for (const diagnose::EffectFinding& f : d.effects) {
     if (!f.weighed) continue;
-    std::string size;
-    for (const diagnose::SizedParameter& p : f.size) size += (size.empty() ? "" : "; ") + diagnose::in_words(p);
     fmt::print("{:<38} {:>9.3f} {:>12} {:>20} {:>9.2f}  {}\n", diagnose::name_in_words(f), f.inclusion,
-               diagnose::before_and_after(f.reduction), diagnose::share_closed(f.reduction), f.absorbed, size);
+               diagnose::before_and_after(f.reduction), diagnose::share_closed(f.reduction), f.absorbed,
+               diagnose::in_words(f.size));
   }
   if (!d.forecast.motion.empty())
     fmt::print("forecast: in {}, the base model will be {:.1f} mm off{}, with {} {:.1f} mm\n",

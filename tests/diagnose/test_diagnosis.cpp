@@ -68,7 +68,7 @@ TEST(Diagnosis, NamesADelayAndMeasuresIt) {
   EXPECT_EQ(json.at("format"), "diagnosis/1");
   EXPECT_EQ(json.at("map").at("after_mm").size(), json.at("map").at("uv_m").size());
   for (const char* key : {"campaign", "gap", "where", "map", "side", "cause", "probabilities", "inclusion", "budget",
-                          "confusable", "effect_size", "shrink", "next_experiment", "wall_s"})
+                          "confusable", "effect_size", "size_at_most", "shrink", "next_experiment", "wall_s"})
     EXPECT_TRUE(json.contains(key)) << key;
   const nlohmann::json force = files::read_json(folder / json.at("missing_force").get<std::string>());
   EXPECT_GT(force.at("windows").size(), 5u);
@@ -92,6 +92,27 @@ TEST(Diagnosis, NamesADelayAndMeasuresIt) {
   const evaluation::FreshReduction there = evaluation::reduction_on(fresh, effect_library(), json, "camera_delay", 13);
   EXPECT_GT(there.before_mm, there.after_mm);
   EXPECT_GT(there.fraction(), 0.5);
+}
+
+// Too little of each to be named; what may be there unseen is told.
+TEST(Diagnosis, SaysHowLargeMayBeWhatItDoesNotName) {
+  SimulatedSwatch little = usual_fabric();
+  little.delay_s = 0.0004;
+  little.air_m_s = {0, 0.02, 0};
+  const Diagnosis d = diagnosed(little);
+  EXPECT_EQ(d.cause, "none");
+  const auto expect_within = [&](const char* effect, const char* parameter, double truth, double most) {
+    const std::vector<SizedParameter>& at_most = finding(d, effect).at_most;
+    const auto p = std::find_if(at_most.begin(), at_most.end(), [&](const auto& s) { return s.name == parameter; });
+    ASSERT_NE(p, at_most.end()) << effect;
+    EXPECT_LE(p->low, 0) << effect;
+    EXPECT_GE(p->high, truth) << effect;
+    EXPECT_LT(p->high - p->low, most) << effect;
+  };
+  expect_within("camera_delay", "delay", 0.0004, 0.005);
+  expect_within("draught", "air_y", 0.02, 0.2);
+  EXPECT_EQ(finding(d, "bend_friction").at_most.size(), 1u) << "of its starts the first parameter";
+  EXPECT_TRUE(finding(d, "mass_error").at_most.empty()) << "motion cannot tell it";
 }
 
 TEST(Diagnosis, FindsASecondEffectBesideALargeOne) {

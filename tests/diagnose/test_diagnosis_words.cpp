@@ -42,6 +42,16 @@ TEST(DiagnosisWords, ADelayIsAClockThatIsLateOrEarly) {
   EXPECT_EQ(in_words({"jitter_share", "", 1, 0.5, 2}), "jitter share 1 (0.5 to 2)");
 }
 
+TEST(DiagnosisWords, SaysHowLargeMayBeWhatIsNotNamed) {
+  EffectFinding f;
+  EXPECT_EQ(unseen_in_words(f), "any");
+  f.at_most = {{"marker_du", "m", 0.0013, -0.0006, 0.0039}, {"share", "", 1, 0.5, 2}};
+  EXPECT_EQ(unseen_in_words(f), "marker du -0.6 to 3.9 mm; share 0.5 to 2");
+  EXPECT_EQ(in_words(f.at_most), "marker du 1.3 mm (-0.6 to 3.9); share 1 (0.5 to 2)");
+  f.inclusion = 0.9;
+  EXPECT_EQ(unseen_in_words(f), "–");
+}
+
 TEST(DiagnosisWords, NoneSaysWhichEffectsTheTrialsCouldNotShow) {
   Diagnosis d = of_groups(3, 0.05);
   d.cause = "none";

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include "diagnose/budget.h"
 #include "diagnose/effect_sets.h"
 #include "diagnose/group_statistics.h"
 
@@ -100,6 +101,20 @@ TEST_F(Judged, WhatARightModelWouldHardlyLeaveIsOfSomethingUnknownBeside) {
   EXPECT_LT(unknown_beside(0.5), 1e-6);
   const Verdict none = judged({20, 0, 0, 0}, {{{0}, {{0.0}, {0.0}, 1e-3}}}, 1e-3);
   EXPECT_GT(none.probability.at("unknown"), 0.85);
+}
+
+// It takes less than what is unknown beside it does.
+TEST_F(Judged, WhatNothingExplainsIsOfWhatIsUnknownBeside) {
+  const GapTaken little = {{0.2}, {1.0}, 1e-3, 0.6}, right = {{0.2}, {1.0}, 1, 0.6};
+  const Verdict v = judged({-20, 0, -20, -20}, {{{0}, little}}), alone = judged({-20, 0, -20, -20}, {{{0}, right}});
+  EXPECT_GT(v.inclusion.at("first"), 0.99);
+  EXPECT_NEAR(v.probability.at("unknown"), 0.7, 0.06);
+  EXPECT_NEAR(sum(v), 1, 1e-12);
+  EXPECT_GT(alone.probability.at("first"), 0.99);
+  Budget budget;
+  budget.parts.push_back({"first", v.inclusion.at("first"), {0.2, 0.1, 0.3}});
+  EXPECT_EQ(cause_of(v.probability, v.inclusion, budget), "unknown");
+  EXPECT_EQ(cause_of(alone.probability, alone.inclusion, budget), "first");
 }
 
 // A model error of 0.5 is a right model's where these err by as much, and four times that where they err by 0.125.
