@@ -109,11 +109,11 @@ void add_effects(report::HtmlReport& html, const Diagnosis& d) {
     rows.push_back({name_in_words(f), to_text(f.side), fmt::format("{:.3f}", f.inclusion),
                     fmt::format("{:.3f}", f.probability), percent(f.absorbed),
                     f.weighed ? before_and_after(f.reduction) : "–", f.weighed ? share_closed(f.reduction) : "–",
-                    size.empty() ? "–" : size, unseen_in_words(f)});
+                    size.empty() ? "–" : size});
   }
   html.table({"effect", "side", "probability that it is there", "probability as the cause",
               "hidden by refitting the base model", "error of the base, and with it, mm",
-              "share of the gap it closes (90 %)", "size (90 %)", "may be there unseen (90 %)"},
+              "share of the gap it closes (90 %)", "size (90 %)"},
              rows);
   html.paragraph(no_effect_in_words(d));
   if (!d.forecast.motion.empty())
@@ -127,6 +127,10 @@ void add_effects(report::HtmlReport& html, const Diagnosis& d) {
     for (const std::string& name : d.cannot_tell) names += (names.empty() ? "" : ", ") + name;
     html.paragraph("These trials could not show these effects even at their usual size: " + names + ".");
   }
+  rows.clear();
+  for (const EffectFinding& f : d.effects)
+    if (f.inclusion <= 0.5) rows.push_back({f.name, unseen_in_words(f)});
+  html.table({"effect that is not named", "may be there unseen (90 %)"}, rows);
 }
 
 void add_parameters(report::HtmlReport& html, const Diagnosis& d) {

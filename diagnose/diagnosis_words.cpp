@@ -55,7 +55,6 @@ std::string in_words(const std::vector<SizedParameter>& parameters) {
 }
 
 std::string unseen_in_words(const EffectFinding& f) {
-  if (f.inclusion > 0.5) return "–";
   std::string out;
   for (const SizedParameter& p : f.at_most) {
     const auto [unit, factor] = unit_of_page(p);

@@ -10,7 +10,7 @@ namespace selvedge::diagnose {
 // "the camera's clock is late by 6.6 ms (5.0 to 8.2)", "gap 1.2 mm (0.9 to 1.6)".
 std::string in_words(const SizedParameter& size);
 std::string in_words(const std::vector<SizedParameter>& parameters);
-// How large an effect may be that is not named: "du -1.2 to 3.9 mm; dv …"; "any", or "–" where it is there.
+// How large an effect may be that is not named: "du -1.2 to 3.9 mm; dv …"; "any" where data do not show it.
 std::string unseen_in_words(const EffectFinding& effect);
 
 // " (90 %: 0.40 to 0.65 mm)"; nothing where there is none.

@@ -19,9 +19,9 @@ struct SizedParameter {
 std::vector<SizedParameter> size_of(const Study& study, const Linearisation& about, const std::vector<Size>& sizes,
                                     const Eigen::VectorXd& x, const Posterior& posterior, size_t effect);
 
-// Of each effect how large it may be if it is not named: from not there to where its interval ends if it alone were
-// there beside a set, in its likeliest way, where that set was weighed; at this s. Of starts their first parameter.
-// Empty of the set's own, and where data do not show an effect however large it is.
+// Of each effect how large it may be if it is not named: what is negligible, and to where its interval ends if it alone
+// were there beside a set, in its likeliest way, where that set was weighed; at this s. Of starts their first
+// parameter. Empty of the set's own, and where data do not show an effect however large it is.
 std::vector<std::vector<SizedParameter>> sizes_at_most(const Study& study, const Evidence& evidence,
                                                        const Linearisation& about,
                                                        const std::vector<const Way*>& beside, size_t scale);

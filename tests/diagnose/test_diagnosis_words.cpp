@@ -48,8 +48,6 @@ TEST(DiagnosisWords, SaysHowLargeMayBeWhatIsNotNamed) {
   f.at_most = {{"marker_du", "m", 0.0013, -0.0006, 0.0039}, {"share", "", 1, 0.5, 2}};
   EXPECT_EQ(unseen_in_words(f), "marker du -0.6 to 3.9 mm; share 0.5 to 2");
   EXPECT_EQ(in_words(f.at_most), "marker du 1.3 mm (-0.6 to 3.9); share 1 (0.5 to 2)");
-  f.inclusion = 0.9;
-  EXPECT_EQ(unseen_in_words(f), "–");
 }
 
 TEST(DiagnosisWords, NoneSaysWhichEffectsTheTrialsCouldNotShow) {
