@@ -29,8 +29,6 @@ first_boot() {
   check "the processor has no AVX" has_no_avx
   check "our own sheet moves there as it should" \
     selvedge simulator check --run-limit 1000 "selvedge simulator serve --cells 4"
-  check "a recording is fitted there" sh -c 'cd /var/tmp && cp -R /usr/share/selvedge/examples/own-csv . &&
-    selvedge import own-csv/wool.toml --out wool && selvedge fit wool/wave --out wool/fit --cells 6'
   check "all daemons are up after booting" within 120 all_run
   check "every device is running at its rate, none degraded" within 1200 all_deliver
   check "the bus's key is for the daemons' user alone" test "$(stat -c '%U %a' /run/selvedge/bus.key)" = "selvedge 600"
