@@ -4,6 +4,7 @@
 #include <stdexcept>
 #include <vector>
 
+#include "files/part_file.h"
 #include "station/exchange/hdf5_handle.h"
 
 namespace selvedge::station {
@@ -165,18 +166,12 @@ void write_all(hid_t file, const trial::Trial& trial) {
 
 void export_hdf5(const trial::Trial& trial, const fs::path& path) {
   H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);  // failures are thrown, not printed
-  const fs::path unfinished = path.string() + ".part";
-  try {
-    const Handle file(H5Fcreate(unfinished.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT), H5Fclose,
-                      "making " + unfinished.string());
+  files::write_in_part(path, [&](const fs::path& part) {
+    const Handle file(H5Fcreate(part.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT), H5Fclose,
+                      "making " + part.string());
     write_all(file, trial);
-    require(H5Fflush(file, H5F_SCOPE_GLOBAL), "writing " + unfinished.string());
-  } catch (...) {
-    std::error_code ignored;
-    fs::remove(unfinished, ignored);
-    throw;
-  }
-  fs::rename(unfinished, path);
+    require(H5Fflush(file, H5F_SCOPE_GLOBAL), "writing " + part.string());
+  });
 }
 
 }  // namespace selvedge::station

@@ -21,6 +21,7 @@
 
 #include "capture/trial/trial.h"
 #include "files/bad_input.h"
+#include "files/part_file.h"
 #include "files/whole_file.h"
 #include "rig/arm/daemon.h"
 #include "rig/channels.h"
@@ -255,15 +256,7 @@ LcmExported export_lcm(const fs::path& source, const fs::path& path) {
   for (const auto& [name, trial] : trials) messages.add_trial(trial, name);
   const std::vector<Event>& events = messages.events();
   if (events.empty()) refuse(source.string(), "found no recorded sample, expected a trial with some");
-  const fs::path unfinished = path.string() + ".part";
-  try {
-    write_log(events, unfinished);
-  } catch (...) {
-    std::error_code ignored;
-    fs::remove(unfinished, ignored);
-    throw;
-  }
-  fs::rename(unfinished, path);
+  files::write_in_part(path, [&](const fs::path& part) { write_log(events, part); });
   return {static_cast<int>(trials.size()), static_cast<int64_t>(events.size()),
           1e-6 * static_cast<double>(events.back().utime)};
 }

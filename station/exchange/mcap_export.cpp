@@ -3,12 +3,13 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
-#include <iterator>
 
 #include <Eigen/Geometry>
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "files/bad_input.h"
+#include "files/part_file.h"
 #include "files/whole_file.h"
 #include "report/base64.h"
 #include "station/exchange/mcap_file.h"
@@ -228,6 +229,10 @@ McapExported write_events(const trial::Trial& trial, const std::optional<Simulat
   std::vector<Event> events = Events(file, trial).all(simulated);
   std::stable_sort(events.begin(), events.end(), [](const Event& a, const Event& b) { return a.time_s < b.time_s; });
   const double first_s = events.empty() ? 0 : events.front().time_s, origin_s = std::min(0.0, first_s);
+  constexpr double kMost_s = 4294967296.0;  // a stamp's seconds are 32 bits
+  if (!events.empty() && !(events.back().time_s - origin_s < kMost_s))
+    refuse(trial.folder.string(), "found a sample at {:g} s, expected less than {:g} s for MCAP", events.back().time_s,
+           kMost_s);
   file.metadata("selvedge", {{"trial", trial.name},
                              {"fabric", trial.fabric.name},
                              {"first_s", fmt::format("{:.9f}", first_s)},
@@ -244,16 +249,8 @@ McapExported write_events(const trial::Trial& trial, const std::optional<Simulat
 
 McapExported export_mcap(const trial::Trial& trial, const std::optional<SimulatedMotion>& simulated,
                          const fs::path& path) {
-  const fs::path unfinished = path.string() + ".part";
   McapExported out;
-  try {
-    out = write_events(trial, simulated, unfinished);
-  } catch (...) {
-    std::error_code ignored;
-    fs::remove(unfinished, ignored);
-    throw;
-  }
-  fs::rename(unfinished, path);
+  files::write_in_part(path, [&](const fs::path& part) { out = write_events(trial, simulated, part); });
   return out;
 }
 

@@ -25,7 +25,8 @@ struct McapExported {
   double duration_s = 0;
 };
 
-// Whole file or nothing. Throws BadInput where an image is missing, std::runtime_error where the disk refuses.
+// Whole file or nothing. Throws BadInput where an image is missing, a time does not fit or the file can lie nowhere,
+// std::runtime_error where the disk refuses.
 McapExported export_mcap(const trial::Trial& trial, const std::optional<SimulatedMotion>& simulated,
                          const std::filesystem::path& file);
 

@@ -21,6 +21,7 @@
 #include "station/exchange/hdf5_export.h"
 #include "station/exchange/import_mapping.h"
 #include "station/exchange/lcm_export.h"
+#include "station/exchange/mcap_export.h"
 #include "station/exchange/obj_sequence.h"
 #include "station/exchange/trial_preview.h"
 #include "tests/keep_page.h"
@@ -260,6 +261,17 @@ TEST_F(Exchange, LeavesNothingHalfWritten) {
   EXPECT_ANY_THROW(export_hdf5(t, folder_ / "trial.h5"));
   EXPECT_FALSE(fs::exists(folder_ / "trial.h5"));
   EXPECT_FALSE(fs::exists(folder_ / "trial.h5.part"));
+}
+
+TEST_F(Exchange, AFolderIsNotWrittenOver) {
+  const trial::Trial t = written();
+  fs::create_directories(folder_ / "there");
+  for (const fs::path& path : {folder_ / "there", folder_ / "nowhere" / "file"}) {
+    EXPECT_THROW(export_hdf5(t, path), BadInput) << path;
+    EXPECT_THROW(export_lcm(folder_ / "trial", path), BadInput) << path;
+    EXPECT_THROW(export_mcap(t, {}, path), BadInput) << path;
+  }
+  EXPECT_FALSE(fs::exists(folder_ / "there.part"));
 }
 
 TEST_F(Exchange, WritesAMotionAsObjFiles) {

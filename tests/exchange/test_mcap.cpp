@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #include "capture/trial/trial_writer.h"
+#include "files/bad_input.h"
 #include "files/whole_file.h"
 #include "station/exchange/mcap_export.h"
 
@@ -178,7 +179,10 @@ TEST_F(Mcap, LeavesNothingHalfWritten) {
   const trial::Trial t = written();
   fs::remove(t.frames->path[1]);
   EXPECT_ANY_THROW(export_mcap(t, {}, folder_ / "trial.mcap"));
-  EXPECT_ANY_THROW(export_mcap(t, {}, folder_ / "nowhere" / "trial.mcap"));
+  EXPECT_THROW(export_mcap(t, {}, folder_ / "nowhere" / "trial.mcap"), BadInput);
+  trial::Trial late = t;
+  late.corners.time_s.back() = 1e300;
+  EXPECT_THROW(export_mcap(late, {}, folder_ / "trial.mcap"), BadInput);
   for (const auto& entry : fs::directory_iterator(folder_)) EXPECT_EQ(entry.path().filename(), "trial");
 }
 
