@@ -19,10 +19,7 @@ VectorXd clamped(const Study& study, const VectorXd& x) {
 }
 
 std::vector<Prior> priors_of(const Study& study, const Arm& arm, double s) {
-  std::vector<Prior> out;
-  for (size_t k = 0; k < arm.columns.size(); ++k)
-    out.push_back(prior_of(study, arm.columns[k], arm.x, arm.sizes[k], s));
-  return out;
+  return priors_of(study, arm.columns, arm.x, arm.sizes, s);
 }
 
 // −2 ln of likelihood and prior where an arm stands, but for constants. What moves no coordinate is free.

@@ -30,9 +30,7 @@ class Scales {
     const std::vector<Size> sizes = sizes_of(about_, chosen);
     double most = -1e300;
     for (size_t s = 0; s < grams_.size(); ++s) {
-      std::vector<Prior> priors;
-      for (size_t k = 0; k < sizes.size(); ++k)
-        priors.push_back(prior_of(study_, about_.columns[k], about_.x, sizes[k], scales_[s]));
+      const std::vector<Prior> priors = priors_of(study_, about_.columns, about_.x, sizes, scales_[s]);
       out.log_evidence.push_back(posterior(grams_[s], priors).log_evidence);
       const double here = out.log_evidence.back() + std::max(priors_.right[s], priors_.unknown[s]);
       if (here <= most) continue;

@@ -151,6 +151,13 @@ Prior prior_of(const Study& study, const Column& column, const VectorXd& x, Size
   return prior;
 }
 
+std::vector<Prior> priors_of(const Study& study, const std::vector<Column>& columns, const VectorXd& x,
+                             const std::vector<Size>& sizes, double s) {
+  std::vector<Prior> out;
+  for (size_t k = 0; k < sizes.size(); ++k) out.push_back(prior_of(study, columns[k], x, sizes[k], s));
+  return out;
+}
+
 VectorXd effect_at(const Study& study, const Way& way, const VectorXd& d) {
   const double neutral = neutral_of(study.effects[way.effect].parameters[0]);
   double sum = 0, weights = 0;

@@ -29,6 +29,9 @@ double deviation_at(const Study& study, const Way& way, const Posterior& posteri
 
 // The prior of a column about a model that stands at x, where model error is s times its usual size.
 Prior prior_of(const Study& study, const Column& column, const Eigen::VectorXd& x, Size size, double s);
+// Of the columns that have a size.
+std::vector<Prior> priors_of(const Study& study, const std::vector<Column>& columns, const Eigen::VectorXd& x,
+                             const std::vector<Size>& sizes, double s);
 
 // Those that the recordings show, of fabric at x: the nearest to them, or these (Simulation::rematch).
 model::State branches_at(const Study& study, model::State these, const Eigen::VectorXd& x);

@@ -73,9 +73,7 @@ std::vector<std::vector<SizedParameter>> sizes_at_most(const Study& study, const
     std::vector<const Way*> with = beside;
     with.push_back(&way);
     const std::vector<Size> sizes = sizes_of(about, with);
-    std::vector<Prior> priors;
-    for (size_t k = 0; k < about.columns.size(); ++k)
-      priors.push_back(prior_of(study, about.columns[k], about.x, sizes[k], evidence.error().scales[scale]));
+    std::vector<Prior> priors = priors_of(study, about.columns, about.x, sizes, evidence.error().scales[scale]);
     const Posterior likeliest = posterior(gram, priors);
     if (likeliest.log_evidence <= most[way.effect]) continue;
     most[way.effect] = likeliest.log_evidence;
